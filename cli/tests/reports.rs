@@ -18,12 +18,12 @@ stop: {after_s: 60}
 physics: {plant: point-mass}
 drive: {speed: [{at_s: 0, mps: 0}, {at_s: 3, mps: 1.5}]}
 sensors: sensors.yaml
-estimators: {dffrls_aukf_robust: {}, mmrls_sh_stf_robust: {}}
+estimators: {dffrls_aukf_robust: {}, dffrls_aekf_robust: {}}
 events: [{at_s: 20, load_mass_kg: 1500}]
 seeds: 1..3
 expect:
   - {metric: speed_rmse_mps, at_most: 5}
-  - {estimator: mmrls_sh_stf_robust, metric: slope_rmse_deg, after_s: 1, at_most: 0.00001, availability: 0.01}
+  - {estimator: dffrls_aekf_robust, metric: slope_rmse_deg, after_s: 1, at_most: 0.00001, availability: 0.01}
 integrity: {max_misleading_share: 1}
 ";
 
@@ -81,7 +81,7 @@ fn of_a_run() {
         "1 of 3 expectations FAILED",
         "speed_rmse_mps",
         "≤ 5",
-        "mmrls_sh_stf_robust slope_rmse_deg from 1 s",
+        "dffrls_aekf_robust slope_rmse_deg from 1 s",
         "held",
         "slope, °",
         "otal mass",
@@ -110,11 +110,11 @@ fn of_a_run_without_estimators() {
     let dir = TestFolder::new();
     let without = QUICK
         .replace(
-            "estimators: {dffrls_aukf_robust: {}, mmrls_sh_stf_robust: {}}\n",
+            "estimators: {dffrls_aukf_robust: {}, dffrls_aekf_robust: {}}\n",
             "",
         )
         .lines()
-        .filter(|l| !l.contains("estimator: mmrls_sh_stf_robust"))
+        .filter(|l| !l.contains("estimator: dffrls_aekf_robust"))
         .map(|l| format!("{l}\n"))
         .collect::<String>();
     dir.write("bare.yaml", without.as_bytes());
@@ -192,7 +192,7 @@ fn of_a_study() {
         "Study masses",
         "4 of 4 runs, 4 of them finished",
         "of 11 checks FAILED", // those of availability and integrity among them
-        "mmrls_sh_stf_robust slope_rmse_deg from 1 s",
+        "dffrls_aekf_robust slope_rmse_deg from 1 s",
         "slope_rmse_deg over load.mass_kg",
         "slope_rmse_deg over vehicle.total_mass_guess_kg",
         "Differences to dffrls_aukf_robust",
@@ -354,7 +354,7 @@ fn two_runs_compared() {
         serde_json::from_str(&dir.read(&format!("{run}/metrics.json"))).unwrap()
     };
     let slope = |run: &str| {
-        metrics(run)["estimators"]["mmrls_sh_stf_robust"]["slope_rmse_deg"]
+        metrics(run)["estimators"]["dffrls_aekf_robust"]["slope_rmse_deg"]
             .as_f64()
             .unwrap()
     };
@@ -425,7 +425,7 @@ fn an_error_budget_is_in_the_report() {
     let at = |name: &str| sources.iter().position(|s| s["name"] == name).unwrap();
     let slope = budget["errors"].as_array().unwrap().iter();
     let mut slope = slope
-        .filter(|e| e["metric"] == "slope_rmse_deg" && e["estimator"] == "mmrls_sh_stf_robust");
+        .filter(|e| e["metric"] == "slope_rmse_deg" && e["estimator"] == "dffrls_aekf_robust");
     let slope = slope.next().unwrap();
     let (all, none) = (
         slope["with_all"].as_f64().unwrap(),

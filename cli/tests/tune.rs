@@ -17,7 +17,7 @@ estimator: dffrls_aekf_robust
 parameters:
   delta: {from: 0.9, to: 0.9999, scale: memory}
   regression_hz: {from: 1, to: 10, integer: true}
-  acceleration: {choices: [specific_force, kinematic]}
+  noise: {choices: [learnt, told]}
   square_root: {choices: [true, false]}
 fixed: {cutoff_hz: 2}
 published: {delta: 0.95, kappa: 0.966}
@@ -305,9 +305,9 @@ const BAD: &[(&str, &str, &str, &str)] = &[
     ("log_of_zero", "study.yaml", "{from: 1, to: 10, integer: true}", "{from: 0, to: 1, scale: log}"),
     ("integer_with_a_fraction", "study.yaml", "from: 1, to: 10", "from: 1.5, to: 10"),
     ("a_single_choice", "study.yaml", "[true, false]", "[true]"),
-    ("a_choice_unknown", "study.yaml", "kinematic]", "kinematc]"),
+    ("a_choice_unknown", "study.yaml", "learnt, told]", "learnt, tld]"),
     ("a_flag_with_numbers", "study.yaml", "[true, false]", "[0, 1]"),
-    ("a_choice_with_a_range", "study.yaml", "{choices: [specific_force, kinematic]}", "{from: 0, to: 1}"),
+    ("a_choice_with_a_range", "study.yaml", "{choices: [learnt, told]}", "{from: 0, to: 1}"),
     ("type_unknown", "study.yaml", "estimator: dffrls_aekf_robust", "estimator: tuned\nis: dffrls_aekf_robst"),
     ("choices_and_ends", "study.yaml", "{choices: [true, false]}", "{choices: [true, false], to: 1}"),
     ("fixed_and_varying", "study.yaml", "fixed: {cutoff_hz: 2}", "fixed: {delta: 0.99}"),

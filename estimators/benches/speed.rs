@@ -1,7 +1,8 @@
 //! Nanoseconds a step of every algorithm and every named estimator, the best of several rounds.
 //!
-//! `cargo bench -p monorig-estimators`; with `-- --check` it ends with status 1 if a bar is missed (use it on a quiet machine). Words behind
-//! `--` choose parts and estimators whose names hold one of them, so that two builds can be run in turns.
+//! `cargo bench -p monorig-estimators`; with `-- --check` it ends with status 1 if a bar is missed (use it on a quiet
+//! machine). Words behind `--` choose parts and estimators whose names hold one of them, so that two builds can be run
+//! in turns.
 #![allow(non_snake_case, clippy::unwrap_used)]
 
 #[path = "../tests/common/mod.rs"]
@@ -36,9 +37,9 @@ const SPREAD: Spread = Spread {
     kappa: 1.0,
 };
 
-/// Best time of one step, ns. Each round starts from the same state and runs through all samples; of every stretch of them the best round
-/// counts, so that other programs on the machine are seen only where they interrupt the same stretch in all rounds. The samples are copied
-/// before the clock starts: in a loop too they have just been written.
+/// Best time of one step, ns. Each round starts from the same state and runs through all samples; of every stretch of
+/// them the best round counts, so that other programs on the machine are seen only where they interrupt the same
+/// stretch in all rounds. The samples are copied before the clock starts: in a loop too they have just been written.
 fn time<S: Clone, Z: Clone>(state: &S, samples: &[Z], step: impl Fn(&mut S, &Z)) -> Real {
     let mut best = vec![u128::MAX; samples.len().div_ceil(STRETCH)];
     for _ in 0..ROUNDS {

@@ -1,5 +1,5 @@
-//! The loop of a controller: one pipeline named in code, samples as they come, a snapshot now and then. Nothing here needs a heap or a
-//! file; on a board `main` is the entry point and `sensors` reads registers.
+//! The loop of a controller: one pipeline named in code, samples as they come, a snapshot now and then. Nothing here
+//! needs a heap or a file; on a board `main` is the entry point and `sensors` reads registers.
 //!
 //!     cargo run --release -p monorig-estimators --example bare_metal
 

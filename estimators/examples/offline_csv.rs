@@ -1,9 +1,10 @@
-//! Mass and grade from a recorded drive. The file has a header and one line a step: `time_s, wheel_speed_mps, motor_torque_nm,
-//! specific_force_mps2` (the last along the train); an empty cell is no sample.
+//! Mass and grade from a recorded drive. The file has a header and one line a step: `time_s, wheel_speed_mps,
+//! motor_torque_nm, specific_force_mps2` (the last along the train); an empty cell is no sample.
 //!
 //!     cargo run --release -p monorig-estimators --example offline_csv -- drive.csv
 //!
-//! Without a file it makes up a drive of a minute, writes it to `offline_csv.csv` in the temporary folder, and reads that.
+//! Without a file it makes up a drive of a minute, writes it to `offline_csv.csv` in the temporary folder, and reads
+//! that.
 
 use std::error::Error;
 use std::fmt::Write as _;

@@ -1,4 +1,5 @@
-//! Estimators of the load mass of a monorail crane, a train or a car, and of the grade under it, from motor torque, wheel speed and an IMU.
+//! Estimators of the load mass of a monorail crane, a train or a car, and of the grade under it, from motor torque,
+//! wheel speed and an IMU.
 //!
 //! `no_std`, no allocation, no panic, no NaN; the same bits on every machine. In single precision it is the package
 //! `monorig-estimators-f32`.
@@ -36,7 +37,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! By name, with parameters from a file: [`registry::build`]. An estimator of your own: [`Estimator`], with parameters of
+//! By name, with parameters from a file: [`registry::build`]. An estimator of your own: [`Estimator`], with parameters
+//! of
 //! [`params!`].
 //!
 //! # Map
@@ -57,7 +59,8 @@
 //! | [`runner`] | an estimator made of a pipeline: checks, snapshots, steps undone |
 //! | [`registry`] | all of them by name (feature `registry`) |
 //!
-//! Each source has a cargo feature of its own (`liu2023`, `huainan`, `guo2024`, `patent`, `resistance`, `rail_fusion`, `baseline`, `bench`).
+//! Each source has a cargo feature of its own (`liu2023`, `huainan`, `guo2024`, `patent`, `resistance`, `rail_fusion`,
+//! `baseline`, `bench`).
 //!
 //! # Notation
 //!

@@ -1,7 +1,8 @@
 //! Estimators by name, behind the cargo feature `registry`: names, parameter keys, construction.
 //!
-//! What firmware does not need: it names one pipeline and its parameters in code ([`Runner::new`]), and pays for that one. To add a name:
-//! write its file with `Params`, a pipeline type and `new`, and give it a line in `registry!` with the cargo feature of its source.
+//! What firmware does not need: it names one pipeline and its parameters in code ([`Runner::new`]), and pays for that
+//! one. To add a name: write its file with `Params`, a pipeline type and `new`, and give it a line in `registry!` with
+//! the cargo feature of its source.
 
 use crate::api::aid::AidStatus;
 use crate::api::estimator::{Estimator, Internal};
@@ -185,7 +186,8 @@ registry! {{
     "dynamic_stf" in "guo2024" as Published => dynamic_stf::DynamicStfPublished,
     /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
     "mmrls_sh_stf" in "patent" as Published => mmrls_sh_stf::MmrlsShStfPublished,
-    /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
+    /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic
+    /// forgetting.
     "resistance_dffrls" in "resistance" as Published => resistance_dffrls::ResistancePublished,
     /// Liu et al. 2023: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
     "dffrls_aekf_robust" in "liu2023" as Supervised => dffrls_aekf_robust::DffrlsAekf,
@@ -195,15 +197,18 @@ registry! {{
     "imm_stf_robust" in "guo2024" as Supervised => imm_stf_robust::ImmStf,
     /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
     "mmrls_sh_stf_robust" in "patent" as Supervised => mmrls_sh_stf_robust::MmrlsShStf,
-    /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic forgetting.
+    /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic
+    /// forgetting.
     "resistance_dffrls_robust" in "resistance" as Supervised => resistance_robust::Resistance,
     /// Ours: attitude filter, rail memory, force balance with a swinging load.
     "rail_fusion" in "rail_fusion" as Supervised => rail_fusion::RailFusion,
     /// Ours: attitude filter alone (gyro, accelerometer, wheels), on a rail or a road.
     "attitude" in "rail_fusion" as Supervised => attitude::AttitudePipeline,
-    /// Baseline: textbook extended Kalman filter for speed, grade and the biases of gyro and accelerometer; finds no mass.
+    /// Baseline: textbook extended Kalman filter for speed, grade and the biases of gyro and accelerometer; finds no
+    /// mass.
     "ekf_v_theta_biases" in "baseline" as Supervised => ekf_v_theta_biases::EkfVThetaBiases,
-    /// Baseline: gyro in the short run, accelerometer less the acceleration of the wheels in the long run; finds no mass.
+    /// Baseline: gyro in the short run, accelerometer less the acceleration of the wheels in the long run; finds no
+    /// mass.
     "complementary_filter" in "baseline" as Supervised => complementary_filter::ComplementaryFilter,
 } as printed: {
     /// Liu et al. 2023 as printed.

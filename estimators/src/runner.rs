@@ -70,7 +70,8 @@ impl<P: Pipeline, Q: Parameters + Copy> Runner<P, Q> {
         }
     }
 
-    /// Of the name, and of vehicle and parameters; of the version and size too, as what the state means may change with them.
+    /// Of the name, and of vehicle and parameters; of the version and size too, as what the state means may change with
+    /// them.
     fn origin(&self) -> Origin {
         let mut estimator = Fingerprint::new();
         estimator.add(self.name.as_bytes());

@@ -1,7 +1,7 @@
 //! The macro that declares the named estimators of one source.
 
-/// Declares the named estimators of one source as a table: name and pipeline type, groups of parameters, construction from vehicle and
-/// parameters. Each becomes a module with `Params`, the pipeline and `new`.
+/// Declares the named estimators of one source as a table: name and pipeline type, groups of parameters, construction
+/// from vehicle and parameters. Each becomes a module with `Params`, the pipeline and `new`.
 #[allow(unused_macros)]
 macro_rules! variants {
     ($(
@@ -33,8 +33,9 @@ macro_rules! variants {
     };
 }
 
-/// Declares the published methods of one source, as `variants!` does estimators. The construction gives the corner and the sampling rate of
-/// the signals, Hz, and the method; what becomes of it is a [`Published`](crate::methods::published::Published).
+/// Declares the published methods of one source, as `variants!` does estimators. The construction gives the corner and
+/// the sampling rate of the signals, Hz, and the method; what becomes of it is a
+/// [`Published`](crate::methods::published::Published).
 #[allow(unused_macros)]
 macro_rules! methods {
     ($(

@@ -1,4 +1,5 @@
-//! What a published method stands on: filters, models, the public types and one interface, and nothing else of the crate.
+//! What a published method stands on: filters, models, the public types and one interface, and nothing else of the
+//! crate.
 #![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeSet;
@@ -6,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Most files that a published method stands on, itself included.
-const MOST: usize = 26;
+const MOST: usize = 27;
 
 fn source() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")

@@ -1,14 +1,17 @@
-//! Filters on data of their own model: errors and innovations are as large as the filters say (Bar-Shalom, Li & Kirubarajan 2001,
-//! ch. 5.4), filters that must agree agree, and covariances stay covariances.
+//! Filters on data of their own model: errors and innovations are as large as the filters say (Bar-Shalom, Li &
+//! Kirubarajan 2001, ch. 5.4), filters that must agree agree, and covariances stay covariances.
 //!
-//! NEES eᵀ P⁻¹ e is averaged over runs at each of twenty instants. A correct filter leaves the 95 % band at one instant in twenty; more
-//! than three of twenty happens to it with probability 0.016. NIS is averaged over all runs and instants.
+//! NEES eᵀ P⁻¹ e is averaged over runs at each of twenty instants. A correct filter leaves the 95 % band at one instant
+//! in twenty; more than three of twenty happens to it with probability 0.016. NIS is averaged over all runs and
+//! instants.
 //!
 //! Not in the band by construction, and measured here against what theory says instead:
 //!
-//! - least squares with constant forgetting λ: P is what a random walk of the parameters would need; for constant parameters the error
+//! - least squares with constant forgetting λ: P is what a random walk of the parameters would need; for constant
+//!   parameters the error
 //!   covariance is P/(1 + λ) once the start is forgotten (sums of geometric series), so NEES is 1/(1 + λ)
-//! - Sage-Husa: R is an estimate from some hundred samples and errs by a tenth, more often upwards; NEES lies a few percent below 1
+//! - Sage-Husa: R is an estimate from some hundred samples and errs by a tenth, more often upwards; NEES lies a few
+//!   percent below 1
 //! - strong tracking: each false alarm makes P too large for a while; they are rare, and NEES stays near 1
 #![allow(non_snake_case, clippy::unwrap_used)]
 

@@ -1,5 +1,5 @@
-//! `attitude` and `rail_fusion` against an oracle of their own (`tests/reference/fusion.py`, from the equations of the book): from the samples to
-//! the estimate, every tenth step of a recorded drive.
+//! `attitude` and `rail_fusion` against an oracle of their own (`tests/reference/fusion.py`, from the equations of the
+//! book): from the samples to the estimate, every tenth step of a recorded drive.
 #![allow(clippy::unwrap_used)] // a test's panic is its verdict
 
 mod reference;

@@ -1,5 +1,5 @@
-//! What can be known from torque, wheel speed and accelerometer, and what cannot: laws and orders, on a crane of one degree of freedom that
-//! is written from the physics (`common/world.rs`).
+//! What can be known from torque, wheel speed and accelerometer, and what cannot: laws and orders, on a crane of one
+//! degree of freedom that is written from the physics (`common/world.rs`).
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -94,8 +94,8 @@ fn a_start_or_steps_of_speed_on_the_level_tell_the_mass_to_all() {
     }
 }
 
-/// I4. On the specific force a change of slope is the best there is; to R-A on wheel acceleration it is the worst: the force varies
-/// without acceleration, so that the mass must be infinite.
+/// I4. On the specific force a change of slope is the best there is; to R-A on wheel acceleration it is the worst: the
+/// force varies without acceleration, so that the mass must be infinite.
 #[test]
 fn a_change_of_slope_at_constant_speed_is_the_best_for_one_and_the_worst_for_the_other() {
     let world = world(ramp, steady);
@@ -131,7 +131,8 @@ fn a_steady_slope_tells_the_mass_only_where_the_resistance_is_known() {
     assert!(known < 0.01 && free > 5.0 * known, "{known} {free}");
 }
 
-/// I6. A torque that reads e too much is a mass e too large, whatever the regression; a slope that needs no torque never notices.
+/// I6. A torque that reads e too much is a mass e too large, whatever the regression; a slope that needs no torque
+/// never notices.
 #[test]
 fn a_torque_gain_is_a_mass_gain() {
     let (e, right) = (0.03, world(hills, steps));
@@ -154,7 +155,8 @@ fn a_torque_gain_is_a_mass_gain() {
     assert!((right - wrong).abs() < 0.02, "{right}° {wrong}°");
 }
 
-/// I7, I8. A wrong μ or a bias costs the mass and the slope of the regression that takes them for known; the free one does not care.
+/// I7, I8. A wrong μ or a bias costs the mass and the slope of the regression that takes them for known; the free one
+/// does not care.
 #[test]
 fn what_is_left_free_does_not_matter_and_what_is_taken_for_known_does() {
     let right = world(hills, steps);
@@ -190,7 +192,8 @@ fn a_first_mass_far_off_is_forgotten() {
     }
 }
 
-/// I10. One direction gives s μ g − b as one number; a second one parts them. A slope from the accelerometer is off by b/g, for ever.
+/// I10. One direction gives s μ g − b as one number; a second one parts them. A slope from the accelerometer is off by
+/// b/g, for ever.
 #[test]
 fn bias_parts_from_resistance_by_reversal_and_never_from_the_slope() {
     let (bias_mps2, mu) = (0.06, 0.03);
@@ -250,8 +253,8 @@ fn a_joint_filter_on_wheel_speed_alone_is_poor() {
     assert!(joint > 0.1 && joint > 5.0 * free, "{joint} {free}");
 }
 
-/// R-D with the slope of a filter that inverts the same balance: any mass has a slope to go with it, and the one it started from stays.
-/// With the accelerometer in its place the start is forgotten.
+/// R-D with the slope of a filter that inverts the same balance: any mass has a slope to go with it, and the one it
+/// started from stays. With the accelerometer in its place the start is forgotten.
 #[test]
 fn mass_and_slope_from_one_force_balance_chase_each_other() {
     let world = world(ramp, steady);
@@ -269,7 +272,8 @@ fn mass_and_slope_from_one_force_balance_chase_each_other() {
     );
 }
 
-/// Differences rid the balance of μ, b and a slope that stays; one that changes passes for acceleration, unless the accelerometer is asked.
+/// Differences rid the balance of μ, b and a slope that stays; one that changes passes for acceleration, unless the
+/// accelerometer is asked.
 #[test]
 fn differences_need_a_slope_that_stays_or_an_accelerometer() {
     let differenced =

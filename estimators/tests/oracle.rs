@@ -1,7 +1,8 @@
 //! Every algorithm of this crate against an oracle of its own: Python, written from the equations (`tests/reference/`).
 //!
-//! A test reads a recorded input, runs the crate's public functions over it and compares every number of every step with the
-//! oracle's output. Constants stand in both places: here, and in the oracle's file, whose doc comment has the equations.
+//! A test reads a recorded input, runs the crate's public functions over it and compares every number of every step
+//! with the oracle's output. Constants stand in both places: here, and in the oracle's file, whose doc comment has the
+//! equations.
 #![allow(non_snake_case)]
 #![allow(clippy::unwrap_used)] // a test's panic is its verdict
 
@@ -81,8 +82,8 @@ fn plain_recursion(belief: &mut Gaussian<3>, y: f64, h: &Vector3<f64>, r: f64, l
     belief.P = 0.5 * (belief.P + belief.P.transpose());
 }
 
-/// Regressors that differ by a thousandth to a hundred-thousandth, against 60 digits (`rls_near_equal.py`): worst error of any number of P
-/// relative to the standard deviations beside it, and of χ in standard deviations.
+/// Regressors that differ by a thousandth to a hundred-thousandth, against 60 digits (`rls_near_equal.py`): worst error
+/// of any number of P relative to the standard deviations beside it, and of χ in standard deviations.
 #[test]
 fn near_equal_regressors_need_the_square_root_form() {
     let input = Table::read("rls_near_equal_input.csv").arrays::<5>();

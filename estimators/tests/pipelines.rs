@@ -1,5 +1,5 @@
-//! Whole pipelines against oracles of their own (`tests/reference/pipeline_*.py`): from the samples to the estimate, every fourth step
-//! of a recorded drive.
+//! Whole pipelines against oracles of their own (`tests/reference/pipeline_*.py`): from the samples to the estimate,
+//! every fourth step of a recorded drive.
 #![allow(clippy::unwrap_used)] // a test's panic is its verdict
 
 mod reference;
@@ -120,7 +120,8 @@ fn bare(name: &str) -> Vec<(&'static str, Setting<'static>)> {
     off.iter().filter(known).copied().collect()
 }
 
-/// Every fourth step of a named pipeline over the recorded drive, as `row` has it from the estimate and the internals named.
+/// Every fourth step of a named pipeline over the recorded drive, as `row` has it from the estimate and the internals
+/// named.
 fn drive(
     input: &str,
     vehicle: &Vehicle,

@@ -1,7 +1,8 @@
-//! The methods as printed: each slip alone, on a small crane, beside the form that is right; and what no slip may do, leave something that is not
-//! finite.
+//! The methods as printed: each slip alone, on a small crane, beside the form that is right; and what no slip may do,
+//! leave something that is not finite.
 //!
-//! `right` in a test is the same code with the switch at 0, on the same data. So no test here passes with the right form in place of the print.
+//! `right` in a test is the same code with the switch at 0, on the same data. So no test here passes with the right
+//! form in place of the print.
 #![cfg(feature = "printed")]
 #![allow(clippy::unwrap_used)]
 
@@ -339,8 +340,8 @@ mod huainan {
         }
     }
 
-    /// The last branch adds to a gain that nothing takes back while motion lasts. Beyond 1 the output runs ahead of its input, which no smoothing
-    /// does; then Γ changes its sign and the gain falls back to m₀.
+    /// The last branch adds to a gain that nothing takes back while motion lasts. Beyond 1 the output runs ahead of its
+    /// input, which no smoothing does; then Γ changes its sign and the gain falls back to m₀.
     #[test]
     fn eq_10_adds_to_its_gain_until_it_overshoots() {
         let mut smoother = Smoother::new(true, 0.15, 0.1, 0.02);
@@ -357,7 +358,8 @@ mod huainan {
         assert_eq!(ahead.count(), 0);
     }
 
-    /// Units: a where a′ belongs makes degrees by the hundred of it; with a′ the open sum of θ′ is still worse than the filter of [v, θ].
+    /// Units: a where a′ belongs makes degrees by the hundred of it; with a′ the open sum of θ′ is still worse than the
+    /// filter of [v, θ].
     #[test]
     fn eq_14_an_input_of_the_wrong_unit_and_an_open_sum() {
         for (printed, right) in beside(
@@ -392,7 +394,8 @@ mod huainan {
         }
     }
 
-    /// The weights of covariances add up to 1 + (1 − α² + β) = 3.06, with the sign of eq. 19 to −0.94: a mean with them is no mean.
+    /// The weights of covariances add up to 1 + (1 − α² + β) = 3.06, with the sign of eq. 19 to −0.94: a mean with them
+    /// is no mean.
     #[test]
     fn eq_26_a_mean_whose_weights_do_not_add_up_to_one() {
         for (printed, right) in beside(
@@ -444,7 +447,8 @@ mod guo_2024 {
     ];
     const LIGHT: [(&str, Setting); 1] = [("mass0_kg", Setting::Number(12_000.0))];
 
-    /// In a steady bend the accelerometer reads little along and much across: η takes away the force that holds the train on its slope.
+    /// In a steady bend the accelerometer reads little along and much across: η takes away the force that holds the
+    /// train on its slope.
     #[test]
     fn eq_1_the_lateral_factor_takes_away_traction_that_is_there() {
         let bend = World {

@@ -1,4 +1,5 @@
-//! Laws of `rail_fusion` and `attitude`: what makes bias and load observable, consistency in both directions, and no NaN whatever comes in.
+//! Laws of `rail_fusion` and `attitude`: what makes bias and load observable, consistency in both directions, and no
+//! NaN whatever comes in.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -38,8 +39,8 @@ fn vehicle() -> Vehicle {
     .unwrap()
 }
 
-/// A train on a rail of one grade after a level stretch, with a load that hangs on chains: equations of motion of a carriage with a pendulum
-/// (small angles), written from mechanics and not from the estimator.
+/// A train on a rail of one grade after a level stretch, with a load that hangs on chains: equations of motion of a
+/// carriage with a pendulum (small angles), written from mechanics and not from the estimator.
 struct World {
     random: Random,
     bias: [Real; 2],
@@ -186,8 +187,8 @@ fn internal(estimator: &AnyEstimator, name: &str) -> Real {
 #[test]
 fn the_bias_is_observable_on_a_slope_and_not_on_the_level() {
     // |f| = g: f_z tells b_z on the level, and on a slope of 8° with it cos θ, at a sensitivity of sin θ = 0.14. On the level nothing tells b_x
-    // from θ. Without f_z nothing does anywhere. Told that biases are constant: with n = √5 · 6.94e-4 m/s/√s of noise in f_z, 12 s on the level
-    // and 27 s on the slope make n √(1/12 + 1/27)/0.14 = 0.0039 m/s², 0.40 of the prior.
+    // from θ. Without f_z nothing does anywhere. Told that biases are constant: with n = √5 · 6.94e-4 m/s/√s of noise
+    // in f_z, 12 s on the level and 27 s on the slope make n √(1/12 + 1/27)/0.14 = 0.0039 m/s², 0.40 of the prior.
     let bias_sd = |ramp_deg: Real, settings: &[(&'static str, Setting<'static>)]| {
         let constant = ("accel_bias_walk", Setting::Number(0.0));
         let settings: Vec<_> = settings.iter().copied().chain([constant]).collect();
@@ -208,8 +209,8 @@ fn the_bias_is_observable_on_a_slope_and_not_on_the_level() {
     assert!(without > 0.9 * BIAS_SD, "without f_z {without}");
 }
 
-/// Of an instrument that is not calibrated the mount may be as askew as its bias is large, for which |f| = g tells nothing: the grade stays as
-/// uncertain as it was at the start, on the slope too.
+/// Of an instrument that is not calibrated the mount may be as askew as its bias is large, for which |f| = g tells
+/// nothing: the grade stays as uncertain as it was at the start, on the slope too.
 #[test]
 fn a_mount_that_may_be_askew_is_said_in_the_standard_deviation() {
     for name in ["rail_fusion", "attitude"] {
@@ -246,7 +247,8 @@ fn one_start_on_the_level_weighs_a_load_that_swings() {
     }
 }
 
-/// A train that goes back onto a slope that nothing has read: the force balance finds it, and the effective grade has it once, not twice.
+/// A train that goes back onto a slope that nothing has read: the force balance finds it, and the effective grade has
+/// it once, not twice.
 #[test]
 fn rail_behind_the_start_counts_once_in_the_effective_grade() {
     let (span_m, behind_rad) = (18.0, 0.06);
@@ -287,8 +289,8 @@ fn the_standard_deviation_of_the_grade_is_neither_too_small_nor_too_large() {
             let error = (grade.value - world.theta) / grade.sd;
             nees += error * error / RUNS as Real;
         }
-        // χ² with 24 degrees of freedom over 24: 1 ± 3 √(2/24). The noise of f_z is taken five times too large in variance on purpose, so that
-        // standard deviations are up to √5 too large.
+        // χ² with 24 degrees of freedom over 24: 1 ± 3 √(2/24). The noise of f_z is taken five times too large in
+        // variance on purpose, so that standard deviations are up to √5 too large.
         let spread = 3.0 * (2.0 / RUNS as Real).sqrt();
         assert!(nees < 1.0 + spread, "{name}: {nees}");
         assert!(nees > (1.0 - 0.7 * spread) / 5.0, "{name}: {nees}");

@@ -1,5 +1,5 @@
-//! A real recording: 50 s of a robot on a level indoor floor (`tests/data/real/husky`, norlab-ulaval/BorealTC, CC0 1.0). Nobody measured its slope;
-//! gravity and gyro say that the robot pitched by 4.5° for some ten seconds of it.
+//! A real recording: 50 s of a robot on a level indoor floor (`tests/data/real/husky`, norlab-ulaval/BorealTC, CC0
+//! 1.0). Nobody measured its slope; gravity and gyro say that the robot pitched by 4.5° for some ten seconds of it.
 #![allow(clippy::unwrap_used)] // a test's panic is its verdict
 
 use std::fs;
@@ -79,8 +79,8 @@ fn valid(estimates: &[Estimate]) -> impl Iterator<Item = &Estimate> {
     estimates.iter().skip(1_000).filter(|e| e.grade_rad.valid)
 }
 
-/// Mean grade over five seconds that gravity shows, rad: from the mean specific force less the change of speed, of which a robot at 0.2 m/s has none
-/// worth mentioning over so long a time.
+/// Mean grade over five seconds that gravity shows, rad: from the mean specific force less the change of speed, of
+/// which a robot at 0.2 m/s has none worth mentioning over so long a time.
 fn by_gravity() -> Vec<f64> {
     let forces: Vec<f64> = table::<7>("imu_flooring_03.csv")
         .iter()

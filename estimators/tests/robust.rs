@@ -1,5 +1,5 @@
-//! Every named estimator under input no one planned for: a hundred and fifty thousand steps of garbage and of a crane with failing sensors,
-//! and a day without excitation.
+//! Every named estimator under input no one planned for: a hundred and fifty thousand steps of garbage and of a crane
+//! with failing sensors, and a day without excitation.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -418,9 +418,9 @@ const DAY: usize = 24 * 3600 * 2;
 /// Estimators that learn 1/M, so that the prior bounds the standard deviation of 1/M, sd/M², and not that of M.
 const BY_INVERSE_MASS: [&str; 4] = ["dffrls_aekf", "rls_ekf", "ffrls", "joint_ekf"];
 
-/// Whether the estimator is made to be used. The published methods are not supervised: they go on learning where nothing can be learnt,
-/// and their mass after that is part of the method. Only what holds for every estimator is asked of them: finite, and no more uncertain
-/// than at the start.
+/// Whether the estimator is made to be used. The published methods are not supervised: they go on learning where
+/// nothing can be learnt, and their mass after that is part of the method. Only what holds for every estimator is asked
+/// of them: finite, and no more uncertain than at the start.
 fn supervised(name: &str) -> bool {
     registry::kind(name) == Some(registry::Kind::Supervised)
 }
@@ -487,7 +487,8 @@ fn long_run(speed_mps: Real, dt: Real, steps: usize) {
             "{name}: {internals:?}"
         );
 
-        // The oracle for what excitation can do is the same estimator without the day before it, on the same crane with the same noise.
+        // The oracle for what excitation can do is the same estimator without the day before it, on the same crane with
+        // the same noise.
         let mut new_crane = crane.clone();
         let error_fresh = excite(&mut fresh.clone(), &mut new_crane);
         let error = excite(&mut estimator, &mut crane);

@@ -1,5 +1,5 @@
-//! How far the single-precision build strays from the double-precision one on the same measurements, and where it needs the square-root
-//! form. The figures it prints stand in the book, `methods/single_precision.md`.
+//! How far the single-precision build strays from the double-precision one on the same measurements, and where it needs
+//! the square-root form. The figures it prints stand in the book, `methods/single_precision.md`.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -50,8 +50,8 @@ fn narrow(z: &Measurements) -> single::api::signals::Measurements {
     narrow
 }
 
-/// Twenty minutes of starts, stops and grades. All axes have noise: of one without, a stuck detector sees other repetitions in single
-/// precision, where a value that changes slowly is the same for some samples.
+/// Twenty minutes of starts, stops and grades. All axes have noise: of one without, a stuck detector sees other
+/// repetitions in single precision, where a value that changes slowly is the same for some samples.
 fn drive() -> Vec<Measurements> {
     let mut crane = Crane::new(vehicle(2), 15_000.0, 11);
     let mut random = Random::new(12);
@@ -125,8 +125,9 @@ fn each_named_estimator_strays_little() {
     assert_eq!(strayed, []);
 }
 
-/// Least squares for two parameters of scales as in `ffrls` written in N and kg: regressors of 10⁴ and 1, hardly excited. Tells the
-/// smallest eigenvalue of the scaled covariance met in any step and the error of the first parameter at the end, in its units.
+/// Least squares for two parameters of scales as in `ffrls` written in N and kg: regressors of 10⁴ and 1, hardly
+/// excited. Tells the smallest eigenvalue of the scaled covariance met in any step and the error of the first parameter
+/// at the end, in its units.
 macro_rules! long_regression {
     ($crate_name:ident, $real:ty, $square_root:expr) => {{
         use $crate_name::filters::{forgetting::Forgetting, gaussian::Gaussian, rls::Rls};

@@ -1,4 +1,5 @@
-//! Snapshots of every named estimator: to survive a power cycle to the last bit, and to refuse all that is not such a snapshot.
+//! Snapshots of every named estimator: to survive a power cycle to the last bit, and to refuse all that is not such a
+//! snapshot.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -104,7 +105,8 @@ fn a_restored_estimator_goes_on_as_if_the_power_had_never_failed() {
     }
 }
 
-/// At any time of a drive with as many drive units as there can be: their states are then there, and most of what is optional at some time.
+/// At any time of a drive with as many drive units as there can be: their states are then there, and most of what is
+/// optional at some time.
 #[test]
 fn a_snapshot_fits_at_any_time_of_a_drive_with_all_drive_units() {
     let drive = drive_of(MAX_DRIVES, 6_000);
@@ -195,8 +197,8 @@ fn what_is_not_a_number_does_not_get_in() {
     for mut estimator in all() {
         run(&mut estimator, &drive(1_000));
         let (name, good) = (estimator.name(), taken(&estimator));
-        // Behind the header each scalar takes 8 bytes, but not always at a multiple of 8: try all places. Across two numbers the bytes
-        // may make two others that are good.
+        // Behind the header each scalar takes 8 bytes, but not always at a multiple of 8: try all places. Across two
+        // numbers the bytes may make two others that are good.
         let mut refused = 0;
         for place in 22..good.len() - 12 {
             let mut bad = good.clone();

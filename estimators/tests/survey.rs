@@ -1,4 +1,5 @@
-//! Laws of what the attitude filter tells of the rail behind the IMU: the grade with a fixed lag, and the heading, each with its standard deviation.
+//! Laws of what the attitude filter tells of the rail behind the IMU: the grade with a fixed lag, and the heading, each
+//! with its standard deviation.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -64,7 +65,8 @@ impl Unit {
     }
 }
 
-/// An estimator's errors after each step: those of the grade at the IMU, of the lagged grade and of the heading, each over its standard deviation and in rad.
+/// An estimator's errors after each step: those of the grade at the IMU, of the lagged grade and of the heading, each
+/// over its standard deviation and in rad.
 fn drive(seed: u64, estimator: &mut AnyEstimator) -> Vec<[[Real; 2]; 3]> {
     let mut random = Random::new(seed);
     let bias = [0.00978 * random.normal(), 0.00978 * random.normal()];
@@ -138,8 +140,8 @@ fn rms(errors: &[[[Real; 2]; 3]], of: usize, unit: usize) -> Real {
     (squares.sum::<Real>() / errors.len() as Real).sqrt()
 }
 
-/// One arm later the grade of a place needs no guess: on a rail that bends its error is a fraction of that of the grade at the IMU, and its standard
-/// deviation is that of the error.
+/// One arm later the grade of a place needs no guess: on a rail that bends its error is a fraction of that of the grade
+/// at the IMU, and its standard deviation is that of the error.
 #[test]
 fn with_a_lag_of_the_arm_nothing_is_guessed() {
     for name in ["attitude", "rail_fusion"] {
@@ -160,7 +162,8 @@ fn with_a_lag_of_the_arm_nothing_is_guessed() {
     }
 }
 
-/// The heading of bends to both sides is known within its standard deviation, which is cautious: it lets errors of scale add up.
+/// The heading of bends to both sides is known within its standard deviation, which is cautious: it lets errors of
+/// scale add up.
 #[test]
 fn the_heading_is_within_its_standard_deviation() {
     let mut estimator = registry::build("attitude", &vehicle(), None).unwrap();

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 /// Widest line of a comment, characters.
 const MAX_COLUMNS: usize = 120;
 
-/// For each folder: how many lines of comments are wider, and how many doc comments open with a noun clause. Both may only fall.
+/// For each folder: how many lines of comments are wider, and how many doc comments open with a noun clause. Both may
+/// only fall.
 const AT_MOST: [(&str, usize, usize); 8] = [
     ("estimators", 623, 272),
     ("sim", 58, 28),

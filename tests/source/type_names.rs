@@ -8,15 +8,7 @@ use syn::Item;
 const SEVERAL_MEANINGS: &[(&str, &str)] = &[
     (
         "estimators",
-        "Acceleration Choice Found Kind Mass Model Motion Noise Push Resistance Row Sample Signals State Turn",
-    ),
-    (
-        "logs",
-        "Channel Column File Files Frames Message Quantity Row Source Sums Table Window",
-    ),
-    (
-        "lab",
-        "Answer Block Cell Comparison Covariance End Histogram Of Quantity Question Queue Row Source Values Wanted",
+        "Acceleration Kind Mass Model Noise Push Resistance Sample State Turn",
     ),
 ];
 

@@ -3,9 +3,10 @@
 //! z = F − (J + m₀ − m_g) a − g Σ m S* − m₀ μ' g c s
 //! h = (m_L + m_g) a_L + m_L (g S*_L + μ' g c s) + s (r c' + c_v |v| + q_c κ) + d + η g Σ m x/9 m − M b
 //!
-//! with the load's acceleration a_L = −g φ̄ c (1 + h κ_L) by the mean swing φ̄ ([`SwingBlock`]), M = m₀ + m_L, m_g the gear that swings with the
-//! load, s the sign of the speed, c the cosine of the grade under the load (c' of its share of the resistance), μ' the part of the
-//! resistance that grows with the load, S* the mean grade of masses below the rail ([`TrainMeans`]), Σ m x of the masses behind the rail read.
+//! with the load's acceleration a_L = −g φ̄ c (1 + h κ_L) by the mean swing φ̄ ([`SwingBlock`]), M = m₀ + m_L, m_g the
+//! gear that swings with the load, s the sign of the speed, c the cosine of the grade under the load (c' of its share
+//! of the resistance), μ' the part of the resistance that grows with the load, S* the mean grade of masses below the
+//! rail ([`TrainMeans`]), Σ m x of the masses behind the rail read.
 
 use nalgebra::SVector;
 

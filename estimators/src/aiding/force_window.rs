@@ -1,7 +1,8 @@
 //! Means of the specific force across the body, and of what the state predicts of it, over windows of 50 ms.
 //!
-//! The noise of a window is that of the sheet or that seen, whichever is larger: an accelerometer that is shaken reads less than its sheet
-//! promises. It is learnt from the means of windows and not from samples, so that bounce, whose mean is small, counts for little.
+//! The noise of a window is that of the sheet or that seen, whichever is larger: an accelerometer that is shaken reads
+//! less than its sheet promises. It is learnt from the means of windows and not from samples, so that bounce, whose
+//! mean is small, counts for little.
 
 use nalgebra::Vector3;
 
@@ -58,7 +59,8 @@ impl ForceWindow {
         }
     }
 
-    /// Velocity random walk seen along the body, m/s/√s; 0 if it is not learnt, or there are no windows for want of a gyro.
+    /// Velocity random walk seen along the body, m/s/√s; 0 if it is not learnt, or there are no windows for want of a
+    /// gyro.
     pub fn seen_walk(&self) -> Real {
         let [forward, ..] = &self.seen;
         self.walk(forward)

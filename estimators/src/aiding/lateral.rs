@@ -1,10 +1,11 @@
-//! Specific force across the body, which measures its roll: mean over a window ([`ForceWindow`](super::force_window::ForceWindow)).
+//! Specific force across the body, which measures its roll: mean over a window
+//! ([`ForceWindow`](super::force_window::ForceWindow)).
 //!
 //! f_y = v r + g sin φ cos θ + b_y + (l_x Δr + l_z Δp)/T
 //!
-//! with r the rate about z without the gyro's bias, Δ the change of the body rates over the window of T seconds, behind a low-pass of 20 ms,
-//! and l_x, l_z how far the IMU is ahead of and below the unit's middle. Without l_x Δr the roll is thrown by 0.4° at both ends of each
-//! bend, and by the turn the pitch with it.
+//! with r the rate about z without the gyro's bias, Δ the change of the body rates over the window of T seconds, behind
+//! a low-pass of 20 ms, and l_x, l_z how far the IMU is ahead of and below the unit's middle. Without l_x Δr the roll
+//! is thrown by 0.4° at both ends of each bend, and by the turn the pitch with it.
 
 use nalgebra::SVector;
 

@@ -1,8 +1,9 @@
-//! Measurements of a state that many instruments see, one a file: a measurement is an [`Aid`], and [`fuse`] lets it correct the belief.
+//! Measurements of a state that many instruments see, one a file: a measurement is an [`Aid`], and [`fuse`] lets it
+//! correct the belief.
 //!
-//! Three layers, as in PX4's ekf2: *control* ([`Control`]) finds out whether a step brings the measurement at all, a *gate*
-//! ([`GateRule`]) weighs its innovation against what is expected, and the rest is *fused*. The status of a measurement is made here
-//! and nowhere else.
+//! Three layers, as in PX4's ekf2: *control* ([`Control`]) finds out whether a step brings the measurement at all, a
+//! *gate* ([`GateRule`]) weighs its innovation against what is expected, and the rest is *fused*. The status of a
+//! measurement is made here and nowhere else.
 
 pub mod force_balance;
 pub mod force_window;

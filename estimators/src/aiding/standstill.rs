@@ -1,4 +1,5 @@
-//! Standstill, which measures the gyro's biases: a vehicle that stands does not turn, so that the gyro reads them (zero-rate update).
+//! Standstill, which measures the gyro's biases: a vehicle that stands does not turn, so that the gyro reads them
+//! (zero-rate update).
 
 use nalgebra::SVector;
 

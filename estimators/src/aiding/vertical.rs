@@ -1,5 +1,5 @@
-//! Specific force upwards, which measures its own bias on the level and with it the pitch on a slope (|f| = g): mean over a window
-//! ([`ForceWindow`](super::force_window::ForceWindow)).
+//! Specific force upwards, which measures its own bias on the level and with it the pitch on a slope (|f| = g): mean
+//! over a window ([`ForceWindow`](super::force_window::ForceWindow)).
 //!
 //! f_z = −v q + g cos φ cos θ + b_z + l_z q² − l_x Δq/T
 //!

@@ -66,8 +66,8 @@ pub enum Rejection {
 }
 
 impl AidOutcome {
-    /// As a number for a record: 0 stale, 1 fused, 2 deweighted, from 3 on rejected (gate, slip, stuck, not running, not excited,
-    /// numeric).
+    /// As a number for a record: 0 stale, 1 fused, 2 deweighted, from 3 on rejected (gate, slip, stuck, not running,
+    /// not excited, numeric).
     pub fn code(self) -> u8 {
         match self {
             AidOutcome::Stale => 0,

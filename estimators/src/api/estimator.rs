@@ -26,7 +26,8 @@ impl Internal {
 
 /// An estimator of mass and slope. Only `step` and `reset` must be there; all else has a default of nothing.
 ///
-/// Object safe, and free for others: those of this crate are plain data without a heap, one of another crate may be anything.
+/// Object safe, and free for others: those of this crate are plain data without a heap, one of another crate may be
+/// anything.
 ///
 /// ```
 /// use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements, Real, Value};
@@ -54,8 +55,9 @@ impl Internal {
 pub trait Estimator {
     /// One step of `dt` seconds with the samples that came since the last one. On an error the estimator is as it was.
     ///
-    /// `dt` is what filters integrate over, the stamps in `z` tell what is fresh. The two clocks are checked against each other: `dt`
-    /// may not be more than twice the time since the last step (which leaves room for jitter). Less is a pause.
+    /// `dt` is what filters integrate over, the stamps in `z` tell what is fresh. The two clocks are checked against
+    /// each other: `dt` may not be more than twice the time since the last step (which leaves room for jitter). Less is
+    /// a pause.
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error>;
 
     /// Back to the state it was built in.
@@ -77,13 +79,14 @@ pub trait Estimator {
     /// Writes what became of the last measurement of each source, in that order, into `status`; as many as fit.
     fn aid_status(&self, _status: &mut [AidStatus]) {}
 
-    /// Writes all it remembers into `bytes` and returns how many it took. Take one between steps, as often as the memory it goes to bears.
+    /// Writes all it remembers into `bytes` and returns how many it took. Take one between steps, as often as the
+    /// memory it goes to bears.
     fn snapshot(&self, _bytes: &mut [u8]) -> Result<usize, SnapshotError> {
         Err(SnapshotError::NotKept)
     }
 
-    /// Becomes what the snapshot tells, to the last bit. Refused, and unchanged, unless the snapshot is whole and of the same estimator, built
-    /// with the same vehicle and parameters. The clock must go on from where it was.
+    /// Becomes what the snapshot tells, to the last bit. Refused, and unchanged, unless the snapshot is whole and of
+    /// the same estimator, built with the same vehicle and parameters. The clock must go on from where it was.
     fn restore(&mut self, _snapshot: &[u8]) -> Result<(), SnapshotError> {
         Err(SnapshotError::NotKept)
     }

@@ -30,7 +30,8 @@ pub struct SuspendedLoad {
     pub below_chains_m: Real,
     /// Length of the chains, m; 0 for a load that does not swing.
     pub chain_m: Real,
-    /// Longitudinal stiffness between the chains' upper ends and the unit with the IMU (drawbars, hangers), N/m; `None` if rigid.
+    /// Longitudinal stiffness between the chains' upper ends and the unit with the IMU (drawbars, hangers), N/m; `None`
+    /// if rigid.
     pub longitudinal_stiffness_npm: Option<Real>,
 }
 

@@ -1,5 +1,5 @@
-//! Parameters set by name: a number with unit and range, a flag, or a choice between words. Plain structs and tables of keys, no
-//! serialisation library.
+//! Parameters set by name: a number with unit and range, a flag, or a choice between words. Plain structs and tables of
+//! keys, no serialisation library.
 
 use core::fmt;
 
@@ -254,7 +254,8 @@ impl fmt::Display for ParamError {
 
 impl core::error::Error for ParamError {}
 
-/// The parameters of an estimator: set by name, listed for checks and documentation. Made by [`params!`](crate::params) and
+/// The parameters of an estimator: set by name, listed for checks and documentation. Made by [`params!`](crate::params)
+/// and
 /// [`param_groups!`](crate::param_groups).
 pub trait Parameters: Default {
     /// All keys, group by group.
@@ -278,8 +279,8 @@ pub trait Parameters: Default {
 
 /// Declares a group of parameters: struct, `Default` and [`Parameters`](crate::api::params::Parameters) from one list.
 ///
-/// A field is a number with unit, default, range and a sentence; `none` in place of the default makes it an `Option`. It is a flag with
-/// `[flag]`, and with `[choice T]` a choice, where `T` is made by [`choices!`](crate::choices).
+/// A field is a number with unit, default, range and a sentence; `none` in place of the default makes it an `Option`.
+/// It is a flag with `[flag]`, and with `[choice T]` a choice, where `T` is made by [`choices!`](crate::choices).
 ///
 /// ```
 /// use monorig_estimators::api::params::{Kind, ParamError, Parameters, Setting};

@@ -3,8 +3,8 @@
 use crate::Real;
 use libm::Libm;
 
-/// Gravity of the force balances, m/s²: the default of the scenarios. It is a local value and no unit; standard gravity, by which
-/// sheets count in g, is 9.80665 m/s².
+/// Gravity of the force balances, m/s²: the default of the scenarios. It is a local value and no unit; standard
+/// gravity, by which sheets count in g, is 9.80665 m/s².
 pub const GRAVITY: Real = 9.81;
 
 /// The circle constant.

@@ -5,9 +5,11 @@ use core::fmt;
 use crate::Real;
 use crate::api::snapshot::{Archive, Blank, State};
 
-/// An instant, in whole nanoseconds since the start of the run or since whatever the clock counts from; good for 290 years either way.
+/// An instant, in whole nanoseconds since the start of the run or since whatever the clock counts from; good for 290
+/// years either way.
 ///
-/// Whole numbers, so that a clock that has run for years still counts single steps, also on a controller with single precision only.
+/// Whole numbers, so that a clock that has run for years still counts single steps, also on a controller with single
+/// precision only.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Time(i64);
 
@@ -17,8 +19,8 @@ impl Time {
         Self(ns)
     }
 
-    /// From seconds, to the nearest nanosecond. NaN and what is beyond the ends become the latest or earliest instant, which no
-    /// estimator takes.
+    /// From seconds, to the nearest nanosecond. NaN and what is beyond the ends become the latest or earliest instant,
+    /// which no estimator takes.
     pub fn from_s(s: f64) -> Self {
         if s.is_nan() {
             return Self(i64::MAX);

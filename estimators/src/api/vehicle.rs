@@ -11,14 +11,14 @@ use crate::api::signals::MAX_DRIVES;
 /// No train is longer, m.
 const MAX_LENGTH_M: Real = 1e3;
 
-/// Speed, m/s, below which a vehicle counts as standing, on a rail and on a road: friction there is not the running resistance, and
-/// a road vehicle's wheel speed tells less.
+/// Speed, m/s, below which a vehicle counts as standing, on a rail and on a road: friction there is not the running
+/// resistance, and a road vehicle's wheel speed tells less.
 const STANDSTILL_MPS: [Real; 2] = [0.05, 0.3];
 
 /// A vehicle's nominal values, not yet checked. Fields may be added: end a literal with `..VehicleData::default()`.
 ///
-/// The default has no mass, mass range or wheel radius, which [`Vehicle::new`] refuses; the rest is a point mass of one drive unit without
-/// losses.
+/// The default has no mass, mass range or wheel radius, which [`Vehicle::new`] refuses; the rest is a point mass of one
+/// drive unit without losses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VehicleData {
     /// Mass of the empty train, kg.
@@ -37,19 +37,22 @@ pub struct VehicleData {
     pub running_resistance: Real,
     /// Smallest and largest total mass thought possible, kg.
     pub mass_range_kg: [Real; 2],
-    /// From where to where behind the middle of the unit that carries the IMU (towards falling chainage; negative = ahead of it) the
-    /// tare is spread, m. Both 0: a point.
+    /// From where to where behind the middle of the unit that carries the IMU (towards falling chainage; negative =
+    /// ahead of it) the tare is spread, m. Both 0: a point.
     pub tare_span_m: [Real; 2],
     /// The same for where the load's weight comes onto the rail, m.
     pub load_span_m: [Real; 2],
     /// How far ahead of that middle the IMU sits, m. It pitches with its unit, so it reads the grade under the middle.
     pub imu_arm_m: Real,
-    /// Where the masses sit by the drawings, for estimators that use more than the spans; `None` if only those are known.
+    /// Where the masses sit by the drawings, for estimators that use more than the spans; `None` if only those are
+    /// known.
     pub layout: Option<MassLayout>,
-    /// Standard deviation of the accelerometer's bias along the train, m/s², with misalignment of its mount times g: 0.01 of a calibrated
-    /// IMU, 0.05 to 0.1 of an uncalibrated one, 0.17 for each degree by which its mount is off. `None`: not known.
+    /// Standard deviation of the accelerometer's bias along the train, m/s², with misalignment of its mount times g:
+    /// 0.01 of a calibrated IMU, 0.05 to 0.1 of an uncalibrated one, 0.17 for each degree by which its mount is off.
+    /// `None`: not known.
     pub accel_bias_sd_mps2: Option<Real>,
-    /// Standard deviation of the gyro's biases at switch-on, rad/s: 0.01 to 0.07 of an uncalibrated MEMS. `None`: not known.
+    /// Standard deviation of the gyro's biases at switch-on, rad/s: 0.01 to 0.07 of an uncalibrated MEMS. `None`: not
+    /// known.
     pub gyro_bias_sd_radps: Option<Real>,
     /// What only a road vehicle has; `None` for a train.
     pub road: Option<RoadVehicle>,
@@ -94,7 +97,8 @@ pub struct RoadVehicle {
     pub rear_cornering_npr: Real,
 }
 
-/// What an estimator is told about the vehicle when it is built: nominal values that can be, checked. The truth may differ.
+/// What an estimator is told about the vehicle when it is built: nominal values that can be, checked. The truth may
+/// differ.
 ///
 /// ```
 /// use monorig_estimators::{Vehicle, VehicleData, ParamError};

@@ -137,8 +137,8 @@ fn without_its_accelerometer_a_long_train_has_no_valid_grade_at_the_imu() {
     }
 }
 
-/// The memory of the rail is not much longer than the train: back at the foot of the ramp it has forgotten it, and the instrument is at the
-/// tail.
+/// The memory of the rail is not much longer than the train: back at the foot of the ramp it has forgotten it, and the
+/// instrument is at the tail.
 #[test]
 fn driving_back_over_forgotten_rail_the_grade_at_the_tail_is_known() {
     let vehicle = Vehicle::new(VehicleData {

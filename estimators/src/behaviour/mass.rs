@@ -122,8 +122,8 @@ fn another_load_is_noticed_and_learnt() {
     }
 }
 
-/// Bearings and clamped wheels resist alike whatever the load: the running-resistance coefficient of a heavier train is smaller, and what the
-/// bias of the accelerometer passes for is larger.
+/// Bearings and clamped wheels resist alike whatever the load: the running-resistance coefficient of a heavier train is
+/// smaller, and what the bias of the accelerometer passes for is larger.
 #[test]
 fn another_load_is_another_running_resistance() {
     let mut worst: Real = 0.0;
@@ -283,8 +283,8 @@ fn resistance_in_curves_is_learnt_and_does_not_pass_for_mass() {
     assert!(3.0 * knows.0 < ignores.0, "{knows:?} {ignores:?}");
 }
 
-/// The range of the mass limits what is published, not what is learnt: wherever the range does not act, the mass is that of an
-/// estimator with a range of everything.
+/// The range of the mass limits what is published, not what is learnt: wherever the range does not act, the mass is
+/// that of an estimator with a range of everything.
 #[test]
 fn the_range_of_the_mass_leaves_what_is_learnt_alone() {
     let near = [14_800.0, 15_200.0];

@@ -1,4 +1,5 @@
-//! What the named estimators can and cannot do, on a simulated crane of one degree of freedom. Here: what these tests share.
+//! What the named estimators can and cannot do, on a simulated crane of one degree of freedom. Here: what these tests
+//! share.
 
 mod bend;
 mod faults;
@@ -18,7 +19,8 @@ use crate::testing::vehicles::*;
 use crate::{Error, Real};
 use std::vec::Vec;
 
-/// Errors of the recommended mass regression at the end of a run, over seeds: (bias, root mean square, mean of (error/sd)²).
+/// Errors of the recommended mass regression at the end of a run, over seeds: (bias, root mean square, mean of
+/// (error/sd)²).
 pub fn mass_statistics(name: &str, worlds: impl Fn(u64) -> World) -> (Real, Real, Real) {
     let count = 40;
     let (mut bias, mut square, mut normalised) = (0.0, 0.0, 0.0);

@@ -31,8 +31,8 @@ fn plain_least_squares_is_as_good_while_the_load_stays_and_the_coupled_baselines
     let (coupled, joint) = (rms("ffrls", &[], &world), rms("joint_ekf", &[], &world));
     assert!(plain.0 < 0.01 && plain.1 < 0.3);
     assert!(plain.0 < 1.2 * dynamic.0);
-    // What the structure forbids: a slope that changes at steady speed ruins the coupled regression, and speed alone cannot tell
-    // mass from slope.
+    // What the structure forbids: a slope that changes at steady speed ruins the coupled regression, and speed alone
+    // cannot tell mass from slope.
     assert!(coupled.0 > 10.0 * dynamic.0, "{coupled:?}");
     assert!(joint.0 > 10.0 * dynamic.0, "{joint:?}");
     assert!(joint.1 > plain.1);

@@ -1,9 +1,10 @@
 //! Standard deviation of the grade: consistent in both directions.
 //!
-//! Each case draws worlds that are the estimator's own model, with the noises, biases and errors of parameters that it is told, and asks for the
-//! normalised estimation error squared (NEES) of the published grade to be χ² distributed: a standard deviation of 0, or one that is too
-//! small by the cosine of the grade, is above the band, one that is too large is below. In each case another term of the variance is the large
-//! one. The grades are steep (25 to 30°), where a cosine counts.
+//! Each case draws worlds that are the estimator's own model, with the noises, biases and errors of parameters that it
+//! is told, and asks for the normalised estimation error squared (NEES) of the published grade to be χ² distributed: a
+//! standard deviation of 0, or one that is too small by the cosine of the grade, is above the band, one that is too
+//! large is below. In each case another term of the variance is the large one. The grades are steep (25 to 30°), where
+//! a cosine counts.
 
 use super::*;
 use crate::Time;
@@ -58,8 +59,8 @@ fn assert_consistent(case: &str, run: impl Fn(u64) -> (Value, Real)) {
     assert!((low..high).contains(&nees), "{case}: {nees}");
 }
 
-/// (M + J) v̇ = F − M g (sin θ + μ cos θ) plus white noise, θ a random walk. F keeps the speed and goes by measured speed
-/// alone: a force that knew the grade would tell the filter what it does not expect to be told.
+/// (M + J) v̇ = F − M g (sin θ + μ cos θ) plus white noise, θ a random walk. F keeps the speed and goes by measured
+/// speed alone: a force that knew the grade would tell the filter what it does not expect to be told.
 struct Traction {
     mass_kg: Real,
     mu: Real,

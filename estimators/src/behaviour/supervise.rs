@@ -45,7 +45,8 @@ fn every_robust_estimator_has_its_switches_and_no_other_has_any() {
     assert_eq!(with("excitation_gate").count(), 2);
 }
 
-/// Rolling at constant speed on the level, the running resistance off by a third: noise in the regressor passes for information.
+/// Rolling at constant speed on the level, the running resistance off by a third: noise in the regressor passes for
+/// information.
 #[test]
 fn without_the_excitation_gate_steady_speed_makes_it_certain_of_a_wrong_mass() {
     let normalised = |on: bool| {

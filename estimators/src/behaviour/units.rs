@@ -1,5 +1,5 @@
-//! Wrong units, signs and axes: nothing that rests on such an instrument is valid ten seconds after the vehicle first moved, and nothing is
-//! marked without a fault.
+//! Wrong units, signs and axes: nothing that rests on such an instrument is valid ten seconds after the vehicle first
+//! moved, and nothing is marked without a fault.
 
 use super::*;
 use crate::api::signals::Sample;

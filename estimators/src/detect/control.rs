@@ -1,4 +1,5 @@
-//! Control, the first layer of every measurement source: whether a step brings a new measurement, holds the last one, or must do without.
+//! Control, the first layer of every measurement source: whether a step brings a new measurement, holds the last one,
+//! or must do without.
 
 use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
@@ -44,8 +45,8 @@ pub fn wheel_speed(reading: &Reading) -> Control<Real> {
     }
 }
 
-/// The force balance, as a measurement of the mass: out of use without torque or accelerometer (if it is `needed`), and while the train
-/// stands or brakes.
+/// The force balance, as a measurement of the mass: out of use without torque or accelerometer (if it is `needed`), and
+/// while the train stands or brakes.
 pub fn force_balance(reading: &Reading, running: bool, accelerometer: bool) -> Control<()> {
     let fresh = reading.motor_torque_nm.is_some()
         && reading.speed_mps.is_some()

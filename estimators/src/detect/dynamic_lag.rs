@@ -14,10 +14,11 @@ const MEMORY: Real = 2.0;
 
 /// Dynamic lag of one estimate.
 ///
-/// The covariance of a filter whose state is a random walk knows nothing of how fast the state moves now: on a ramp the estimate trails by its
-/// rate times the settling time, and after a step (a jerk, a start, an instrument that is back) it is on its way from somewhere
-/// else (the dynamic lag, or bias, of a manoeuvring target: Bar-Shalom, Li & Kirubarajan 2001, section 11.2). With d the estimate less its
-/// low-pass of the settling time, of which the largest is remembered for twice that time,
+/// The covariance of a filter whose state is a random walk knows nothing of how fast the state moves now: on a ramp the
+/// estimate trails by its rate times the settling time, and after a step (a jerk, a start, an instrument that is back)
+/// it is on its way from somewhere else (the dynamic lag, or bias, of a manoeuvring target: Bar-Shalom, Li &
+/// Kirubarajan 2001, section 11.2). With d the estimate less its low-pass of the settling time, of which the largest is
+/// remembered for twice that time,
 ///
 /// σ² ← σ² + c² max(d² − (3 σ)², 0)
 ///

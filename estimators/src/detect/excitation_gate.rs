@@ -7,8 +7,8 @@ use crate::filters::ewma_variance::EwmaVariance;
 
 /// Excitation gate: open while the running standard deviation of the regressor is above a threshold.
 ///
-/// Noise in a regressor that hardly varies makes its samples less informative than the recursion takes them for (errors in variables). At
-/// steady speed a regression without this gate becomes certain of a mass that noise has made.
+/// Noise in a regressor that hardly varies makes its samples less informative than the recursion takes them for (errors
+/// in variables). At steady speed a regression without this gate becomes certain of a mass that noise has made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExcitationGate {
     on: bool,
@@ -22,8 +22,8 @@ pub struct ExcitationGate {
 const MAX_PERIOD_S: Real = 60.0;
 
 impl ExcitationGate {
-    /// Opens above a standard deviation of `threshold`, in the unit of the regressor, of memory `memory_s`. If not `on`, it is open at every
-    /// value.
+    /// Opens above a standard deviation of `threshold`, in the unit of the regressor, of memory `memory_s`. If not
+    /// `on`, it is open at every value.
     pub fn new(on: bool, threshold: Real, memory_s: Real) -> Self {
         Self {
             on,

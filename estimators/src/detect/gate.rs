@@ -1,4 +1,5 @@
-//! Gate, the second layer of a measurement source: whether a measurement enters, what its consistency test gets, what its status says.
+//! Gate, the second layer of a measurement source: whether a measurement enters, what its consistency test gets, what
+//! its status says.
 
 use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
@@ -57,8 +58,8 @@ impl Gate {
 }
 
 impl Judgement {
-    /// Status of the measurement; `fused`: innovation and variance by the filter's own account, where it entered and the numbers
-    /// allowed an update.
+    /// Status of the measurement; `fused`: innovation and variance by the filter's own account, where it entered and
+    /// the numbers allowed an update.
     pub fn status(&self, fused: Option<(Real, Real)>) -> AidStatus {
         let outcome = match (self.passage, fused) {
             (Passage::Reject, _) => AidOutcome::Rejected(Rejection::Gate),

@@ -8,18 +8,19 @@ use crate::filters::lag_share::LagShare;
 /// Time constant of the mean of the specific force, s, and the time after which it counts.
 const WINDOW_S: Real = 1.0;
 
-/// Smallest and largest size of the mean specific force over g while the vehicle stands, and while it moves: braking at 5 m/s² makes 1.12.
+/// Smallest and largest size of the mean specific force over g while the vehicle stands, and while it moves: braking at
+/// 5 m/s² makes 1.12.
 const STANDING: [Real; 2] = [0.95, 1.05];
 const MOVING: [Real; 2] = [0.8, 1.25];
 
 /// Smallest share of g along the vertical axis: that of the steepest grade, 60°, is a half.
 const MIN_UPRIGHT: Real = 0.5;
 
-/// Gravity check of a three-axis accelerometer: the mean specific force must be g within 5 % standing and within a quarter moving, and its
-/// largest part must point up the vertical axis.
+/// Gravity check of a three-axis accelerometer: the mean specific force must be g within 5 % standing and within a
+/// quarter moving, and its largest part must point up the vertical axis.
 ///
-/// Finds an accelerometer in g for m/s², a vertical axis swapped with another, and all axes of the wrong sign. It does not see a swap of the
-/// two horizontal axes, nor a wrong sign of the forward one: both leave gravity as it is.
+/// Finds an accelerometer in g for m/s², a vertical axis swapped with another, and all axes of the wrong sign. It does
+/// not see a swap of the two horizontal axes, nor a wrong sign of the forward one: both leave gravity as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GravityCheck {
     mean: Option<[Real; 3]>,

@@ -14,10 +14,11 @@ const MAX_ACCELERATION_MPS2: Real = 10.0;
 /// What an uncalibrated gyro may be off by, rad/s: 9 °/s.
 const MAX_BIAS_RADPS: Real = 0.15;
 
-/// Gyro range check: the mean rate of pitch and yaw is at most that of the tightest curve at the speed, min(v ρ, a/v), plus a bias.
+/// Gyro range check: the mean rate of pitch and yaw is at most that of the tightest curve at the speed, min(v ρ, a/v),
+/// plus a bias.
 ///
-/// Finds a gyro in °/s for rad/s as soon as the vehicle turns by 1 °/s or the gyro has a bias of 0.15 °/s; one that reads less than that
-/// moves nothing else either.
+/// Finds a gyro in °/s for rad/s as soon as the vehicle turns by 1 °/s or the gyro has a bias of 0.15 °/s; one that
+/// reads less than that moves nothing else either.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GyroRange {
     mean: [Real; 2],

@@ -3,7 +3,8 @@
 use crate::Real;
 use crate::api::snapshot::state;
 
-/// Samples that the running scale of the innovations looks back on, and the most that one of them counts for, in units of that scale.
+/// Samples that the running scale of the innovations looks back on, and the most that one of them counts for, in units
+/// of that scale.
 const SCALE_MEMORY: Real = 100.0;
 const SCALE_CLIP: Real = 4.0;
 
@@ -14,15 +15,17 @@ pub enum Passage {
     Fuse,
     /// It does not.
     Reject,
-    /// It enters after so many rejections that the filter must be wrong: widen the covariance by the squared innovation first.
+    /// It enters after so many rejections that the filter must be wrong: widen the covariance by the squared innovation
+    /// first.
     Reopen,
 }
 
-/// Innovation gate of one source: rejects a measurement whose innovation is beyond a number of standard deviations, and reopens after a
-/// time of nothing but rejections.
+/// Innovation gate of one source: rejects a measurement whose innovation is beyond a number of standard deviations, and
+/// reopens after a time of nothing but rejections.
 ///
-/// The test ratio is y²/(k² s² S), S the innovation variance on the un-adapted noise, k the threshold, s² ≥ 1 a running scale: the mean of
-/// y²/S, each term clipped at four times the mean. So a gate does not starve a filter whose noise was told too small (that is for the
+/// The test ratio is y²/(k² s² S), S the innovation variance on the un-adapted noise, k the threshold, s² ≥ 1 a running
+/// scale: the mean of y²/S, each term clipped at four times the mean. So a gate does not starve a filter whose noise
+/// was told too small (that is for the
 /// [`NisMonitor`](crate::detect::nis_monitor::NisMonitor) to find), and single outliers do not open it. The timeout is that of the
 /// EKF2 estimator of PX4: a filter that rejects a source for longer is reset to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +43,8 @@ pub struct InnovationGate {
 const MIN_REJECTIONS: u32 = 3;
 
 impl InnovationGate {
-    /// Rejects beyond `threshold_sd` standard deviations; reopens after `timeout_s` and at least three samples. If not `on`, all enter.
+    /// Rejects beyond `threshold_sd` standard deviations; reopens after `timeout_s` and at least three samples. If not
+    /// `on`, all enter.
     pub fn new(on: bool, threshold_sd: Real, timeout_s: Real) -> Self {
         Self {
             on,

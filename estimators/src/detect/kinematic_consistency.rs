@@ -1,11 +1,12 @@
 //! Kinematic consistency of accelerometer, wheel speed and pitch gyro.
 //!
-//! An accelerometer reads f = v̇ + g sin θ + bias. Behind one band-pass (low-pass of 0.3 s, high-passes of 4 and 16 s, which take the biases out) that is
+//! An accelerometer reads f = v̇ + g sin θ + bias. Behind one band-pass (low-pass of 0.3 s, high-passes of 4 and 16 s,
+//! which take the biases out) that is
 //!
 //! f = a v̇ + b g Θ,  v̇ by the wheels, Θ the integral of the pitch rate
 //!
-//! with gains a = b = 1 where units, signs and axes are right. Recursive least squares for the two gains, with samples that count only
-//! while one of the regressors moves. What a fault makes of them:
+//! with gains a = b = 1 where units, signs and axes are right. Recursive least squares for the two gains, with samples
+//! that count only while one of the regressors moves. What a fault makes of them:
 //!
 //! | fault | a | b |
 //! |---|---|---|
@@ -17,15 +18,15 @@
 //! | gyro in °/s | 1 | 0.017 |
 //! | gyro of the wrong sign, or pitch taken from another axis | 1 | −1, undefined |
 //!
-//! A gain b of 0 is a forward axis that is another one, or a gyro that is. The left axis tells: what it reads beside the centripetal acceleration
-//! is regressed on v̇ + g Θ, and must have nothing of it.
+//! A gain b of 0 is a forward axis that is another one, or a gyro that is. The left axis tells: what it reads beside
+//! the centripetal acceleration is regressed on v̇ + g Θ, and must have nothing of it.
 //!
-//! Beside it a step of the wheel speed is compared with the specific force over the same 0.6 s: at steady speed the unit of the wheels shows in
-//! nothing else. What is beyond 0.8 m/s and half the speed before is no scale error; the gain of the
-//! wheels then starts anew from 0, and must be found right again.
+//! Beside it a step of the wheel speed is compared with the specific force over the same 0.6 s: at steady speed the
+//! unit of the wheels shows in nothing else. What is beyond 0.8 m/s and half the speed before is no scale error; the
+//! gain of the wheels then starts anew from 0, and must be found right again.
 //!
-//! At steady speed on an even grade there is nothing else to see, and nothing that a wrong unit would do to slope or mass either; the gains
-//! found last stand until there is.
+//! At steady speed on an even grade there is nothing else to see, and nothing that a wrong unit would do to slope or
+//! mass either; the gains found last stand until there is.
 
 use nalgebra::{Matrix2, Vector2, vector};
 
@@ -62,15 +63,16 @@ const SIGNIFICANT: Real = 3.0;
 const FORGETTING: Real = 0.97;
 /// The same of the gain of the left axis.
 const CROSS_FORGETTING: Real = 0.93;
-/// High-pass of both before that, s: axes that are exchanged on a grade leave a step on each, which must have died out soon.
+/// High-pass of both before that, s: axes that are exchanged on a grade leave a step on each, which must have died out
+/// soon.
 const CROSS_HIGH_PASS_S: Real = 1.5;
 /// Noise of a sample of the left axis, which the road does not push, m/s².
 const CROSS_NOISE_MPS2: Real = 0.05;
 /// Standard deviations that the gain of the left axis must exceed.
 const CROSS_SIGNIFICANT: Real = 2.0;
 
-/// Memory of the step of the wheel speed, s, of which it leaves a half behind the low-pass; memory of the speed before, s; and the smallest step
-/// that is wrong: in m/s, and as a share of the speed before.
+/// Memory of the step of the wheel speed, s, of which it leaves a half behind the low-pass; memory of the speed before,
+/// s; and the smallest step that is wrong: in m/s, and as a share of the speed before.
 const STEP_MEMORY_S: Real = 0.6;
 const BEFORE_S: Real = 2.0;
 /// Pitch rate that no track asks for, rad/s: a gyro that reads more speaks against itself and not against the wheels.
@@ -102,8 +104,8 @@ impl Shares {
     }
 }
 
-/// The two high-passes, behind which a bias and the integral of one are nothing. All signals go through the same, or they would differ by what
-/// the filters do on a long ramp.
+/// The two high-passes, behind which a bias and the integral of one are nothing. All signals go through the same, or
+/// they would differ by what the filters do on a long ramp.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct HighPass {
     slow: Real,
@@ -127,14 +129,16 @@ state!(HighPass { slow, leaked; });
 /// Regression of the specific force on the acceleration of the wheels and the integral of the pitch rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KinematicConsistency {
-    /// Specific force forward, speed, and specific force to the left behind the low-pass; the rate of the speed is the acceleration behind the same.
+    /// Specific force forward, speed, and specific force to the left behind the low-pass; the rate of the speed is the
+    /// acceleration behind the same.
     low: Option<[Real; 3]>,
     force: HighPass,
     acceleration: HighPass,
     across: HighPass,
     /// What is slow of the left axis, and of the acceleration forward, behind all that.
     cross_slow: [Real; 2],
-    /// Pitch rate behind the low-pass, rad/s, and its integral, which leaks like the first high-pass: the same as the integral behind it.
+    /// Pitch rate behind the low-pass, rad/s, and its integral, which leaks like the first high-pass: the same as the
+    /// integral behind it.
     pitch_rate: Real,
     pitch: Real,
     pitch_leaked: Real,
@@ -179,8 +183,8 @@ impl Default for KinematicConsistency {
 }
 
 impl KinematicConsistency {
-    /// One step of `dt` seconds: specific force forward, and to the left less the centripetal acceleration, m/s², wheel speed, m/s, pitch
-    /// rate, rad/s (`None` without a gyro).
+    /// One step of `dt` seconds: specific force forward, and to the left less the centripetal acceleration, m/s², wheel
+    /// speed, m/s, pitch rate, rad/s (`None` without a gyro).
     pub fn observe(
         &mut self,
         [force_mps2, across_mps2]: [Real; 2],
@@ -234,7 +238,8 @@ impl KinematicConsistency {
         self.regress_across(cross, unseen);
     }
 
-    /// Wheel speed or accelerometer is missing: what the filters hold belongs to an earlier time, and a step across the gap is no acceleration.
+    /// Wheel speed or accelerometer is missing: what the filters hold belongs to an earlier time, and a step across the
+    /// gap is no acceleration.
     pub fn interrupt(&mut self) {
         (self.low, self.heard_s) = (None, 0.0);
         self.step_mps = 0.0;
@@ -300,7 +305,8 @@ impl KinematicConsistency {
         }
     }
 
-    /// Whether wheels and accelerometer agree on accelerations: the gain has not been found wrong, or has been found right since.
+    /// Whether wheels and accelerometer agree on accelerations: the gain has not been found wrong, or has been found
+    /// right since.
     pub fn acceleration_consistent(&self) -> bool {
         let [wrong, _] = self.wrong;
         !wrong
@@ -363,7 +369,8 @@ mod tests {
         assert_eq!(drive(|_| (), false), (true, true));
     }
 
-    /// The wheels are not heard while the vehicle gathers speed: the step across the gap is no acceleration that the accelerometer lacks.
+    /// The wheels are not heard while the vehicle gathers speed: the step across the gap is no acceleration that the
+    /// accelerometer lacks.
     #[test]
     fn a_gap_in_the_wheel_speed_is_no_acceleration() {
         let mut consistency = KinematicConsistency::default();
@@ -381,7 +388,8 @@ mod tests {
         assert!((gain - 1.0).abs() < 0.1, "{gain}");
     }
 
-    /// At 0.9 m/s on the level nothing moves but the wheel speed, from one sample to the next; the fault is found in a second and stands.
+    /// At 0.9 m/s on the level nothing moves but the wheel speed, from one sample to the next; the fault is found in a
+    /// second and stands.
     #[test]
     fn a_wrong_unit_of_the_wheels_shows_at_steady_speed() {
         for (factor, right) in [(3.6, false), (-1.0, false), (1.1, true), (0.8, true)] {

@@ -7,7 +7,8 @@ use crate::detect::cusum::Cusum;
 /// Size of one residual, in standard deviations, that is taken as ordinary.
 const ORDINARY: Real = 1.5;
 
-/// Load-change detector: two-sided CUSUM of the mass regression's normalised residuals. Residuals that keep to one side mean another load.
+/// Load-change detector: two-sided CUSUM of the mass regression's normalised residuals. Residuals that keep to one side
+/// mean another load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadChangeDetector {
     on: bool,

@@ -14,8 +14,9 @@
 //! | [`Validity`](validity::Validity) | `validity_gate` | marks only values that meet the validity rule as valid | all estimated values are |
 //! | [`Conditioning`](crate::preprocess::conditioning::Conditioning) | `outlier_hold`, `gyro_calibration`, `noise` | holds out jumps, learns gyro biases and noise | samples as they come, noise as told |
 //!
-//! Measurements pass three layers: [`control`] (new, held, or out of use), gate (whether and with what weight it enters), and fuse (the filter's
-//! update). What became of the last one is published for each source as [`AidStatus`](crate::api::aid::AidStatus).
+//! Measurements pass three layers: [`control`] (new, held, or out of use), gate (whether and with what weight it
+//! enters), and fuse (the filter's update). What became of the last one is published for each source as
+//! [`AidStatus`](crate::api::aid::AidStatus).
 
 pub mod control;
 pub mod cusum;

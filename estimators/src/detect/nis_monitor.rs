@@ -1,4 +1,5 @@
-//! Consistency monitor of one source of measurements: windowed normalised innovation squared (NIS) on the un-adapted noise.
+//! Consistency monitor of one source of measurements: windowed normalised innovation squared (NIS) on the un-adapted
+//! noise.
 
 use crate::Real;
 use crate::api::real::sqrt;
@@ -8,12 +9,13 @@ use crate::filters::lag_share::LagShare;
 /// What one innovation counts for at most: a bump of one or two samples is for the gate and does not end validity.
 const MAX_NIS: Real = 25.0;
 
-/// NIS monitor: exponentially windowed mean of the NIS of one source, against the limit that the mean of a consistent filter exceeds with
-/// a stated probability (Bar-Shalom, Li & Kirubarajan 2001, section 5.4).
+/// NIS monitor: exponentially windowed mean of the NIS of one source, against the limit that the mean of a consistent
+/// filter exceeds with a stated probability (Bar-Shalom, Li & Kirubarajan 2001, section 5.4).
 ///
-/// A window with the time constant T averages over 2 T, in which a filter of real signals has 2 T f independent innovations, f the rate of
-/// decorrelation of what the model leaves out; n = 2 T f times their mean is then χ² with n degrees of freedom. The limit is the quantile of
-/// that over n, by Wilson & Hilferty (1931): (1 − 2/(9 n) + z √(2/(9 n)))³.
+/// A window with the time constant T averages over 2 T, in which a filter of real signals has 2 T f independent
+/// innovations, f the rate of decorrelation of what the model leaves out; n = 2 T f times their mean is then χ² with n
+/// degrees of freedom. The limit is the quantile of that over n, by Wilson & Hilferty (1931): (1 − 2/(9 n) + z √(2/(9
+/// n)))³.
 ///
 /// The noise must be that told or learnt at the start, not that adapted to the innovations, or the test tests nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,8 +28,8 @@ pub struct NisMonitor {
 }
 
 impl NisMonitor {
-    /// Window of time constant `window_s`, with innovations taken for independent at `independent_hz`; limit at the normal quantile
-    /// `z` (4.75: one false alarm in a million windows). If not `on`, a source is always consistent.
+    /// Window of time constant `window_s`, with innovations taken for independent at `independent_hz`; limit at the
+    /// normal quantile `z` (4.75: one false alarm in a million windows). If not `on`, a source is always consistent.
     pub fn new(on: bool, window_s: Real, independent_hz: Real, z: Real) -> Self {
         Self {
             on,

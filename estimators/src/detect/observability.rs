@@ -6,8 +6,8 @@ use crate::api::snapshot::state;
 /// Standard deviation below which a grade counts as found again, rad: twice that of a steady run.
 const OBSERVABLE_SD_RAD: Real = 0.01;
 
-/// Observability of the grade: lost by dead reckoning (moving under the brake or without torque, where the force balance does not hold), back
-/// once the filter has found the grade again.
+/// Observability of the grade: lost by dead reckoning (moving under the brake or without torque, where the force
+/// balance does not hold), back once the filter has found the grade again.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GradeObservability {
     dead_reckoning: bool,

@@ -20,12 +20,14 @@ pub struct HoldLimits {
     pub longest_s: Real,
 }
 
-/// Outlier hold: a sample that jumps further from the last accepted one than the channel can is held out, for a time at most.
+/// Outlier hold: a sample that jumps further from the last accepted one than the channel can is held out, for a time at
+/// most.
 ///
-/// Joints and bumps make a wheel's speed jump by 0.1 to 1.3 m/s and an accelerometer swing by many m/s² for a few samples; low-passes and
-/// derivatives in front of a regression have no innovation to gate. Without an outlier nothing is delayed and nothing changed. It is a
-/// causal decision filter after Hampel (1974), with the last accepted sample in place of the median, and the running mean of steps, clipped
-/// at the threshold, in place of the median deviation. A channel with a period beyond the longest time holds nothing out.
+/// Joints and bumps make a wheel's speed jump by 0.1 to 1.3 m/s and an accelerometer swing by many m/s² for a few
+/// samples; low-passes and derivatives in front of a regression have no innovation to gate. Without an outlier nothing
+/// is delayed and nothing changed. It is a causal decision filter after Hampel (1974), with the last accepted sample in
+/// place of the median, and the running mean of steps, clipped at the threshold, in place of the median deviation. A
+/// channel with a period beyond the longest time holds nothing out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutlierHold {
     limits: HoldLimits,

@@ -1,4 +1,5 @@
-//! Plausibility of the instruments: the checks that find a wrong unit, sign or axis, which a filter would absorb into its states.
+//! Plausibility of the instruments: the checks that find a wrong unit, sign or axis, which a filter would absorb into
+//! its states.
 
 use crate::Real;
 use crate::api::snapshot::state;
@@ -62,8 +63,9 @@ impl Plausibility {
         }
     }
 
-    /// Whether the wheels, and the instruments used beside them, can be what they are taken for. Wheels and accelerometer are found against
-    /// each other: which of the two is wrong is not asked, and an estimate without the accelerometer is marked too.
+    /// Whether the wheels, and the instruments used beside them, can be what they are taken for. Wheels and
+    /// accelerometer are found against each other: which of the two is wrong is not asked, and an estimate without the
+    /// accelerometer is marked too.
     pub fn plausible(&self) -> bool {
         if !self.on {
             return true;

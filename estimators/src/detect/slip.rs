@@ -5,10 +5,11 @@ use crate::Real;
 /// Adapted over nominal standard deviation of wheel speed from which the wheels are taken to slip.
 const MAX_SD_RATIO: Real = 3.0;
 
-/// Slip detector: wheels slip while the adapted standard deviation of wheel speed is three times the nominal one or more.
+/// Slip detector: wheels slip while the adapted standard deviation of wheel speed is three times the nominal one or
+/// more.
 ///
-/// It finds what the [`WheelSpeedVote`](crate::preprocess::wheel_speed_vote::WheelSpeedVote) cannot: all wheels slipping alike. It needs a
-/// filter that adapts its measurement noise; with fixed noise it finds nothing.
+/// It finds what the [`WheelSpeedVote`](crate::preprocess::wheel_speed_vote::WheelSpeedVote) cannot: all wheels
+/// slipping alike. It needs a filter that adapts its measurement noise; with fixed noise it finds nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlipDetector {
     on: bool,
@@ -20,7 +21,8 @@ impl SlipDetector {
         Self { on }
     }
 
-    /// Whether wheel speed, of an adapted over un-adapted standard deviation, follows the force balance about as closely as its noise says.
+    /// Whether wheel speed, of an adapted over un-adapted standard deviation, follows the force balance about as
+    /// closely as its noise says.
     pub fn wheel_speed_consistent(&self, adapted_ratio: Real) -> bool {
         !self.on || adapted_ratio < MAX_SD_RATIO
     }

@@ -1,7 +1,7 @@
 //! Stuck-at fault detector for one sensor channel.
 //!
-//! A repeated value is a fault only of a sensor whose noise moves it from sample to sample. One that often repeats a value legitimately
-//! (coarse quantisation, no noise, a train at rest) is never flagged, and neither is 0.
+//! A repeated value is a fault only of a sensor whose noise moves it from sample to sample. One that often repeats a
+//! value legitimately (coarse quantisation, no noise, a train at rest) is never flagged, and neither is 0.
 
 use crate::api::snapshot::state;
 use crate::{Real, Time};
@@ -9,11 +9,13 @@ use crate::{Real, Time};
 /// Repetitions in a row, and time without another value, s, beyond which a noisy sensor is stuck.
 const MAX_REPEATS: u32 = 20;
 const MAX_HOLD_S: Real = 0.5;
-/// Changes after which the statistics of a sensor are trusted, and changes per legitimate repetition from which it counts as noisy.
+/// Changes after which the statistics of a sensor are trusted, and changes per legitimate repetition from which it
+/// counts as noisy.
 const MIN_CHANGES: u32 = 200;
 const MIN_CHANGES_PER_REPEAT: u32 = 100;
 
-/// Stuck-at fault detector: flags a channel that repeats one non-zero value for 20 samples or more and longer than 0.5 s.
+/// Stuck-at fault detector: flags a channel that repeats one non-zero value for 20 samples or more and longer than 0.5
+/// s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StuckDetector {
     changes: u32,
@@ -37,7 +39,8 @@ impl StuckDetector {
         (self.run, self.changed) = (0, now);
     }
 
-    /// Takes `changes` samples, each another value than the one before, the last at `now`. None may have been repeated just before.
+    /// Takes `changes` samples, each another value than the one before, the last at `now`. None may have been repeated
+    /// just before.
     pub fn take_changes(&mut self, changes: u32, now: Time) {
         self.changes = self.changes.saturating_add(changes);
         self.changed = now;

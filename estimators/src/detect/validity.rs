@@ -2,20 +2,24 @@
 //!
 //! A value is valid while
 //!
-//! 1. it is initialised: its filter has had a measurement, and what it rests on (a mass, an observable grade, wheels that do not slip) is
+//! 1. it is initialised: its filter has had a measurement, and what it rests on (a mass, an observable grade, wheels
+//!   that do not slip) is
 //!    there
 //! 2. its inputs are fresh ([`SampleHold`](crate::preprocess::sample_hold::SampleHold))
 //! 3. its standard deviation is below the limit of its quantity (`mass_sd_max`, `grade_sd_max_deg`, `speed_sd_max_mps`)
 //! 4. no clamp acts on it: range of the mass, steepest grade
-//! 5. the windowed NIS of each of its sources, on the noise told or learnt and not on the noise adapted, is within its χ² limit
+//! 5. the windowed NIS of each of its sources, on the noise told or learnt and not on the noise adapted, is within its
+//!   χ² limit
 //!    ([`NisMonitor`])
 //! 6. its instruments are plausible ([`Plausibility`])
 //!
-//! The standard deviation that is published and compared is that of the filter times the root of its windowed NIS where that is above 1.9 (the a
-//! posteriori variance factor of least squares); regressions have that of their own ([`Rls::spread`](crate::filters::rls::Rls::spread)). That of a
-//! grade has its [`DynamicLag`] added: what it moves by while its filter settles.
+//! The standard deviation that is published and compared is that of the filter times the root of its windowed NIS where
+//! that is above 1.9 (the a posteriori variance factor of least squares); regressions have that of their own
+//! ([`Rls::spread`](crate::filters::rls::Rls::spread)). That of a grade has its [`DynamicLag`] added: what it moves by
+//! while its filter settles.
 //!
-//! A pipeline answers for 1, 2 and 4 in the marks that it hands over; the rest is added here, with the same limits for all.
+//! A pipeline answers for 1, 2 and 4 in the marks that it hands over; the rest is added here, with the same limits for
+//! all.
 
 use crate::Real;
 use crate::api::params::params;
@@ -55,8 +59,8 @@ impl Integrity {
     }
 }
 
-/// Rates at which the innovations of a state filter and of a regression count as independent, 1/s: what a force balance leaves out changes
-/// within a fraction of a second, the samples of a regression come once or twice a second.
+/// Rates at which the innovations of a state filter and of a regression count as independent, 1/s: what a force balance
+/// leaves out changes within a fraction of a second, the samples of a regression come once or twice a second.
 const INDEPENDENT_HZ: [Real; 2] = [5.0, 1.0];
 
 /// Windowed NIS from which standard deviations are widened: the 99 % quantile of the 20 degrees of freedom of a window.
@@ -115,14 +119,16 @@ impl Validity {
         self.plausibility.observe(reading, dt);
     }
 
-    /// An innovation of a source: its NIS on the un-adapted noise, by its degrees of freedom, `period_s` after the one before.
+    /// An innovation of a source: its NIS on the un-adapted noise, by its degrees of freedom, `period_s` after the one
+    /// before.
     pub fn innovation(&mut self, source: Source, nis: Real, period_s: Real) {
         if let Some(monitor) = self.nis.get_mut(source as usize) {
             monitor.observe(nis, period_s);
         }
     }
 
-    /// A posteriori variance factor of a source: its windowed NIS where that is more than chance makes of a consistent filter, else 1.
+    /// A posteriori variance factor of a source: its windowed NIS where that is more than chance makes of a consistent
+    /// filter, else 1.
     fn variance_factor(&self, source: Source) -> Real {
         let monitor = self
             .nis
@@ -168,8 +174,8 @@ impl Validity {
         mark(speed_mps, self.params.speed_sd_max_mps, consistent)
     }
 
-    /// The estimate with all its marks by the rule, or with the gate off all that is estimated marked. `mass`: whether a mass is estimated
-    /// at all. Once a step.
+    /// The estimate with all its marks by the rule, or with the gate off all that is estimated marked. `mass`: whether
+    /// a mass is estimated at all. Once a step.
     pub fn publish(&mut self, estimate: Estimate, mass: bool) -> Estimate {
         let [speed, force] =
             [Source::WheelSpeed, Source::Accelerometer].map(|s| self.variance_factor(s));
@@ -313,7 +319,8 @@ mod tests {
         assert_eq!(marks(&rule, estimate()), [false; 4]);
     }
 
-    /// The mean goes to 25 as 1 − e^(−t/T) and passes 3.3, the limit of 20 degrees, at t = T/10: 0.2 s at 2 s, 1 s at 10 s.
+    /// The mean goes to 25 as 1 − e^(−t/T) and passes 3.3, the limit of 20 degrees, at t = T/10: 0.2 s at 2 s, 1 s at
+    /// 10 s.
     #[test]
     fn the_window_of_a_regression_is_five_times_that_of_a_filter() {
         for (source, before, after) in [(Source::WheelSpeed, 3, 6), (Source::ForceBalance, 18, 23)]

@@ -1,10 +1,10 @@
-//! Adaptive smoothing: a first-order low-pass that opens when the signal leaves its own noise (adaptive smoothing filter of the
-//! DFFRLS-AUKF method for monorail cranes, its eq. 7–10).
+//! Adaptive smoothing: a first-order low-pass that opens when the signal leaves its own noise (adaptive smoothing
+//! filter of the DFFRLS-AUKF method for monorail cranes, its eq. 7–10).
 //!
-//! Y ← Y + m (ψ − Y), with m from a corner frequency, m = 1 − e^(−2π f dt) (the printed m = 2π f/f_s is its small-m limit), and the
-//! corner chosen by how far the input is from the output, Γ = |ψ − Y|, in units of the noise amplitude Γ₀ at rest:
-//! calm up to δ₁ Γ₀, quicker up to δ₂ Γ₀, quickest beyond. (In print Γ is a signed difference of outputs, which needs the m it
-//! chooses; the gain falls to 0 where motion sets in; the last branch grows without bound.)
+//! Y ← Y + m (ψ − Y), with m from a corner frequency, m = 1 − e^(−2π f dt) (the printed m = 2π f/f_s is its small-m
+//! limit), and the corner chosen by how far the input is from the output, Γ = |ψ − Y|, in units of the noise amplitude
+//! Γ₀ at rest: calm up to δ₁ Γ₀, quicker up to δ₂ Γ₀, quickest beyond. (In print Γ is a signed difference of outputs,
+//! which needs the m it chooses; the gain falls to 0 where motion sets in; the last branch grows without bound.)
 //!
 //! One gain serves all channels: signals that meet in one equation must be delayed alike.
 

@@ -38,8 +38,8 @@ impl<T, const N: usize> Ekf<T, N> {
         predict(&mut self.belief, x_next, &F, &Q);
     }
 
-    /// Corrects the belief by a measurement `z` with noise `R`. `None`, and nothing changed, if the innovation covariance is not
-    /// positive definite.
+    /// Corrects the belief by a measurement `z` with noise `R`. `None`, and nothing changed, if the innovation
+    /// covariance is not positive definite.
     #[inline]
     pub fn update<const M: usize>(
         &mut self,

@@ -22,8 +22,8 @@ pub enum Forgetting<const N: usize> {
     None,
     /// A sample's weight falls by this factor at each new one.
     Constant(Real),
-    /// Forgets more when the residual is large: λ = floor + (1 − floor) exp(−sharpness · Δ), where Δ is the residual in units
-    /// of its own running standard deviation, so that `sharpness` has no unit.
+    /// Forgets more when the residual is large: λ = floor + (1 − floor) exp(−sharpness · Δ), where Δ is the residual in
+    /// units of its own running standard deviation, so that `sharpness` has no unit.
     Dynamic {
         /// Smallest λ (the paper's δ).
         floor: Real,
@@ -32,7 +32,8 @@ pub enum Forgetting<const N: usize> {
         /// λ while the running deviation of the residual is not yet known.
         first: Real,
     },
-    /// λ = floor + (1 − floor) exp(−sharpness · Δ) with the residual Δ = |y − hᵀχ| as it is: `sharpness` is per unit of y.
+    /// λ = floor + (1 − floor) exp(−sharpness · Δ) with the residual Δ = |y − hᵀχ| as it is: `sharpness` is per unit of
+    /// y.
     ByResidual {
         /// Smallest λ (the paper's δ).
         floor: Real,
@@ -53,8 +54,8 @@ pub enum Forgetting<const N: usize> {
 }
 
 impl<const N: usize> Forgetting<N> {
-    /// λ for a residual of `size` standard deviations ([`Forgetting::ByResidual`]: units), after a number of `updates`. The smallest,
-    /// where there are several.
+    /// λ for a residual of `size` standard deviations ([`Forgetting::ByResidual`]: units), after a number of `updates`.
+    /// The smallest, where there are several.
     #[inline]
     pub fn lambda(&self, size: Real, updates: u32) -> Real {
         match self {

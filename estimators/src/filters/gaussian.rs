@@ -57,9 +57,9 @@ impl<const M: usize, const N: usize> Gain<M, N> {
     }
 }
 
-/// Lower triangular L with L Lᵀ = P, by outer products, in line (that of the library is a call and works in memory): `None` if P is
-/// not positive definite. Only the lower triangle of P is read. What is left of P takes a division from column to column, and the
-/// root, which is slow, waits for nothing and nothing waits for it.
+/// Lower triangular L with L Lᵀ = P, by outer products, in line (that of the library is a call and works in memory):
+/// `None` if P is not positive definite. Only the lower triangle of P is read. What is left of P takes a division from
+/// column to column, and the root, which is slow, waits for nothing and nothing waits for it.
 #[inline(always)]
 pub(crate) fn cholesky<const N: usize>(P: &SMatrix<Real, N, N>) -> Option<SMatrix<Real, N, N>> {
     let mut rest = *P;
@@ -161,8 +161,8 @@ pub(crate) fn finite<const R: usize, const C: usize>(numbers: &SMatrix<Real, R, 
     sums == [0.0; 4] && rest.iter().all(|number| number.is_finite())
 }
 
-/// The Joseph form with two products of an outer kind in place of two of full matrices: B = (I − K H) P = P − K (P Hᵀ)ᵀ,
-/// P⁺ = B (I − K H)ᵀ + K R Kᵀ = B − (B Hᵀ − K R) Kᵀ. It is symmetric but for rounding.
+/// The Joseph form with two products of an outer kind in place of two of full matrices: B = (I − K H) P = P − K (P
+/// Hᵀ)ᵀ, P⁺ = B (I − K H)ᵀ + K R Kᵀ = B − (B Hᵀ − K R) Kᵀ. It is symmetric but for rounding.
 #[inline(always)]
 fn joseph<const M: usize, const N: usize>(
     P: &mut SMatrix<Real, N, N>,
@@ -208,8 +208,8 @@ impl<const N: usize> Gaussian<N> {
 
     /// Correction by an innovation `y` of a measurement with Jacobian `H` and noise `R`.
     ///
-    /// Joseph form P⁺ = (I − K H) P (I − K H)ᵀ + K R Kᵀ (Bucy & Joseph 1968), which stays positive semi-definite for any
-    /// gain; S is factored (Cholesky), never inverted. `None`, and nothing changed, if S is not positive definite.
+    /// Joseph form P⁺ = (I − K H) P (I − K H)ᵀ + K R Kᵀ (Bucy & Joseph 1968), which stays positive semi-definite for
+    /// any gain; S is factored (Cholesky), never inverted. `None`, and nothing changed, if S is not positive definite.
     #[inline(always)]
     pub fn correct<const M: usize>(
         &mut self,
@@ -257,8 +257,9 @@ impl<const N: usize> Gaussian<N> {
         Some(())
     }
 
-    /// P ← F P Fᵀ, where F is 1 but for its first `K` rows: `rows` holds the entries of F − 1 there, as place and value; entries of 0
-    /// fill a row up. What is below the diagonal is then right ([`Gaussian::symmetrise`] does the rest).
+    /// P ← F P Fᵀ, where F is 1 but for its first `K` rows: `rows` holds the entries of F − 1 there, as place and
+    /// value; entries of 0 fill a row up. What is below the diagonal is then right ([`Gaussian::symmetrise`] does the
+    /// rest).
     #[inline]
     pub(crate) fn carry_sparse<const K: usize, const E: usize>(
         &mut self,

@@ -1,11 +1,12 @@
 //! Interacting multiple models (Blom & Bar-Shalom 1988), with fixed or time-varying transition probabilities.
 //!
-//! One cycle: [`Imm::mix`] the beliefs, predict and correct each by its own model, [`Imm::weigh`] the models by their likelihoods,
+//! One cycle: [`Imm::mix`] the beliefs, predict and correct each by its own model, [`Imm::weigh`] the models by their
+//! likelihoods,
 //! [`Imm::combined`].
 //!
-//! Time-varying transitions (Guo et al. 2024, eq. 36–38): π_ij ← π_ij λ_j / Σ_l π_il λ_l with λ_j = exp(μ_j(k) − μ_j(k−1)). The
-//! product telescopes, so π_ij(k) = π_ij(0) exp(μ_j(k) − μ_j(0)) / Σ_l π_il(0) exp(μ_l(k) − μ_l(0)): no state, no drift, and plain
-//! to see that it only leans mildly towards the likelier model.
+//! Time-varying transitions (Guo et al. 2024, eq. 36–38): π_ij ← π_ij λ_j / Σ_l π_il λ_l with λ_j = exp(μ_j(k) −
+//! μ_j(k−1)). The product telescopes, so π_ij(k) = π_ij(0) exp(μ_j(k) − μ_j(0)) / Σ_l π_il(0) exp(μ_l(k) − μ_l(0)): no
+//! state, no drift, and plain to see that it only leans mildly towards the likelier model.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -31,7 +32,8 @@ pub struct Imm<const N: usize, const K: usize> {
 }
 
 impl<const N: usize, const K: usize> Imm<N, K> {
-    /// All models equally likely and of the same belief; `stay` is the probability of staying in a model from step to step.
+    /// All models equally likely and of the same belief; `stay` is the probability of staying in a model from step to
+    /// step.
     pub fn new(belief: Gaussian<N>, stay: Real, time_varying: bool) -> Self {
         let leave = if K > 1 {
             (1.0 - stay) / (K - 1) as Real
@@ -48,8 +50,8 @@ impl<const N: usize, const K: usize> Imm<N, K> {
         Self::of(belief, transition, time_varying)
     }
 
-    /// The same with a whole matrix of transitions, row i: probabilities of going from model i to each model. `None` unless every row
-    /// is one of probabilities that sum to 1.
+    /// The same with a whole matrix of transitions, row i: probabilities of going from model i to each model. `None`
+    /// unless every row is one of probabilities that sum to 1.
     pub fn with_transitions(
         belief: Gaussian<N>,
         transition: SMatrix<Real, K, K>,

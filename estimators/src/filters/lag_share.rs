@@ -1,10 +1,11 @@
-//! Share of a step that a first-order lag makes, 1 − exp(−dt/τ), computed anew only where step or time constant have changed.
+//! Share of a step that a first-order lag makes, 1 − exp(−dt/τ), computed anew only where step or time constant have
+//! changed.
 
 use crate::Real;
 use crate::api::real::lag;
 
-/// The last two results of a function, by their arguments: steps of one length, computed as differences of times, alternate between two
-/// neighbouring numbers.
+/// The last two results of a function, by their arguments: steps of one length, computed as differences of times,
+/// alternate between two neighbouring numbers.
 ///
 /// It holds nothing that the arguments do not tell: any two are equal, and no snapshot needs it.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,7 +1,7 @@
 //! Matched causal low-pass: two cascaded first-order sections, and the derivative from the same states.
 //!
-//! All signals that meet in one regression go through the *same* filter, so that both sides of the equation are delayed and
-//! smoothed alike; filters that differ would bias the parameter between them.
+//! All signals that meet in one regression go through the *same* filter, so that both sides of the equation are delayed
+//! and smoothed alike; filters that differ would bias the parameter between them.
 
 use crate::Real;
 use crate::api::real::PI;
@@ -52,7 +52,8 @@ impl MatchedFilter {
         self.sections.map(|[_, second]| second)
     }
 
-    /// The smoothed derivative of the input, per second: what [`MatchedFilter::value`] would be for the derivative as input.
+    /// The smoothed derivative of the input, per second: what [`MatchedFilter::value`] would be for the derivative as
+    /// input.
     pub fn rate(&self) -> Real {
         self.rate
     }

@@ -1,11 +1,11 @@
 //! The model of a Kalman filter, with its Jacobians, named as in every textbook.
 //!
-//! A filter of this crate is written once, over this trait: [`Ekf`](crate::filters::ekf::Ekf), [`Ukf`](crate::filters::ukf::Ukf), and
-//! over any of them [`Adaptive`](crate::filters::sage_husa::Adaptive). A model is constants and equations; what changes from step to
-//! step is its input.
+//! A filter of this crate is written once, over this trait: [`Ekf`](crate::filters::ekf::Ekf),
+//! [`Ukf`](crate::filters::ukf::Ukf), and over any of them [`Adaptive`](crate::filters::sage_husa::Adaptive). A model
+//! is constants and equations; what changes from step to step is its input.
 //!
-//! Every process, model and aid is in the list of `testing/jacobians.rs`, which compares `F` and `H` with finite differences and
-//! looks through the sources for one that is missing.
+//! Every process, model and aid is in the list of `testing/jacobians.rs`, which compares `F` and `H` with finite
+//! differences and looks through the sources for one that is missing.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -33,8 +33,8 @@ pub trait Process<const N: usize> {
 ///
 /// z = h(x) + v, v ~ N(0, R)
 ///
-/// R is not part of it: it belongs to the instrument, and a filter may adapt it. A process with several measurements, each with
-/// control and gate of its own, has an [`Aid`](crate::aiding::Aid) for each.
+/// R is not part of it: it belongs to the instrument, and a filter may adapt it. A process with several measurements,
+/// each with control and gate of its own, has an [`Aid`](crate::aiding::Aid) for each.
 pub trait Model<const N: usize, const M: usize>: Process<N> {
     /// Measurement without noise.
     fn h(&self, x: &SVector<Real, N>) -> SVector<Real, M>;
@@ -60,7 +60,7 @@ pub trait Filter<const N: usize, const M: usize> {
     /// Carries the belief over `dt` seconds. `None`, and nothing changed, if the covariance is not positive definite.
     fn predict(&mut self, u: &<Self::Model as Process<N>>::Input, dt: Real) -> Option<()>;
 
-    /// Corrects the belief by a measurement `z` with noise `R`. `None`, and nothing changed, if the innovation covariance is not
-    /// positive definite.
+    /// Corrects the belief by a measurement `z` with noise `R`. `None`, and nothing changed, if the innovation
+    /// covariance is not positive definite.
     fn update(&mut self, z: SVector<Real, M>, R: &SMatrix<Real, M, M>) -> Option<Correction<M, N>>;
 }

@@ -5,16 +5,18 @@
 //! λ comes from a policy ([`Forgetting`]).
 //!
 //! P ← P/λ followed by a correction with noise r is the usual recursion K = P h / (λ r + hᵀ P h), P ← (P − K hᵀ P)/λ
-//! (Liu et al. 2023, eq. 20–22, with the a-priori residual of this step), so the Joseph form of [`Gaussian`] serves here too.
+//! (Liu et al. 2023, eq. 20–22, with the a-priori residual of this step), so the Joseph form of [`Gaussian`] serves
+//! here too.
 //!
-//! With several parameters the recursion carries the factors of P ([`Factors`]), the square-root form: exact to rounding where the
-//! covariance itself loses its digits and at last its positive definiteness, with near-equal regressors, poor excitation, long runs, single
-//! precision. [`Rls::in_square_root_form`] chooses the other form. A regression with one parameter needs none, and neither does
-//! multiple forgetting, which keeps variances only.
+//! With several parameters the recursion carries the factors of P ([`Factors`]), the square-root form: exact to
+//! rounding where the covariance itself loses its digits and at last its positive definiteness, with near-equal
+//! regressors, poor excitation, long runs, single precision. [`Rls::in_square_root_form`] chooses the other form. A
+//! regression with one parameter needs none, and neither does multiple forgetting, which keeps variances only.
 //!
-//! Beside it run two averages of the normalised residual n = e/√(r + hᵀ P h), P before forgetting, over m = min(50, k + 1) at
-//! update k = 1, 2, …: s² ← s² + (min(n², 25 s²) − s²)/m from s² = 1, the [`Rls::spread`] that makes σ of dynamic forgetting
-//! free of units; and c of n times the n before it (held within ±25 s²), of which [`Rls::correlation_factor`] tells.
+//! Beside it run two averages of the normalised residual n = e/√(r + hᵀ P h), P before forgetting, over m = min(50, k +
+//! 1) at update k = 1, 2, …: s² ← s² + (min(n², 25 s²) − s²)/m from s² = 1, the [`Rls::spread`] that makes σ of dynamic
+//! forgetting free of units; and c of n times the n before it (held within ±25 s²), of which
+//! [`Rls::correlation_factor`] tells.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -85,15 +87,17 @@ impl<const N: usize> Rls<N> {
         plain.in_square_root_form(true)
     }
 
-    /// The same, carrying the factors of P if `wanted` and of use (several parameters that share a covariance), or P as it is.
+    /// The same, carrying the factors of P if `wanted` and of use (several parameters that share a covariance), or P as
+    /// it is.
     pub fn in_square_root_form(mut self, wanted: bool) -> Self {
         let of_use = N > 1 && !matches!(self.policy, Forgetting::Multiple(_));
         self.factors = (wanted && of_use).then(|| Factors::of(&self.belief.P));
         self
     }
 
-    /// The same with samples weighed by the size of the residuals found: each enters with `r` times the a posteriori variance factor. Errors of
-    /// the model then do not outweigh the prior by the number of samples, and what samples alone cannot separate stays where the prior has it.
+    /// The same with samples weighed by the size of the residuals found: each enters with `r` times the a posteriori
+    /// variance factor. Errors of the model then do not outweigh the prior by the number of samples, and what samples
+    /// alone cannot separate stays where the prior has it.
     pub fn weighed_by_residuals(mut self, wanted: bool) -> Self {
         self.by_residuals = wanted;
         self
@@ -190,14 +194,15 @@ impl<const N: usize> Rls<N> {
         self.updates = self.updates.saturating_add(1);
     }
 
-    /// Standard deviation of the residual divided by the one predicted for it: 1 when the noise variance given is right.
+    /// Standard deviation of the residual divided by the one predicted for it: 1 when the noise variance given is
+    /// right.
     #[inline]
     pub fn spread(&self) -> Real {
         sqrt(self.spread.max(1e-12))
     }
 
-    /// What the variance of slowly varying parameters must be multiplied by because successive residuals are not independent:
-    /// (1 + ρ)/(1 − ρ), ρ their correlation; 1 while they are, or while too few are known.
+    /// What the variance of slowly varying parameters must be multiplied by because successive residuals are not
+    /// independent: (1 + ρ)/(1 − ρ), ρ their correlation; 1 while they are, or while too few are known.
     pub fn correlation_factor(&self) -> Real {
         if self.updates < SPREAD_KNOWN {
             return 1.0;
@@ -212,8 +217,8 @@ impl<const N: usize> Rls<N> {
         spread * spread * self.correlation_factor()
     }
 
-    /// Covariance of slowly varying parameters, widened where residuals are larger than expected or hang together; no variance
-    /// exceeds that of the start, which was known without any sample.
+    /// Covariance of slowly varying parameters, widened where residuals are larger than expected or hang together; no
+    /// variance exceeds that of the start, which was known without any sample.
     pub fn widened(&self) -> SMatrix<Real, N, N> {
         let mut belief = self.belief;
         // What the weights have in P already is not put in again.
@@ -222,9 +227,9 @@ impl<const N: usize> Rls<N> {
         belief.P
     }
 
-    /// Keeps the numbers usable where samples make no sense: parameters, scaled so that they should be about 1, stop at a thousand. Limits
-    /// of what is plausible do not belong here but where the parameters are told: a parameter cut back without those it hangs together with
-    /// contradicts all samples before.
+    /// Keeps the numbers usable where samples make no sense: parameters, scaled so that they should be about 1, stop at
+    /// a thousand. Limits of what is plausible do not belong here but where the parameters are told: a parameter cut
+    /// back without those it hangs together with contradicts all samples before.
     pub fn clamp_usable(&mut self) {
         self.belief.x = self
             .belief
@@ -237,7 +242,8 @@ impl<const N: usize> Rls<N> {
         self.updates
     }
 
-    /// Adds these shares of their prior variances to those of the parameters, up to the prior; what hangs together goes on to.
+    /// Adds these shares of their prior variances to those of the parameters, up to the prior; what hangs together goes
+    /// on to.
     pub fn inflate(&mut self, shares: &SVector<Real, N>) {
         self.belief.P += SMatrix::from_diagonal(&shares.component_mul(&self.prior));
         self.belief.limit_variance(&self.prior);

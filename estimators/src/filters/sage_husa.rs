@@ -1,17 +1,20 @@
 //! Sage-Husa estimation of noise covariances with fading memory (Sage & Husa 1969; Liu et al. 2023, eq. 30).
 //!
-//! The printed estimator subtracts covariances (R ← (1−d) R + d (y yᵀ − H P⁻ Hᵀ)) and so loses positive definiteness. Here
-//! the two forms that cannot:
+//! The printed estimator subtracts covariances (R ← (1−d) R + d (y yᵀ − H P⁻ Hᵀ)) and so loses positive definiteness.
+//! Here the two forms that cannot:
 //!
-//! - [`SageHusa::observe_residual`], for R, from the residual *after* the update: R ← (1−d) R + d (ε εᵀ + H P⁺ Hᵀ), since
+//! - [`SageHusa::observe_residual`], for R, from the residual *after* the update: R ← (1−d) R + d (ε εᵀ + H P⁺ Hᵀ),
+//!   since
 //!   E[ε εᵀ] = R − H P⁺ Hᵀ (Akhlaghi, Zhou & Huang 2017);
 //! - [`SageHusa::observe_correction`], for Q, from the correction made: Q ← (1−d) Q + d diag(K y yᵀ Kᵀ).
 //!
-//! d = (1 − b)/(1 − bʲ) at j = J, J + 1, …, where J = 1/(1 − b): the start counts as one memory length. (In print j = 1, 2, …:
+//! d = (1 − b)/(1 − bʲ) at j = J, J + 1, …, where J = 1/(1 − b): the start counts as one memory length. (In print j =
+//! 1, 2, …:
 //! [`SageHusa::unlimited`].)
 //!
-//! Adapt one of R and Q, never both: one innovation cannot tell them apart. Each variance stays within limits around its start,
-//! and at each step each off-diagonal number shrinks by a millionth: one huge residual would make R all but singular.
+//! Adapt one of R and Q, never both: one innovation cannot tell them apart. Each variance stays within limits around
+//! its start, and at each step each off-diagonal number shrinks by a millionth: one huge residual would make R all but
+//! singular.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -35,8 +38,8 @@ pub struct SageHusa<const M: usize> {
 }
 
 impl<const M: usize> SageHusa<M> {
-    /// Starts at `start`, which counts as much as one memory length 1/(1 − `fading`) of samples; each variance stays between
-    /// `limits[0]` and `limits[1]` times its start. `fading` in 0…1, both exclusive.
+    /// Starts at `start`, which counts as much as one memory length 1/(1 − `fading`) of samples; each variance stays
+    /// between `limits[0]` and `limits[1]` times its start. `fading` in 0…1, both exclusive.
     pub fn new(start: SMatrix<Real, M, M>, fading: Real, limits: [Real; 2]) -> Self {
         let [low, high] = limits;
         let power = pow(fading, 1.0 / (1.0 - fading));
@@ -51,7 +54,8 @@ impl<const M: usize> SageHusa<M> {
         }
     }
 
-    /// As published: d = (1 − b)/(1 − bᵏ⁺¹) from k = 0, so that the first observation takes the place of the start, and no limits.
+    /// As published: d = (1 − b)/(1 − bᵏ⁺¹) from k = 0, so that the first observation takes the place of the start, and
+    /// no limits.
     pub fn unlimited(start: SMatrix<Real, M, M>, fading: Real) -> Self {
         Self {
             power: fading,
@@ -99,8 +103,8 @@ impl<const M: usize> SageHusa<M> {
         }
     }
 
-    /// Shrinks rows and columns above the upper limit (D R D), keeps correlations off ±1 (one huge residual makes R all but
-    /// singular), and adds to the diagonal below the lower limit: all three keep R positive definite.
+    /// Shrinks rows and columns above the upper limit (D R D), keeps correlations off ±1 (one huge residual makes R all
+    /// but singular), and adds to the diagonal below the lower limit: all three keep R positive definite.
     #[inline]
     fn limit(&mut self) {
         let variance = self.covariance.diagonal();
@@ -193,8 +197,8 @@ pub type Aekf<T, const N: usize, const M: usize> = Adaptive<crate::filters::ekf:
 pub type Aukf<T, const N: usize, const M: usize> = Adaptive<crate::filters::ukf::Ukf<T, N>, M>;
 
 impl<T, const M: usize> Adaptive<T, M> {
-    /// Corrects the belief by a measurement with the noise found so far. `None`, and nothing changed, if the innovation covariance is
-    /// not positive definite.
+    /// Corrects the belief by a measurement with the noise found so far. `None`, and nothing changed, if the innovation
+    /// covariance is not positive definite.
     #[inline]
     pub fn update<const N: usize>(&mut self, z: SVector<Real, M>) -> Option<Correction<M, N>>
     where
@@ -291,8 +295,8 @@ mod tests {
         assert!(noise.covariance().iter().all(|v| v.is_finite()));
     }
 
-    /// The estimator as Liu et al. print it (eq. 30; dimensions mended), on the in-model filter of [`adapted`]: how many of the
-    /// first thousand steps leave R or a variance of Q not positive.
+    /// The estimator as Liu et al. print it (eq. 30; dimensions mended), on the in-model filter of [`adapted`]: how
+    /// many of the first thousand steps leave R or a variance of Q not positive.
     fn printed_failures(seed: u64, b: Real) -> usize {
         let (dt, q, r): (Real, Real, Real) = (0.01, 1e-3, 0.01);
         let (F, H) = (matrix![1.0, dt; 0.0, 1.0], matrix![1.0, 0.0]);

@@ -1,12 +1,12 @@
-//! Strong tracking filter (Zhou & Frank 1996): a fading factor λ ≥ 1 on the predicted covariance keeps innovations of different
-//! instants orthogonal, so that the filter follows a jump it did not foresee.
+//! Strong tracking filter (Zhou & Frank 1996): a fading factor λ ≥ 1 on the predicted covariance keeps innovations of
+//! different instants orthogonal, so that the filter follows a jump it did not foresee.
 //!
 //! - V ← (ρ V + y yᵀ)/(1 + ρ): what the innovation covariance is
 //! - λ = tr(V − H Q Hᵀ − β R) / tr(H F P Fᵀ Hᵀ), at least 1: what P must be multiplied by to explain it
 //!
-//! The traces are taken after whitening by S = H F P Fᵀ Hᵀ + H Q Hᵀ + R, so that speeds and accelerations in one measurement
-//! count alike; with one measurement that changes nothing. λ has an upper limit, and the caller says which states fade: a state
-//! known well need not pay for a jump of another (multiple fading).
+//! The traces are taken after whitening by S = H F P Fᵀ Hᵀ + H Q Hᵀ + R, so that speeds and accelerations in one
+//! measurement count alike; with one measurement that changes nothing. λ has an upper limit, and the caller says which
+//! states fade: a state known well need not pay for a jump of another (multiple fading).
 
 use nalgebra::{SMatrix, SVector};
 
@@ -89,9 +89,10 @@ impl<const M: usize> StrongTracking<M> {
     }
 }
 
-/// Multiplies the variance of each state by its factor ≥ 1, *before* the belief is carried to the instant of the measurement. What
-/// is added is independent of the other states: a jump owes nothing to old errors. (Stretching the covariances with the variance,
-/// or fading after the prediction, claims a tie between the states that the model does not have; the gain then overshoots.)
+/// Multiplies the variance of each state by its factor ≥ 1, *before* the belief is carried to the instant of the
+/// measurement. What is added is independent of the other states: a jump owes nothing to old errors. (Stretching the
+/// covariances with the variance, or fading after the prediction, claims a tie between the states that the model does
+/// not have; the gain then overshoots.)
 #[inline]
 pub fn fade<const N: usize>(belief: &mut Gaussian<N>, factors: &SVector<Real, N>) {
     let added = belief
@@ -101,7 +102,8 @@ pub fn fade<const N: usize>(belief: &mut Gaussian<N>, factors: &SVector<Real, N>
     belief.P += SMatrix::from_diagonal(&added);
 }
 
-/// Smoothing of the normalised innovations, per sample; the level, and the number of samples below it, that end an alarm.
+/// Smoothing of the normalised innovations, per sample; the level, and the number of samples below it, that end an
+/// alarm.
 const ALARM_MEMORY: Real = 0.95;
 const CALM: Real = 1.3;
 const CALM_SAMPLES: u32 = 20;
@@ -110,9 +112,9 @@ const TIED: Real = 0.5;
 
 /// Says when the state has jumped, with hysteresis: strong tracking that is always on follows noise.
 ///
-/// Innovations too large for the assumed noise can mean a jump or a noisier sensor. After a jump they keep to one side; noise
-/// changes sides. So the alarm rings when yᵀ S⁻¹ y is too large *and* successive innovations are tied: the very orthogonality that
-/// strong tracking is there to restore.
+/// Innovations too large for the assumed noise can mean a jump or a noisier sensor. After a jump they keep to one side;
+/// noise changes sides. So the alarm rings when yᵀ S⁻¹ y is too large *and* successive innovations are tied: the very
+/// orthogonality that strong tracking is there to restore.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alarm<const M: usize> {
     level: Real,

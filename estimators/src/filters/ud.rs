@@ -1,8 +1,8 @@
-//! A covariance kept as its factors P = U D Uᵀ, U unit upper triangular, D diagonal (Bierman 1977, chapter V): the square-root form
-//! without square roots.
+//! A covariance kept as its factors P = U D Uᵀ, U unit upper triangular, D diagonal (Bierman 1977, chapter V): the
+//! square-root form without square roots.
 //!
-//! A covariance can lose its positive definiteness to rounding; U D Uᵀ cannot while D ≥ 0, and each step here only multiplies the
-//! numbers of D by positive ones. It carries what a covariance of twice as many digits would.
+//! A covariance can lose its positive definiteness to rounding; U D Uᵀ cannot while D ≥ 0, and each step here only
+//! multiplies the numbers of D by positive ones. It carries what a covariance of twice as many digits would.
 
 use nalgebra::{SMatrix, SVector};
 

@@ -1,12 +1,12 @@
 //! Unscented Kalman filter: scaled unscented transform (Julier & Uhlmann 2004; Wan & van der Merwe 2000).
 //!
-//! Sigma points x and x ± √((n+φ) P), φ = α² (n + κ) − n; weights of the mean W₀ = φ/(n+φ), Wᵢ = 1/(2(n+φ)); the weight of the
-//! centre in covariances is W₀ + 1 − α² + β. (Printed elsewhere with −β and with covariance weights in the mean of the predicted
-//! measurement; both are slips: the weights of a mean must add to one.)
+//! Sigma points x and x ± √((n+φ) P), φ = α² (n + κ) − n; weights of the mean W₀ = φ/(n+φ), Wᵢ = 1/(2(n+φ)); the weight
+//! of the centre in covariances is W₀ + 1 − α² + β. (Printed elsewhere with −β and with covariance weights in the mean
+//! of the predicted measurement; both are slips: the weights of a mean must add to one.)
 //!
-//! The update is written as a statistical linearisation (Lefebvre, Bruyninckx & De Schutter 2002): H = P_zx P⁻¹ and noise
-//! R + (P_zz − H P Hᵀ) give the same gain P_xz S⁻¹ and the same P⁺ = P − K S Kᵀ. With P = L Lᵀ, which the sigma points need anyway,
-//! only H L occurs and P need not be solved for: [`Gaussian`] has the Joseph form of that.
+//! The update is written as a statistical linearisation (Lefebvre, Bruyninckx & De Schutter 2002): H = P_zx P⁻¹ and
+//! noise R + (P_zz − H P Hᵀ) give the same gain P_xz S⁻¹ and the same P⁺ = P − K S Kᵀ. With P = L Lᵀ, which the sigma
+//! points need anyway, only H L occurs and P need not be solved for: [`Gaussian`] has the Joseph form of that.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -97,7 +97,8 @@ impl<T, const N: usize> State for Ukf<T, N> {
 /// What a function makes of a belief: mean, and covariance in two parts.
 struct Image<const M: usize, const N: usize> {
     mean: SVector<Real, M>,
-    /// Central differences over the sigma points, scaled so that `linear` linearᵀ is the covariance of a linear function.
+    /// Central differences over the sigma points, scaled so that `linear` linearᵀ is the covariance of a linear
+    /// function.
     linear: SMatrix<Real, M, N>,
     /// What bends add to it.
     bent: SMatrix<Real, M, M>,
@@ -125,8 +126,8 @@ impl Spread {
 
     /// Image under `f` of the belief with mean `x` and covariance `L` Lᵀ.
     ///
-    /// With a = (f₊ − f₋)/2 and b = (f₊ + f₋)/2 − mean of each pair of points, the sum over both of W (f − mean)(f − mean)ᵀ is
-    /// (a aᵀ + b bᵀ)/(n+φ): what is linear and what is not come apart, and nothing is subtracted.
+    /// With a = (f₊ − f₋)/2 and b = (f₊ + f₋)/2 − mean of each pair of points, the sum over both of W (f − mean)(f −
+    /// mean)ᵀ is (a aᵀ + b bᵀ)/(n+φ): what is linear and what is not come apart, and nothing is subtracted.
     #[inline(always)]
     fn image<const M: usize, const N: usize>(
         &self,
@@ -162,8 +163,8 @@ impl Spread {
     }
 }
 
-/// Carries a belief over one time step of `x_next` = f(x) with process noise `Q`. `None`, and nothing changed, if P is not
-/// positive definite.
+/// Carries a belief over one time step of `x_next` = f(x) with process noise `Q`. `None`, and nothing changed, if P is
+/// not positive definite.
 #[inline]
 pub fn predict<const N: usize>(
     belief: &mut Gaussian<N>,
@@ -249,8 +250,8 @@ mod tests {
 
     #[test]
     fn mean_and_variance_of_a_square_are_exact() {
-        // z = x², x ~ N(m, σ²): mean m² + σ², variance 4 m² σ² + 2 σ⁴. With n = 1, κ = 2, α = 1, β = 0 the transform is exact
-        // (fourth moment matched); H from it is the slope of the regression of z on x, 2 m.
+        // z = x², x ~ N(m, σ²): mean m² + σ², variance 4 m² σ² + 2 σ⁴. With n = 1, κ = 2, α = 1, β = 0 the transform is
+        // exact (fourth moment matched); H from it is the slope of the regression of z on x, 2 m.
         let spread = Spread {
             alpha: 1.0,
             beta: 0.0,

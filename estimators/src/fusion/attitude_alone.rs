@@ -1,7 +1,8 @@
 //! Attitude alone: the grade under a vehicle from gyro, accelerometer and wheels, on a rail or a road.
 //!
-//! It estimates no mass, and the grade of the vehicle as a point: the effective grade of a train is not valid. A road vehicle leans on its
-//! springs: the lean per acceleration (`pitch_lean_rad_per_mps2`) is taken off the attitude of the body. Source: ours ([`crate::fusion::attitude`]).
+//! It estimates no mass, and the grade of the vehicle as a point: the effective grade of a train is not valid. A road
+//! vehicle leans on its springs: the lean per acceleration (`pitch_lean_rad_per_mps2`) is taken off the attitude of the
+//! body. Source: ours ([`crate::fusion::attitude`]).
 
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;

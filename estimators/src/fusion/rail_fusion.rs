@@ -1,4 +1,5 @@
-//! Rail fusion: slope, effective grade and mass of a train on a rail from gyro, accelerometer, wheels and motor torques.
+//! Rail fusion: slope, effective grade and mass of a train on a rail from gyro, accelerometer, wheels and motor
+//! torques.
 //!
 //! A cascade without feedback:
 //!
@@ -7,8 +8,9 @@
 //! 3. [force balance](crate::fusion::swing_balance) with a swinging load: mass and running resistance, twice a second
 //! 4. effective grade: mean over the masses, and by the force where the rail was not read
 //!
-//! The first uses no force, so no fault of a torque, of the load or of the running resistance can reach the slope; the third takes the first's
-//! speed and grade as known. Source: ours. Equations, observability, constants and what fails: `docs/src/methods/rail_fusion.md`.
+//! The first uses no force, so no fault of a torque, of the load or of the running resistance can reach the slope; the
+//! third takes the first's speed and grade as known. Source: ours. Equations, observability, constants and what fails:
+//! `docs/src/methods/rail_fusion.md`.
 
 mod effective;
 
@@ -75,8 +77,8 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
     let [front, rear] = train.span_m();
     let uses = Instruments {
         accelerometer: true,
-        // On a rail the filter's own monitor contradicts a wrong gyro: the regression of the plausibility check takes the pitch rate for that of
-        // the grade, which it is not in the bends of a roadway.
+        // On a rail the filter's own monitor contradicts a wrong gyro: the regression of the plausibility check takes
+        // the pitch rate for that of the grade, which it is not in the bends of a roadway.
         gyro: vehicle.road.is_some(),
     };
     RailFusion {

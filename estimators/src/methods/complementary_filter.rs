@@ -1,12 +1,13 @@
-//! `complementary_filter`: grade from the pitch gyro in the short run and from the accelerometer, less the acceleration of the wheels, in
-//! the long run. A baseline beside the published methods.
+//! `complementary_filter`: grade from the pitch gyro in the short run and from the accelerometer, less the acceleration
+//! of the wheels, in the long run. A baseline beside the published methods.
 //!
 //! e = (f − v̇)/g − sin θ,  θ ← θ + dt (ω − b + e/τ),  b ← b − dt e/(τ τ_b)
 //!
-//! (Mahony, Hamel & Pflimlin 2008, IEEE Trans. Automatic Control 53(5), eq. 48, in one dimension, with the wheels in place of the
-//! assumption that the vehicle does not accelerate.) All three signals of e go through one low-pass. It has no covariance: the standard
-//! deviation is that of the accelerometer's bias, of the residual behind the crossover, and of the start as it dies out. It needs neither
-//! torque nor mass, and estimates no mass. No channel is conditioned; the train is a point.
+//! (Mahony, Hamel & Pflimlin 2008, IEEE Trans. Automatic Control 53(5), eq. 48, in one dimension, with the wheels in
+//! place of the assumption that the vehicle does not accelerate.) All three signals of e go through one low-pass. It
+//! has no covariance: the standard deviation is that of the accelerometer's bias, of the residual behind the crossover,
+//! and of the start as it dies out. It needs neither torque nor mass, and estimates no mass. No channel is conditioned;
+//! the train is a point.
 
 use crate::api::aid::{AidOutcome, AidStatus};
 use crate::api::estimator::Internal;

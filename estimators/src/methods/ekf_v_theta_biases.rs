@@ -1,12 +1,12 @@
-//! `ekf_v_theta_biases`: the textbook extended Kalman filter for a grade from accelerometer, pitch gyro and wheel speed, with both biases
-//! as states and a 3σ gate. A baseline beside the published methods.
+//! `ekf_v_theta_biases`: the textbook extended Kalman filter for a grade from accelerometer, pitch gyro and wheel
+//! speed, with both biases as states and a 3σ gate. A baseline beside the published methods.
 //!
 //! x = [v, θ, b_g, b_a]:  v⁻ = v + dt (f − b_a − g sin θ),  θ⁻ = θ + dt (ω − b_g),  b⁻ = b,  z = wheel speed
 //!
-//! (Groves 2013, "Principles of GNSS, inertial, and multisensor integrated navigation systems", chapters 5 and 16, in one dimension.) It
-//! needs neither torque nor mass nor resistance, and estimates no mass. Only b_a + g sin θ is seen: what the accelerometer is off by is
-//! shared out between the two by their first standard deviations, and shows in that of the grade. No channel is conditioned; the train is a
-//! point.
+//! (Groves 2013, "Principles of GNSS, inertial, and multisensor integrated navigation systems", chapters 5 and 16, in
+//! one dimension.) It needs neither torque nor mass nor resistance, and estimates no mass. Only b_a + g sin θ is seen:
+//! what the accelerometer is off by is shared out between the two by their first standard deviations, and shows in that
+//! of the grade. No channel is conditioned; the train is a point.
 
 use nalgebra::{Matrix1, Matrix4, SMatrix, Vector1, Vector4, matrix, vector};
 

@@ -1,17 +1,21 @@
-//! Guo, Wang, Zhao & Dai, "Joint estimation of vehicle mass and road slope considering lateral motion", Journal of Jilin University
-//! (Engineering) 2024: `imm_stf` and what is compared with it: fixed transitions, no lateral correction, plain Kalman filters, each model
-//! alone. Mass by least squares on differences, slope by a kinematic and a dynamic model that interact, each a strong tracking filter.
+//! Guo, Wang, Zhao & Dai, "Joint estimation of vehicle mass and road slope considering lateral motion", Journal of
+//! Jilin University (Engineering) 2024: `imm_stf` and what is compared with it: fixed transitions, no lateral
+//! correction, plain Kalman filters, each model alone. Mass by least squares on differences, slope by a kinematic and a
+//! dynamic model that interact, each a strong tracking filter.
 //!
 //! The published method with its errata corrected and nothing else:
 //!
-//! - eq. 1: η = |a_x|/√(a_x² + a_y²) only while |a_y| > 0.5 and |a_x| > 0.3 m/s²; else 1 (in print it is 0/0 at steady speed and 0 in steady
+//! - eq. 1: η = |a_x|/√(a_x² + a_y²) only while |a_y| > 0.5 and |a_x| > 0.3 m/s²; else 1 (in print it is 0/0 at steady
+//!   speed and 0 in steady
 //!   cornering). That the side force scales the traction is the method, and stays
-//! - eq. 3: the rotating masses J taken off; differences only while the slope stays, |Δ(f − v̇)| small (dθ/dv̇ = 0 is otherwise false)
+//! - eq. 3: the rotating masses J taken off; differences only while the slope stays, |Δ(f − v̇)| small (dθ/dv̇ = 0 is
+//!   otherwise false)
 //! - eq. 4: differences of a quarter of a second of low-passed signals; of one sample they are noise
 //! - eq. 10–12, 15: no derivative of the accelerometer as input beside it as measurement, Δ = 0
 //! - eq. 16: the force balance in the row of a; in that of i the slope has no memory
 //! - eq. 23, 24: index i under the sum; eq. 32: |S|^½, in logarithms ([`imm`](crate::filters::imm))
-//! - eq. 28: fading by the mixed covariance of the step before and by traces in units of S ([`strong_tracking`](crate::filters::strong_tracking))
+//! - eq. 28: fading by the mixed covariance of the step before and by traces in units of S
+//!   ([`strong_tracking`](crate::filters::strong_tracking))
 //!
 //! ω, P₀, λ, α, π(0), Q, R and the gates are not given.
 
@@ -207,7 +211,8 @@ impl Model<3, 2> for RampModel {
 
 /// Lateral and longitudinal acceleration, m/s², from which on eq. 1 is used.
 const CORNERING_MPS2: [Real; 2] = [0.5, 0.3];
-/// Limits that keep the covariance a number while measurements make no sense: of the fading factor, which has none in print, and in m/s, m/s² and i.
+/// Limits that keep the covariance a number while measurements make no sense: of the fading factor, which has none in
+/// print, and in m/s, m/s² and i.
 const MAX_FADING: Real = 1e4;
 const USABLE_SD: [Real; 3] = [100.0, 100.0, 10.0];
 /// No road is steeper, as i.

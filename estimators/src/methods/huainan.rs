@@ -1,6 +1,7 @@
-//! "Research on the dynamic inclination recognition method of monorail crane based on DFFRLS-AUKF" (Huainan main roadway tests):
-//! `dffrls_aukf` and what the paper compares with it, `dffrls_ukf`, `dffrls_aekf_inclination` (its DFFRLS-AEKF), `ffrls_aukf` and
-//! `rls_mff_aukf`. Curvature ρ = dθ/ds of the rail by least squares, slope by an unscented Kalman filter on accelerometer and wheels.
+//! "Research on the dynamic inclination recognition method of monorail crane based on DFFRLS-AUKF" (Huainan main
+//! roadway tests): `dffrls_aukf` and what the paper compares with it, `dffrls_ukf`, `dffrls_aekf_inclination` (its
+//! DFFRLS-AEKF), `ffrls_aukf` and `rls_mff_aukf`. Curvature ρ = dθ/ds of the rail by least squares, slope by an
+//! unscented Kalman filter on accelerometer and wheels.
 //!
 //! The published method with its errata corrected and nothing else:
 //!
@@ -11,8 +12,9 @@
 //! - eq. 19: + η in the weight of the centre; eq. 26: the mean with the weights of means ([`ukf`](crate::filters::ukf))
 //! - eq. 32–36: R alone, from the residual after the update, which keeps it positive; q, r and Q as they start
 //!
-//! σ, δ₁, δ₂, Δ₁, Δ₂, Γ₀, P₀, Q and R are not given, nor how the derivatives of eq. 6 are taken (here: matched low-passes), nor what the
-//! second parameter of RLS-MFF is (here: an offset; with ρ alone multiple forgetting is the constant one). It finds no mass.
+//! σ, δ₁, δ₂, Δ₁, Δ₂, Γ₀, P₀, Q and R are not given, nor how the derivatives of eq. 6 are taken (here: matched
+//! low-passes), nor what the second parameter of RLS-MFF is (here: an offset; with ρ alone multiple forgetting is the
+//! constant one). It finds no mass.
 
 use nalgebra::{Matrix1, Matrix2, SMatrix, SVector, Vector1, Vector2, matrix, vector};
 

@@ -1,5 +1,6 @@
-//! `joint_ekf`: mass and slope from one extended Kalman filter, with which Liu et al. 2023 ([`liu_2023`](crate::methods::liu_2023))
-//! compare theirs. The paper does not print it: here eq. 23–29 with w = 10⁴/M, about 1, for a third state that does not change.
+//! `joint_ekf`: mass and slope from one extended Kalman filter, with which Liu et al. 2023
+//! ([`liu_2023`](crate::methods::liu_2023)) compare theirs. The paper does not print it: here eq. 23–29 with w = 10⁴/M,
+//! about 1, for a third state that does not change.
 //!
 //! Poor by construction: from traction and speed alone a heavier train and a steeper slope look alike.
 

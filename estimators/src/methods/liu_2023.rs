@@ -1,17 +1,22 @@
-//! Liu Zechao, Li Jingzhao, Zheng Changlu et al., "Safety performance of unmanned monorail cranes in mines: key parameters identification
-//! research", Coal Science and Technology 51(S1), 2023: `dffrls_aekf` and what the paper compares it with, `rls_ekf`, `ffrls` and
-//! `joint_ekf`. Mass by least squares on the force balance, slope by an extended Kalman filter with that mass.
+//! Liu Zechao, Li Jingzhao, Zheng Changlu et al., "Safety performance of unmanned monorail cranes in mines: key
+//! parameters identification research", Coal Science and Technology 51(S1), 2023: `dffrls_aekf` and what the paper
+//! compares it with, `rls_ekf`, `ffrls` and `joint_ekf`. Mass by least squares on the force balance, slope by an
+//! extended Kalman filter with that mass.
 //!
 //! The published method with its errata corrected and nothing else:
 //!
-//! - eq. 6: the rotating masses J have no g (also in 7, 17, 23, 24); they, gear and efficiency (eq. 2) are the [`ForceBalance`](crate::models::force_balance::ForceBalance)'s
-//! - eq. 16: what an accelerometer reads is f = v̇ + g sin θ. Of the two readings the one with the paper's sensor: f on the left, and χ₂ is
+//! - eq. 6: the rotating masses J have no g (also in 7, 17, 23, 24); they, gear and efficiency (eq. 2) are the
+//!   [`ForceBalance`](crate::models::force_balance::ForceBalance)'s
+//! - eq. 16: what an accelerometer reads is f = v̇ + g sin θ. Of the two readings the one with the paper's sensor: f on
+//!   the left, and χ₂ is
 //!   then sin θ_μ cos θ. `ffrls`, whose slope is χ₂ of eq. 18, needs the other: v̇ of the wheels on the left
 //! - eq. 19–22: λ of this step, from the residual before the update (in print that of the estimate it serves to find)
 //! - eq. 23: radians, with sin θ and cos θ; eq. 28: the Jacobian of the whole state
-//! - eq. 30: R alone, from the residual after the update, which keeps it positive ([`crate::filters::sage_husa`]); q, r and Q as they start
+//! - eq. 30: R alone, from the residual after the update, which keeps it positive ([`crate::filters::sage_husa`]); q, r
+//!   and Q as they start
 //!
-//! P₀, σ, Q and R are not given. All signals of the regression go through one low-pass, which the paper does not mention.
+//! P₀, σ, Q and R are not given. All signals of the regression go through one low-pass, which the paper does not
+//! mention.
 
 use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 

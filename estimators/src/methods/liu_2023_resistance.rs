@@ -1,5 +1,5 @@
-//! Liu Zechao, Li Jingzhao, Zheng Changlu et al. 2023, section 2.2: `resistance_dffrls`, the running-resistance coefficient μ of a train of
-//! known mass by least squares with dynamic forgetting, y = h μ.
+//! Liu Zechao, Li Jingzhao, Zheng Changlu et al. 2023, section 2.2: `resistance_dffrls`, the running-resistance
+//! coefficient μ of a train of known mass by least squares with dynamic forgetting, y = h μ.
 //!
 //! The published method with its errata corrected and nothing else:
 //!

@@ -1,7 +1,7 @@
 //! Signals and answer of a published method.
 //!
-//! A published method is a file of equations ([`liu_2023`](crate::methods::liu_2023) and its siblings) that imports filters, models and this
-//! file. [`Published`](crate::methods::published::Published) makes a pipeline of it.
+//! A published method is a file of equations ([`liu_2023`](crate::methods::liu_2023) and its siblings) that imports
+//! filters, models and this file. [`Published`](crate::methods::published::Published) makes a pipeline of it.
 
 use crate::Real;
 use crate::api::estimator::Internal;
@@ -23,7 +23,8 @@ pub struct Signals {
     pub yaw_rate_radps: Option<Real>,
     /// Steering angle, rad.
     pub steering_angle_rad: Option<Real>,
-    /// Traction at the rims less the drag of the air, N, while the force balance holds: moving, brake released, torque known.
+    /// Traction at the rims less the drag of the air, N, while the force balance holds: moving, brake released, torque
+    /// known.
     pub traction_n: Option<Real>,
     /// Drag of the air, N, that has been taken off it.
     pub drag_n: Real,

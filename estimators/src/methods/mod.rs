@@ -1,4 +1,5 @@
-//! Published methods with their errata corrected: one file a source, in which the equations can be counted, and the baselines.
+//! Published methods with their errata corrected: one file a source, in which the equations can be counted, and the
+//! baselines.
 
 #[cfg(feature = "baseline")]
 pub mod complementary_filter;

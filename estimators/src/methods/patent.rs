@@ -1,13 +1,17 @@
-//! Patent CN 111507019 B (Beijing Institute of Technology, 2022), "iterative joint estimation of vehicle mass and road slope based on MMRLS
-//! and SH-STF": `mmrls_sh_stf`. Mass by two least squares, straight and turning, weighed by likelihood; slope by an extended Kalman filter
-//! that adapts its noise (Sage & Husa) or tracks strongly, one at a time.
+//! Patent CN 111507019 B (Beijing Institute of Technology, 2022), "iterative joint estimation of vehicle mass and road
+//! slope based on MMRLS and SH-STF": `mmrls_sh_stf`. Mass by two least squares, straight and turning, weighed by
+//! likelihood; slope by an extended Kalman filter that adapts its noise (Sage & Husa) or tracks strongly, one at a
+//! time.
 //!
-//! The formulas of the published text are pictures; their numbers are those of the reconstruction. With its errata corrected and nothing
-//! else:
+//! The formulas of the published text are pictures; their numbers are those of the reconstruction. With its errata
+//! corrected and nothing else:
 //!
-//! - eq. 20: the accelerometer in place of g i + a; i of the filter that inverts the same balance with this mass tells nothing new
-//! - eq. 22: running resistance and slope in the turning model too, and no turning model below one degree of steering or 1 m/s
-//! - eq. 26, 27: the size of the residual in its own standard deviations, tanh(|e|/2σ); in print the sigmoid of e in N, sign and all
+//! - eq. 20: the accelerometer in place of g i + a; i of the filter that inverts the same balance with this mass tells
+//!   nothing new
+//! - eq. 22: running resistance and slope in the turning model too, and no turning model below one degree of steering
+//!   or 1 m/s
+//! - eq. 26, 27: the size of the residual in its own standard deviations, tanh(|e|/2σ); in print the sigmoid of e in N,
+//!   sign and all
 //! - eq. 28, 29: the innovation variance; the printed one falls to 0
 //! - eq. 46–48: R alone, from the residual after the update, which keeps it positive; Q as it starts
 //! - step 4: the criterion, cut off in print, is the classical one: strong tracking while ν² > γ S
@@ -107,9 +111,11 @@ impl Model<2, 1> for ClimbModel {
     }
 }
 
-/// Steering angle, rad, and speed, m/s, from which on the turning model is used; no front wheel is steered further than the third, rad.
+/// Steering angle, rad, and speed, m/s, from which on the turning model is used; no front wheel is steered further than
+/// the third, rad.
 const TURNING: [Real; 3] = [PI / 180.0, 1.0, 0.7];
-/// Limits that keep the covariance a number while measurements make no sense: of the fading factor, which has none in print, and in m/s and i.
+/// Limits that keep the covariance a number while measurements make no sense: of the fading factor, which has none in
+/// print, and in m/s and i.
 const MAX_FADING: Real = 1e4;
 const USABLE_SD: [Real; 2] = [100.0, 10.0];
 /// No road is steeper, as i.

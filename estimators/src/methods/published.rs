@@ -1,7 +1,7 @@
 //! A published method as a pipeline: signals made of a [`Reading`], and an [`Estimate`] made of its answer.
 //!
-//! Supervision ends at "finite and started": what the method has found is valid as soon as it has found anything, and no more is claimed.
-//! The train is a point.
+//! Supervision ends at "finite and started": what the method has found is valid as soon as it has found anything, and
+//! no more is claimed. The train is a point.
 
 use core::fmt;
 

@@ -1,14 +1,16 @@
 //! Motion of a body with an IMU, by its gyro and accelerometer.
 //!
-//! x = [v, θ, φ, b_x, b_y, b_z, g_x, g_y, e_w, κ, g_z]: speed along the body, m/s; pitch (nose up) and roll (left side up), rad; biases of the
-//! accelerometer, m/s²; biases of the gyro about x, y and z, rad/s; scale error of the wheels; vertical curvature of the way, 1/m.
+//! x = [v, θ, φ, b_x, b_y, b_z, g_x, g_y, e_w, κ, g_z]: speed along the body, m/s; pitch (nose up) and roll (left side
+//! up), rad; biases of the accelerometer, m/s²; biases of the gyro about x, y and z, rad/s; scale error of the wheels;
+//! vertical curvature of the way, 1/m.
 //!
 //! v̇ = f_x − b_x − g sin θ + l_x (q² + r²),  θ̇ = −(q cos φ − r sin φ),  φ̇ = p − tan θ (q sin φ + r cos φ)
 //!
-//! with the body rates p, q, r about x forward, y left, z up (Titterton & Weston 2004, 3.6, with pitch nose up), of which the biases are
-//! taken off, and l_x how far the IMU is ahead of the unit's middle: its centripetal share is 0.08° of slope in a bend of 6 m. Without a
-//! gyro θ̇ = κ v, κ a first-order process in way. e_w is a first-order process in time: as a constant it would take noise for information in a day
-//! at one speed, and the speed with it. All other states are random walks or constants.
+//! with the body rates p, q, r about x forward, y left, z up (Titterton & Weston 2004, 3.6, with pitch nose up), of
+//! which the biases are taken off, and l_x how far the IMU is ahead of the unit's middle: its centripetal share is
+//! 0.08° of slope in a bend of 6 m. Without a gyro θ̇ = κ v, κ a first-order process in way. e_w is a first-order
+//! process in time: as a constant it would take noise for information in a day at one speed, and the speed with it. All
+//! other states are random walks or constants.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -260,7 +262,8 @@ impl AttitudeModel {
         Q
     }
 
-    /// Time update over `dt`: that of an extended Kalman filter, with F P Fᵀ by the rows of F that are not those of 1. Returns the rates.
+    /// Time update over `dt`: that of an extended Kalman filter, with F P Fᵀ by the rows of F that are not those of 1.
+    /// Returns the rates.
     #[allow(
         clippy::indexing_slicing,
         reason = "indices of states are constants below N"

@@ -4,9 +4,10 @@
 //!
 //! The last term, air drag, is there on a road only: at a crane's 2 m/s it is a few newtons.
 //!
-//! F traction at the rims, N; M total mass, kg; J rotating masses reflected to the rim, Σ J/r², kg; μ running resistance.
-//! The paper prints the inertia factor as 1 + 4 J g/(R² M); with J in kg·m², the unit its table 3 gives, that g is stray:
-//! it would make the rotating masses ten times what they are. Eq. 2 (T = F r) lacks gear, efficiency and the number of drive units.
+//! F traction at the rims, N; M total mass, kg; J rotating masses reflected to the rim, Σ J/r², kg; μ running
+//! resistance. The paper prints the inertia factor as 1 + 4 J g/(R² M); with J in kg·m², the unit its table 3 gives,
+//! that g is stray: it would make the rotating masses ten times what they are. Eq. 2 (T = F r) lacks gear, efficiency
+//! and the number of drive units.
 //!
 //! With the specific force f = v̇ + g sin θ that an accelerometer reads, the balance loses its slope but for a cosine:
 //! F − J v̇ = M f + sgn(v) μ M g cos θ.
@@ -53,8 +54,8 @@ impl ForceBalance {
         }
     }
 
-    /// Traction at the rims, N, from the sum of all motor torques, N·m: F = T i η / r while the motors drive, T i / (η r)
-    /// while the train drives them.
+    /// Traction at the rims, N, from the sum of all motor torques, N·m: F = T i η / r while the motors drive, T i / (η
+    /// r) while the train drives them.
     pub fn traction(&self, motor_torque_nm: Real, speed_mps: Real) -> Real {
         let efficiency = if motor_torque_nm * speed_mps >= 0.0 {
             self.efficiency
@@ -93,7 +94,8 @@ impl ForceBalance {
             / (mass_kg + self.rotating_mass_kg)
     }
 
-    /// cos θ from what accelerometer and wheels read, sin θ = (f − v̇)/g: exact enough for a cosine, and no loop through a filter.
+    /// cos θ from what accelerometer and wheels read, sin θ = (f − v̇)/g: exact enough for a cosine, and no loop
+    /// through a filter.
     pub fn cosine(specific_force_mps2: Real, acceleration_mps2: Real) -> Real {
         let sine = ((specific_force_mps2 - acceleration_mps2) / GRAVITY).clamp(-0.7, 0.7);
         sqrt(1.0 - sine * sine)

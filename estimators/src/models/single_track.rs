@@ -1,20 +1,24 @@
-//! A road vehicle in a bend, by the single-track model (Riekert & Schunck 1940; Guo et al. 2024, §1; patent CN 111507019 B, step 1 ②).
+//! A road vehicle in a bend, by the single-track model (Riekert & Schunck 1940; Guo et al. 2024, §1; patent CN
+//! 111507019 B, step 1 ②).
 //!
-//! Along the body, with steering angle δ, yaw rate r, lateral speed v_y, front traction F_f and front tyre side force F_y:
+//! Along the body, with steering angle δ, yaw rate r, lateral speed v_y, front traction F_f and front tyre side force
+//! F_y:
 //!
 //! M (v̇ − v_y r) = F + F_f (cos δ − 1) − F_y sin δ − M g sin θ − s μ M g cos θ − drag
 //!
-//! The accelerometer across reads a_y. While the yaw rate changes slowly the front axle carries Y = M a_y l_r/L of it, of which the
-//! traction gives F_f sin δ and the tyre the rest, F_y = (Y − F_f sin δ)/cos δ; with the rear axle's slip α = M a_y l_f/(L c_r) the
-//! lateral speed at the centre of gravity is v_y = l_r r − v α. So
+//! The accelerometer across reads a_y. While the yaw rate changes slowly the front axle carries Y = M a_y l_r/L of it,
+//! of which the traction gives F_f sin δ and the tyre the rest, F_y = (Y − F_f sin δ)/cos δ; with the rear axle's slip
+//! α = M a_y l_f/(L c_r) the lateral speed at the centre of gravity is v_y = l_r r − v α. So
 //!
 //! M (v̇ + b) = F + F_f (1/cos δ − 1) − M g sin θ − …,  b = a_y (l_r/L) tan δ − v_y r
 //!
-//! and the accelerometer along reads f = v̇ − v_y r + g sin θ. All but the small second term is in proportion to the mass.
+//! and the accelerometer along reads f = v̇ − v_y r + g sin θ. All but the small second term is in proportion to the
+//! mass.
 //!
-//! Against the prints: Guo et al. eq. 1 multiplies the traction by |a_x|/√(a_x² + a_y²), which is 0 in steady cornering; the side force
-//! does not scale the traction. The patent takes the front slip from β = δ l_r/L, the attitude without any side force: its slip is then
-//! (l_f/L)(δ − L r/v), which is 0 for a neutral vehicle however hard it corners.
+//! Against the prints: Guo et al. eq. 1 multiplies the traction by |a_x|/√(a_x² + a_y²), which is 0 in steady
+//! cornering; the side force does not scale the traction. The patent takes the front slip from β = δ l_r/L, the
+//! attitude without any side force: its slip is then (l_f/L)(δ − L r/v), which is 0 for a neutral vehicle however hard
+//! it corners.
 
 use crate::Real;
 use crate::api::real::{PI, cos, sin};

@@ -1,5 +1,5 @@
-//! The part of the specific force that is due to the slope, f − v̇ = g sin θ + bias, and its derivative, with the speed behind the same
-//! filters.
+//! The part of the specific force that is due to the slope, f − v̇ = g sin θ + bias, and its derivative, with the speed
+//! behind the same filters.
 
 use crate::Real;
 use crate::api::snapshot::state;
@@ -29,7 +29,8 @@ impl SlopeForce {
         }
     }
 
-    /// Specific force f, m/s², and wheel speed, m/s, held for `dt` seconds. d(f − v̇)/dt, m/s³, and the speed delayed like it.
+    /// Specific force f, m/s², and wheel speed, m/s, held for `dt` seconds. d(f − v̇)/dt, m/s³, and the speed delayed
+    /// like it.
     pub fn step(&mut self, f: Real, v: Real, dt: Real) -> Option<(Real, Real)> {
         self.force.step(f, dt);
         self.speed.step(v, dt);

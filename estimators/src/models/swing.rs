@@ -1,7 +1,8 @@
-//! Load on chains as a pendulum with a known force: exact solution for an acceleration that is constant over each sub-step.
+//! Load on chains as a pendulum with a known force: exact solution for an acceleration that is constant over each
+//! sub-step.
 //!
-//! φ̈ = −ω² φ − a cos θ/L, ω² = g/L, φ the angle of the chains against their rest, + forward. The solution is the sum of the free one from
-//! (φ, φ̇) and the forced one from rest; the free one is linear, and so is the block mean of φ:
+//! φ̈ = −ω² φ − a cos θ/L, ω² = g/L, φ the angle of the chains against their rest, + forward. The solution is the sum
+//! of the free one from (φ, φ̇) and the forced one from rest; the free one is linear, and so is the block mean of φ:
 //!
 //! φ̄ = [sin ωT/(ωT), (1 − cos ωT)/(ω² T)] (φ, φ̇)ᵀ + forced.
 //!

@@ -1,14 +1,17 @@
 //! Motion of what the force balance of a train with a swinging load estimates, over blocks of half a second.
 //!
-//! χ = [m_L, r, c_v, q_c, φ, φ̇, d, η, b, ln L/L₀]: mass of the load, kg; constant part of the resistance, N; its part by speed, N per m/s, and
-//! in bends, N·m; angle of the swing, rad, and its rate, rad/s; unmodelled force, N; grade of the rail behind the one read, rad at 9 m; bias
-//! of the accelerometer, m/s²; logarithm of the pendulum's length over that of the drawings.
+//! χ = [m_L, r, c_v, q_c, φ, φ̇, d, η, b, ln L/L₀]: mass of the load, kg; constant part of the resistance, N; its part
+//! by speed, N per m/s, and in bends, N·m; angle of the swing, rad, and its rate, rad/s; unmodelled force, N; grade of
+//! the rail behind the one read, rad at 9 m; bias of the accelerometer, m/s²; logarithm of the pendulum's length over
+//! that of the drawings.
 //!
-//! - (φ, φ̇) moves as a pendulum of the length L = (L₀ + g (m_L + m_g)/k) e^λ ([`SwingBlock`]); of its free part 1 % is lost in a block
+//! - (φ, φ̇) moves as a pendulum of the length L = (L₀ + g (m_L + m_g)/k) e^λ ([`SwingBlock`]); of its free part 1 % is
+//!   lost in a block
 //! - d is a first-order process with a memory of 2 s
 //! - all else stays, or is a random walk
 //!
-//! b is a constant of its own: taking the bias of the attitude filter, which improves, off the regressor scatters the end mass by 0.4 %.
+//! b is a constant of its own: taking the bias of the attitude filter, which improves, off the regressor scatters the
+//! end mass by 0.4 %.
 
 use nalgebra::{SMatrix, SVector};
 

@@ -3,7 +3,8 @@
 use crate::api::snapshot::state;
 use crate::{Real, Time};
 
-/// Time without a sample after which an older stamp means that the sensor's clock was wrong before, or has been set back, s.
+/// Time without a sample after which an older stamp means that the sensor's clock was wrong before, or has been set
+/// back, s.
 const CLOCK_SET_BACK_S: Real = 1.0;
 
 /// Mean gaps of the channel, and mean deviations of them, after which its last sample is stale.
@@ -19,15 +20,15 @@ const MIN_TIMEOUT_NS: i64 = 100_000_000;
 /// Gaps that their mean and deviation look back on.
 const GAP_MEMORY: Real = 16.0;
 
-/// When samples of one channel came: its last one is fresh for three mean gaps between arrivals and four mean deviations of the gaps, and
-/// never for less than 0.1 s.
+/// When samples of one channel came: its last one is fresh for three mean gaps between arrivals and four mean
+/// deviations of the gaps, and never for less than 0.1 s.
 ///
-/// Mean and deviation are running ones over 16 gaps (the round-trip estimator of Jacobson 1988), so arrival jitter and lost samples
-/// lengthen the timeout by what they do to the gaps, and a channel that comes evenly times out after three periods. A gap counts for no
-/// more than the timeout, so that one dropout does not pass for a slow channel.
+/// Mean and deviation are running ones over 16 gaps (the round-trip estimator of Jacobson 1988), so arrival jitter and
+/// lost samples lengthen the timeout by what they do to the gaps, and a channel that comes evenly times out after three
+/// periods. A gap counts for no more than the timeout, so that one dropout does not pass for a slow channel.
 ///
-/// The timeout goes by the arrival of samples on the estimator's own clock; stamps of the sensor's clock only order the samples. A sample
-/// that arrives after a younger one is late, and not to be taken.
+/// The timeout goes by the arrival of samples on the estimator's own clock; stamps of the sensor's clock only order the
+/// samples. A sample that arrives after a younger one is late, and not to be taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Arrivals {
     stamp: Time,
@@ -50,8 +51,8 @@ impl Arrivals {
         self.waited_s
     }
 
-    /// Whether a sample with this stamp is to be taken; then notes it. One not younger than the last is skipped, unless nothing younger has come
-    /// for so long that the sensor's clock must have been set back.
+    /// Whether a sample with this stamp is to be taken; then notes it. One not younger than the last is skipped, unless
+    /// nothing younger has come for so long that the sensor's clock must have been set back.
     #[inline]
     pub fn take(&mut self, stamp: Time, now: Time, first: bool) -> bool {
         if !first {

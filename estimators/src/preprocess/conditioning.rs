@@ -31,8 +31,8 @@ params! {
 /// Standard deviation of a gyro's bias of which nothing is said, rad/s.
 const GYRO_BIAS_SD_RADPS: Real = 0.01;
 
-/// Outlier hold of wheel speed, by the largest acceleration of wheels that roll on a rail and on a road; longest jump of a recorded drive:
-/// 0.154 s.
+/// Outlier hold of wheel speed, by the largest acceleration of wheels that roll on a rail and on a road; longest jump
+/// of a recorded drive: 0.154 s.
 const SPEED_LIMITS: [HoldLimits; 2] = [
     HoldLimits {
         floor: 0.05,
@@ -73,8 +73,8 @@ impl LearntNoise {
     }
 }
 
-/// Not below what is told: what the samples do not show (a median of wheels, a mean of samples) is no licence for more trust. Not by less
-/// than its double either: the vehicle's own motion is in what is learnt.
+/// Not below what is told: what the samples do not show (a median of wheels, a mean of samples) is no licence for more
+/// trust. Not by less than its double either: the vehicle's own motion is in what is learnt.
 fn bounded(learnt: Option<Real>, told: Real) -> Real {
     let [least, most] = NOISE_RATIOS;
     let counts = learnt.filter(|sd| *sd > least * told);
@@ -125,8 +125,8 @@ impl Conditioning {
 
     /// A new specific force along the train, m/s², `period_s` after the one before.
     ///
-    /// Nothing of it is held out: a hit at a joint is a real acceleration whose integral vanishes, and what is cut off one of its halves
-    /// stays as a velocity.
+    /// Nothing of it is held out: a hit at a joint is a real acceleration whose integral vanishes, and what is cut off
+    /// one of its halves stays as a velocity.
     pub fn force(&mut self, force_mps2: Real, period_s: Real, standing: bool) {
         let [_, noise] = &mut self.noise;
         if !standing && period_s < MAX_NOISE_PERIOD_S {
@@ -134,7 +134,8 @@ impl Conditioning {
         }
     }
 
-    /// Learns the gyro's biases: one step of `dt` seconds, with new rates of pitch and yaw `period_s` after those before.
+    /// Learns the gyro's biases: one step of `dt` seconds, with new rates of pitch and yaw `period_s` after those
+    /// before.
     pub fn calibrate(
         &mut self,
         standing: bool,

@@ -11,10 +11,11 @@ use crate::preprocess::input_check::Stamps;
 /// Drive units, one bit each.
 pub type UnitMask = u32;
 
-/// Sample and hold of one channel of each drive unit, as [`SampleHold`](crate::preprocess::sample_hold::SampleHold) holds one of them.
+/// Sample and hold of one channel of each drive unit, as [`SampleHold`](crate::preprocess::sample_hold::SampleHold)
+/// holds one of them.
 ///
-/// On one bus the samples of all units come together and have one stamp, and noise makes each another than the one before. As long as they do
-/// that, arrivals and changes are counted once for all.
+/// On one bus the samples of all units come together and have one stamp, and noise makes each another than the one
+/// before. As long as they do that, arrivals and changes are counted once for all.
 #[derive(Clone, Copy, Debug)]
 pub struct DriveHold {
     count: usize,
@@ -206,7 +207,8 @@ impl DriveHold {
         (1 << self.count) - 1
     }
 
-    /// The units whose value is neither stale nor stuck. `dt_s` is the estimator's step, the shortest period it can see.
+    /// The units whose value is neither stale nor stuck. `dt_s` is the estimator's step, the shortest period it can
+    /// see.
     #[inline]
     pub fn fresh(&self, now: Time, dt_s: Real) -> UnitMask {
         let arrived = match &self.all.together {
@@ -307,7 +309,8 @@ mod tests {
 
     const COUNT: usize = 5;
 
-    /// Samples that come together, apart, late, with a stamp of their own, not at all, or repeat a value: 3 s of each, by turns.
+    /// Samples that come together, apart, late, with a stamp of their own, not at all, or repeat a value: 3 s of each,
+    /// by turns.
     fn samples(k: i64, random: &mut Random) -> [Option<Sample<Real>>; MAX_DRIVES] {
         let now = 10_000_000 * k;
         core::array::from_fn(|i| {

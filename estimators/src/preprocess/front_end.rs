@@ -17,8 +17,8 @@ pub struct Reading {
     pub new_speed_mps: Option<Real>,
     /// Speed by the fresh wheels, m/s ([`WheelSpeedVote`]).
     pub speed_mps: Option<Real>,
-    /// Why there is none, or no new one, although wheels are sampled: most of them slip, all are stuck, or the sample was held out as an
-    /// outlier (the speed is then the last one).
+    /// Why there is none, or no new one, although wheels are sampled: most of them slip, all are stuck, or the sample
+    /// was held out as an outlier (the speed is then the last one).
     pub wheel_speed_fault: Option<Rejection>,
     /// Sum of all motor torques, N·m.
     pub motor_torque_nm: Option<Real>,
@@ -65,8 +65,8 @@ pub struct Channels {
     pub commanded_torque_nm: [Real; MAX_DRIVES],
 }
 
-/// Signal front end of one estimator: input check, one sample and hold per channel, wheel-speed vote, sum of torques; of a robust one
-/// conditioning of the channels too.
+/// Signal front end of one estimator: input check, one sample and hold per channel, wheel-speed vote, sum of torques;
+/// of a robust one conditioning of the channels too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrontEnd {
     drives: usize,
@@ -105,8 +105,8 @@ struct Output {
     new_speed: bool,
 }
 
-/// Equal in all it holds. One that the next step writes anew (`fresh` is `None`: at the start, after a snapshot and after a step taken back)
-/// follows from the channels, which are compared by themselves.
+/// Equal in all it holds. One that the next step writes anew (`fresh` is `None`: at the start, after a snapshot and
+/// after a step taken back) follows from the channels, which are compared by themselves.
 impl PartialEq for Output {
     fn eq(&self, other: &Self) -> bool {
         let Self {
@@ -186,7 +186,8 @@ impl FrontEnd {
         self.output.fresh = None;
     }
 
-    /// Checks one step's input and notes its instant; on an error nothing is changed. How motor torques and wheel speeds have come.
+    /// Checks one step's input and notes its instant; on an error nothing is changed. How motor torques and wheel
+    /// speeds have come.
     #[inline]
     pub fn check(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<[Stamps; 2], Error> {
         self.own.check.accept(z, u, dt, self.drives)
@@ -337,7 +338,8 @@ impl FrontEnd {
         conditioning.calibrate(self.own.standing, rates.filter(|_| new_rate), period_s, dt);
     }
 
-    /// The speed that the wheels vote for, conditioned: a new one, the one to go on with, and whether a new one was held out.
+    /// The speed that the wheels vote for, conditioned: a new one, the one to go on with, and whether a new one was
+    /// held out.
     #[inline]
     fn condition_speed(
         &mut self,
@@ -382,7 +384,8 @@ impl FrontEnd {
         }
     }
 
-    /// Sum of the torques, N·m; while at least half of the drive units are fresh they stand for the others too (equal shares).
+    /// Sum of the torques, N·m; while at least half of the drive units are fresh they stand for the others too (equal
+    /// shares).
     fn total_torque(&self, fresh: UnitMask) -> Option<Real> {
         let sum = match self.torque.whole(fresh) {
             Some(torques) => torques.iter().sum::<Real>(),

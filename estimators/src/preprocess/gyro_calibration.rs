@@ -7,7 +7,8 @@ use crate::api::snapshot::state;
 /// Standing for so long, by the wheels, before the gyro is taken to read its bias, s: a load swings on.
 const QUIET_S: Real = 1.0;
 
-/// Noise of the gyro with the vibration of a standing vehicle, rad/√s: three to ten times the angular random walk of MEMS sheets.
+/// Noise of the gyro with the vibration of a standing vehicle, rad/√s: three to ten times the angular random walk of
+/// MEMS sheets.
 const NOISE_RAD_PER_ROOT_S: Real = 1e-3;
 
 /// Random walk of the bias, rad/s/√s: 0.05 °/s in ten minutes.
@@ -16,7 +17,8 @@ const DRIFT: Real = 4e-5;
 /// Largest bias, rad/s: 9 °/s. What turns faster does not stand, or is no gyro in rad/s.
 const MAX_BIAS_RADPS: Real = 0.15;
 
-/// Zero-rate calibration of `N` gyro axes: a scalar Kalman filter for each bias, all with one variance, updated at standstill.
+/// Zero-rate calibration of `N` gyro axes: a scalar Kalman filter for each bias, all with one variance, updated at
+/// standstill.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GyroCalibration<const N: usize> {
     bias: [Real; N],

@@ -6,7 +6,8 @@ use crate::api::signals::{Command, MAX_DRIVES, Measurements, Sample};
 use crate::api::snapshot::state;
 use crate::{Error, Real, Time};
 
-/// Longest pause between two steps, s. A stamp further ahead is a fault of the clock; taken, it would make every later step late.
+/// Longest pause between two steps, s. A stamp further ahead is a fault of the clock; taken, it would make every later
+/// step late.
 const MAX_PAUSE_S: Real = 60.0;
 
 /// Latest instant: 285 years, which leaves room for clocks that count from 1970.
@@ -15,16 +16,16 @@ const MAX_TIME: Time = Time::from_ns(9_000_000_000_000_000_000);
 /// Largest time step as a multiple of the time that has passed: the rest is jitter.
 const MAX_DT_RATIO: Real = 2.0;
 
-/// Input check of an estimator: refuses a step whose numbers are not finite, are beyond what a crane can do, or whose clock does not go
-/// forward.
+/// Input check of an estimator: refuses a step whose numbers are not finite, are beyond what a crane can do, or whose
+/// clock does not go forward.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InputCheck {
     last: Option<Time>,
 }
 
 impl InputCheck {
-    /// Checks one step's input and notes its instant; on an error nothing is changed. How the samples of the first `drives` motor torques and
-    /// wheel speeds have come.
+    /// Checks one step's input and notes its instant; on an error nothing is changed. How the samples of the first
+    /// `drives` motor torques and wheel speeds have come.
     pub fn accept(
         &mut self,
         z: &Measurements,
@@ -125,7 +126,8 @@ fn missing(samples: &[Option<Sample<Real>>]) -> bool {
     !eights.iter().any(some) && rest.iter().all(Option::is_none)
 }
 
-/// How motor torques and wheel speeds have come; `None` if any number is not finite or not possible. Which one is not, [`numbers`] tells.
+/// How motor torques and wheel speeds have come; `None` if any number is not finite or not possible. Which one is not,
+/// [`numbers`] tells.
 #[inline]
 fn all_possible(z: &Measurements, u: &Command, drives: usize) -> Option<[Stamps; 2]> {
     let vector = |s: &Option<Sample<[Real; 3]>>, limit: Real| match s {

@@ -15,8 +15,8 @@ const CLIP: Real = 4.0;
 /// What is taken off a sample before its size counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Trend {
-    /// The line through its two predecessors: x − 2 x′ + x″, which has √6 times the deviation of white noise. For a speed, whose ramps are
-    /// no noise.
+    /// The line through its two predecessors: x − 2 x′ + x″, which has √6 times the deviation of white noise. For a
+    /// speed, whose ramps are no noise.
     Line { before: [Real; 2], seen: u32 },
     /// A low-pass of this time constant, s. For an accelerometer, whose vibration is not white.
     Level {
@@ -28,8 +28,8 @@ enum Trend {
 
 /// Running robust root mean square of what a channel does faster than the vehicle can.
 ///
-/// σ = √(π/2) · mean |deviation|, exact for normal noise, with deviations clipped. Unlike a noise adapted to innovations it contains no
-/// error of the model, so a consistency test against it means something.
+/// σ = √(π/2) · mean |deviation|, exact for normal noise, with deviations clipped. Unlike a noise adapted to
+/// innovations it contains no error of the model, so a consistency test against it means something.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseLearning {
     trend: Trend,

@@ -1,4 +1,5 @@
-//! Resampler for the regressions on the force balance: one matched low-pass for all signals, sampled slowly while the train runs.
+//! Resampler for the regressions on the force balance: one matched low-pass for all signals, sampled slowly while the
+//! train runs.
 
 use crate::Real;
 use crate::api::snapshot::state;
@@ -27,7 +28,8 @@ pub struct Resampler {
 }
 
 impl Resampler {
-    /// Filters with corners at `cutoff_hz`; a sample every 1/`rate_hz` seconds, from `settle_s` after the train got going.
+    /// Filters with corners at `cutoff_hz`; a sample every 1/`rate_hz` seconds, from `settle_s` after the train got
+    /// going.
     pub fn new(cutoff_hz: Real, rate_hz: Real, settle_s: Real) -> Self {
         let filter = MatchedFilter::new(cutoff_hz);
         Self {
@@ -43,8 +45,8 @@ impl Resampler {
         }
     }
 
-    /// One step; a sample when one is due. `running`: moving, brake released. Standing, braking or without wheel speed, the filters' memory must
-    /// fade before samples count again.
+    /// One step; a sample when one is due. `running`: moving, brake released. Standing, braking or without wheel speed,
+    /// the filters' memory must fade before samples count again.
     pub fn step(
         &mut self,
         reading: &Reading,
@@ -92,8 +94,8 @@ impl Resampler {
         })
     }
 
-    /// What the rail at the instrument reads, delayed like the samples: u = f − v̇ = g sin θ + bias, m/s², and the horizontal
-    /// curvature without its sign, 1/m. `None` without an accelerometer or wheels.
+    /// What the rail at the instrument reads, delayed like the samples: u = f − v̇ = g sin θ + bias, m/s², and the
+    /// horizontal curvature without its sign, 1/m. `None` without an accelerometer or wheels.
     pub fn at_place(&self) -> Option<[Real; 2]> {
         self.fresh.then_some(())?;
         let u = self.specific_force.value()? - self.speed.rate();
@@ -116,8 +118,8 @@ impl Resampler {
     }
 }
 
-/// Horizontal curvature of the rail under the train without its sign, |yaw rate|/|v|, 1/m: 0 while standing or without a gyro,
-/// and never more than that of the tightest rail.
+/// Horizontal curvature of the rail under the train without its sign, |yaw rate|/|v|, 1/m: 0 while standing or without
+/// a gyro, and never more than that of the tightest rail.
 pub fn curvature_per_m(reading: &Reading) -> Real {
     match reading.yaw_rate_radps.zip(reading.speed_mps) {
         Some((yaw_rate, v)) if v.abs() > SLOW_MPS => (yaw_rate / v).abs().min(TIGHTEST_PER_M),

@@ -6,9 +6,11 @@ use crate::detect::stuck_detector::StuckDetector;
 use crate::preprocess::arrivals::Arrivals;
 use crate::{Real, Time};
 
-/// Sample and hold of one channel: its last sample, fresh for a time that the gaps between its samples tell, unless the sensor is stuck.
+/// Sample and hold of one channel: its last sample, fresh for a time that the gaps between its samples tell, unless the
+/// sensor is stuck.
 ///
-/// The timeout is three mean gaps between arrivals and four mean deviations of them, over 16 gaps, and never less than 0.1 s.
+/// The timeout is three mean gaps between arrivals and four mean deviations of them, over 16 gaps, and never less than
+/// 0.1 s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SampleHold {
     arrivals: Arrivals,
@@ -18,8 +20,8 @@ pub struct SampleHold {
 }
 
 impl SampleHold {
-    /// Takes a new sample and returns whether it was taken. A sample not younger than the last one is skipped, unless nothing younger has
-    /// come for so long that the sensor's clock must have been set back.
+    /// Takes a new sample and returns whether it was taken. A sample not younger than the last one is skipped, unless
+    /// nothing younger has come for so long that the sensor's clock must have been set back.
     #[inline]
     pub fn take(&mut self, sample: Option<Sample<Real>>, now: Time) -> bool {
         let Some(sample) = sample else { return false };
@@ -59,7 +61,8 @@ impl SampleHold {
         self.stuck.is_stuck(now)
     }
 
-    /// The held value; `None` once it is stale or while the sensor is stuck. `dt_s` is the estimator's step, the shortest period it can see.
+    /// The held value; `None` once it is stale or while the sensor is stuck. `dt_s` is the estimator's step, the
+    /// shortest period it can see.
     #[inline]
     pub fn fresh(&self, now: Time, dt_s: Real) -> Option<Real> {
         self.value
@@ -111,7 +114,8 @@ impl VectorHold {
         self.value
     }
 
-    /// Each axis of the held value; `None` once it is stale or while that axis is stuck. `dt_s` as for [`SampleHold::fresh`].
+    /// Each axis of the held value; `None` once it is stale or while that axis is stuck. `dt_s` as for
+    /// [`SampleHold::fresh`].
     #[inline]
     pub fn fresh(&self, now: Time, dt_s: Real) -> [Option<Real>; 3] {
         let Some([x, y, z]) = self.value.filter(|_| self.arrivals.fresh(now, dt_s)) else {
@@ -163,7 +167,8 @@ mod tests {
         );
     }
 
-    /// Share of the time after the first second that the channel is stale: samples every `period` s, each `delay` s late, the earlier of them lost.
+    /// Share of the time after the first second that the channel is stale: samples every `period` s, each `delay` s
+    /// late, the earlier of them lost.
     fn stale_share(period: f64, mut delay: impl FnMut() -> Option<f64>) -> (f64, SampleHold) {
         let step = 0.005;
         let mut held = SampleHold::default();
@@ -287,7 +292,8 @@ mod tests {
         }
     }
 
-    /// Gaps of 0.02 and 0.06 s by turns: their mean is 0.04 s, their mean deviation 0.02 s, the timeout 3 · 0.04 + 4 · 0.02 s.
+    /// Gaps of 0.02 and 0.06 s by turns: their mean is 0.04 s, their mean deviation 0.02 s, the timeout 3 · 0.04 + 4 ·
+    /// 0.02 s.
     #[test]
     fn the_timeout_is_three_mean_gaps_and_four_mean_deviations() {
         let mut held = SampleHold::default();

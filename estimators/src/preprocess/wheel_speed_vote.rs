@@ -3,14 +3,15 @@
 use crate::Real;
 use crate::api::signals::MAX_DRIVES;
 
-/// How far the speeds of wheels that roll may be apart beside their noise, as a share of the speed: worn wheels, errors of scale.
+/// How far the speeds of wheels that roll may be apart beside their noise, as a share of the speed: worn wheels, errors
+/// of scale.
 const ROLLING_SHARE: Real = 0.03;
 
 /// Vote on the speed of a train, m/s: the median of its wheel speeds, guarded against wheels that slip together.
 ///
-/// The median is not moved by one slipping wheel. Wheels slip in the direction of their torque: where the two middle ones are further
-/// apart than wheels that roll, the one that has slipped less counts. If two wheels or more have slipped even less than the winner, the
-/// winner slips too, and the speed is not known.
+/// The median is not moved by one slipping wheel. Wheels slip in the direction of their torque: where the two middle
+/// ones are further apart than wheels that roll, the one that has slipped less counts. If two wheels or more have
+/// slipped even less than the winner, the winner slips too, and the speed is not known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelSpeedVote {
     /// How far the speeds of wheels that roll may be apart at standstill, m/s.
@@ -23,8 +24,8 @@ impl WheelSpeedVote {
         Self { tolerance_mps }
     }
 
-    /// The speed of the train, m/s, from at most [`MAX_DRIVES`] wheel speeds, m/s, and the sum of the motor torques, of which only the sign
-    /// matters; `None` without a wheel or where too many slip.
+    /// The speed of the train, m/s, from at most [`MAX_DRIVES`] wheel speeds, m/s, and the sum of the motor torques, of
+    /// which only the sign matters; `None` without a wheel or where too many slip.
     pub fn speed_mps(
         &self,
         wheels_mps: impl IntoIterator<Item = Real>,
@@ -66,8 +67,8 @@ impl WheelSpeedVote {
     }
 }
 
-/// Sorts eight numbers by a network of 19 comparisons in 6 layers (Knuth, The Art of Computer Programming 3, 5.3.4): no branch, and four
-/// comparisons side by side.
+/// Sorts eight numbers by a network of 19 comparisons in 6 layers (Knuth, The Art of Computer Programming 3, 5.3.4): no
+/// branch, and four comparisons side by side.
 fn sort_eight(numbers: &mut [Real; 8]) {
     let [a, b, c, d, e, f, g, h] = *numbers;
     let ((a, c), (b, d), (e, g), (f, h)) = (pair(a, c), pair(b, d), pair(e, g), pair(f, h));

@@ -1,7 +1,8 @@
 //! Mass of `imm_stf_printed`: Guo, Wang, Zhao & Dai 2024, eq. 2–7, as printed.
 //!
 //! - `eq3`: the rotating masses are left in: what is found is M + J
-//! - `eq4`: differences of one sample of the raw signals; corrected: of a quarter of a second, low-passed, while the slope stays
+//! - `eq4`: differences of one sample of the raw signals; corrected: of a quarter of a second, low-passed, while the
+//!   slope stays
 
 use crate::Real;
 use crate::api::params::params;

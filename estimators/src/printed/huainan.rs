@@ -1,9 +1,12 @@
-//! `dffrls_aukf_printed`: "dynamic inclination recognition of monorail crane based on DFFRLS-AUKF" (Huainan main roadway tests), as printed.
+//! `dffrls_aukf_printed`: "dynamic inclination recognition of monorail crane based on DFFRLS-AUKF" (Huainan main
+//! roadway tests), as printed.
 //!
 //! - `eq6`: the cosine missing in the curvature model, a′ − v̇′ = g v ρ
-//! - `eq9`: smoothing with the gain (1 − Γₐ/Γ) m₀ once Γ passes the amplitude Γₐ of the noise at rest ([`Smoother`]); `other`: eq. 10, whose last
+//! - `eq9`: smoothing with the gain (1 − Γₐ/Γ) m₀ once Γ passes the amplitude Γₐ of the noise at rest ([`Smoother`]);
+//!   `other`: eq. 10, whose last
 //!   branch adds to a gain that is never taken back
-//! - `eq14`: state [v̇, θ′] with the accelerometer as input where its derivative belongs; `other`: with the derivative. Either way the curvature never
+//! - `eq14`: state [v̇, θ′] with the accelerometer as input where its derivative belongs; `other`: with the derivative.
+//!   Either way the curvature never
 //!   enters, and θ is the open sum of θ′
 //! - `eq19`: weight of the centre in covariances W_m0 + 1 − α² − β
 //! - `eq26`: mean of the predicted measurement with the weights of covariances
@@ -61,7 +64,8 @@ const BRANCHES: [Real; 2] = [3.0, 6.0];
 
 /// First-order smoothing with the gain of eq. 9 or of eq. 10.
 ///
-/// Γ is the difference of the last two outputs, with its sign: eq. 9 has that of this output, which needs the gain that is sought.
+/// Γ is the difference of the last two outputs, with its sign: eq. 9 has that of this output, which needs the gain that
+/// is sought.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smoother {
     by_branches: bool,

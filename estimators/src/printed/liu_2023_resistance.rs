@@ -1,8 +1,9 @@
-//! `resistance_dffrls_printed`: Liu et al. 2023, section 2.2, eq. 8–15, as printed; the slope comes from the accelerometer here, not from a
-//! survey.
+//! `resistance_dffrls_printed`: Liu et al. 2023, section 2.2, eq. 8–15, as printed; the slope comes from the
+//! accelerometer here, not from a survey.
 //!
 //! - `eq9`: rotating masses times g
-//! - `eq14`: K = P h (φ + hᵀ P h), the inverse missing. Then P ← (1 − K h) P/φ turns negative as soon as P h² > 0.62 (the root of
+//! - `eq14`: K = P h (φ + hᵀ P h), the inverse missing. Then P ← (1 − K h) P/φ turns negative as soon as P h² > 0.62
+//!   (the root of
 //!   x² + φ x = 1), that is P > 0.0065 at h = g.
 
 use crate::api::estimator::Internal;

@@ -1,11 +1,11 @@
 //! The published methods as they are printed, slips and all, so that each slip can be run and seen to fail.
 //!
-//! One file for each document, [`slope_ekf`] for the filter that two of them print alike; nothing outside this folder uses it but the
-//! registry. Behind the cargo feature `printed`.
+//! One file for each document, [`slope_ekf`] for the filter that two of them print alike; nothing outside this folder
+//! uses it but the registry. Behind the cargo feature `printed`.
 //!
-//! Every erratum that can be executed is a parameter named after its equation: `printed`, or `corrected`; where the print can be read in
-//! two ways, `other` is the other reading. All default to `printed`. With all `corrected` but one, that one stands alone. Slips of
-//! notation, and what cannot be executed, have no switch; the book lists them.
+//! Every erratum that can be executed is a parameter named after its equation: `printed`, or `corrected`; where the
+//! print can be read in two ways, `other` is the other reading. All default to `printed`. With all `corrected` but one,
+//! that one stands alone. Slips of notation, and what cannot be executed, have no switch; the book lists them.
 //!
 //! | name | document |
 //! |---|---|
@@ -15,9 +15,10 @@
 //! | `imm_stf_printed` | Guo et al. 2024: [`guo_2024`] |
 //! | `mmrls_sh_stf_printed` | patent CN 111507019 B: [`patent`] |
 //!
-//! Nothing here limits an estimate to what a crane can be: a mass may come out negative. Only numbers that are no longer finite, or
-//! beyond a million, or a covariance without a root where the print takes one, end a run: the filter then *breaks down*, starts again
-//! from where it was built, and counts it (internal `breakdowns`). So nothing leaves an estimator that is not finite.
+//! Nothing here limits an estimate to what a crane can be: a mass may come out negative. Only numbers that are no
+//! longer finite, or beyond a million, or a covariance without a root where the print takes one, end a run: the filter
+//! then *breaks down*, starts again from where it was built, and counts it (internal `breakdowns`). So nothing leaves
+//! an estimator that is not finite.
 
 pub mod guo_2024;
 pub mod guo_2024_mass;

@@ -1,13 +1,16 @@
-//! `mmrls_sh_stf_printed`: patent CN 111507019 B, as printed (its formulas are reconstructed: the published text has them as pictures).
+//! `mmrls_sh_stf_printed`: patent CN 111507019 B, as printed (its formulas are reconstructed: the published text has
+//! them as pictures).
 //!
-//! - `eq20`: the slope in the regression is that of the filter which inverts the same force balance with this mass; right: the accelerometer
+//! - `eq20`: the slope in the regression is that of the filter which inverts the same force balance with this mass;
+//!   right: the accelerometer
 //! - `eq22`: the turning model without slope and running resistance, and always weighed, also on a straight
 //! - `eq26`: the sigmoid of the residual with its sign, in N (also eq. 27): a large negative one is the best
-//! - `eq28`: S = (1 − K h) P (1 − K h) (also eq. 29), which falls to 0 as the forgetting does; right: the innovation variance
+//! - `eq28`: S = (1 − K h) P (1 − K h) (also eq. 29), which falls to 0 as the forgetting does; right: the innovation
+//!   variance
 //! - `eq46`: Sage-Husa for both Q and R (also eq. 48) ([`slope_ekf`](crate::printed::slope_ekf))
 //!
-//! The criterion for going from Sage-Husa to strong tracking is cut off in print: there is no strong tracking here. Λ of both models may come out
-//! as 0, and their share as 0/0: a breakdown.
+//! The criterion for going from Sage-Husa to strong tracking is cut off in print: there is no strong tracking here. Λ
+//! of both models may come out as 0, and their share as 0/0: a breakdown.
 
 use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};

@@ -1,10 +1,11 @@
-//! Extended Kalman filter for [v, θ] with the Sage-Husa estimator of all four noise statistics, as Liu et al. 2023 print it in eq. 23–30
-//! and the patent CN 111507019 B in eq. 36–48.
+//! Extended Kalman filter for [v, θ] with the Sage-Husa estimator of all four noise statistics, as Liu et al. 2023
+//! print it in eq. 23–30 and the patent CN 111507019 B in eq. 36–48.
 //!
 //! v⁻ = v + dt v̇, θ⁻ = θ, plus q; z = v, minus r; d = (1 − κ)/(1 − κᵏ), k = 1, 2, …
 //!
 //! - q ← (1 − d) q + d (x⁺ − f(x)), r ← (1 − d) r + d (z − x⁻₁)
-//! - Q ← (1 − d) Q + d (K ε² Kᵀ + P⁺ − A P Aᵀ); in print ξ ψ ξᵀ is subtracted, one number from a matrix, which an array language takes from
+//! - Q ← (1 − d) Q + d (K ε² Kᵀ + P⁺ − A P Aᵀ); in print ξ ψ ξᵀ is subtracted, one number from a matrix, which an array
+//!   language takes from
 //!   every element
 //! - R ← (1 − d) R + d (ε² − H P⁻ Hᵀ)
 //!

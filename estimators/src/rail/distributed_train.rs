@@ -1,5 +1,6 @@
-//! Distributed train for a pipeline: aligns samples with the grade map, and gives the offset between the grade at the IMU and the
-//! effective grade, the mean over the train's masses ([`MappedTrain`]). For a point the offset is 0 and no sample waits.
+//! Distributed train for a pipeline: aligns samples with the grade map, and gives the offset between the grade at the
+//! IMU and the effective grade, the mean over the train's masses ([`MappedTrain`]). For a point the offset is 0 and no
+//! sample waits.
 
 use crate::Real;
 use crate::api::real::{GRAVITY, PI, asin, sin};
@@ -30,7 +31,8 @@ pub struct DistributedTrain {
     learnt_s: Real,
 }
 
-/// How far a train may reach beyond the mapped rail and still count as on it, m: that far the end of the map is extrapolated.
+/// How far a train may reach beyond the mapped rail and still count as on it, m: that far the end of the map is
+/// extrapolated.
 const SEEN_M: Real = 4.0;
 /// Memory of the accelerometer's bias, s; the time after which it is known, s, and its standard deviation then, m/s².
 const BIAS_MEMORY_S: Real = 20.0;
@@ -46,7 +48,8 @@ struct LastKnown {
     unit: Real,
 }
 
-/// A sample aligned with the grade map: with the means of the grade where the train was; `felt` is `None` without an accelerometer.
+/// A sample aligned with the grade map: with the means of the grade where the train was; `felt` is `None` without an
+/// accelerometer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AlignedSample {
     /// The sample.
@@ -94,8 +97,9 @@ impl DistributedTrain {
         }
     }
 
-    /// One step, with the sample that is new; returns at most one sample whose rail has been read, so that no step has to serve many. While
-    /// the train is not `running` nothing will be read: samples then come as they are, one a step. If too many wait, the oldest comes.
+    /// One step, with the sample that is new; returns at most one sample whose rail has been read, so that no step has
+    /// to serve many. While the train is not `running` nothing will be read: samples then come as they are, one a step.
+    /// If too many wait, the oldest comes.
     pub fn step(
         &mut self,
         signals: &Resampler,
@@ -187,8 +191,8 @@ impl DistributedTrain {
         }
     }
 
-    /// Learns the bias of the accelerometer from a valid effective grade `theta`, rad: the mean read under the train less g sin θ, while
-    /// all rail under the train is on the map.
+    /// Learns the bias of the accelerometer from a valid effective grade `theta`, rad: the mean read under the train
+    /// less g sin θ, while all rail under the train is on the map.
     pub fn learn_bias(&mut self, mass_kg: Real, theta: Real, dt: Real) {
         let seen = !self.point && self.gaps.here_rad() + self.gaps.under_rad() == 0.0;
         let Some(now) = self.now.filter(|_| seen) else {
@@ -202,9 +206,9 @@ impl DistributedTrain {
         }
     }
 
-    /// By how much sin θ at the IMU is above that of the effective grade `theta`, rad, and its standard deviation. While the rail under the
-    /// train has been seen it is the difference of what has been read, from which the bias drops out; else what the instrument reads now less
-    /// the bias known from before.
+    /// By how much sin θ at the IMU is above that of the effective grade `theta`, rad, and its standard deviation.
+    /// While the rail under the train has been seen it is the difference of what has been read, from which the bias
+    /// drops out; else what the instrument reads now less the bias known from before.
     pub fn imu_offset(&self, mass_kg: Real, theta: Real) -> (Real, Real) {
         let ahead = self.ahead(mass_kg);
         match self.now {

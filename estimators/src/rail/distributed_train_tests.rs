@@ -1,4 +1,5 @@
-//! Tests of [`super`]: a train of 18 m on a rail on which sin θ grows by 1 % a metre, where all means are known in closed form.
+//! Tests of [`super`]: a train of 18 m on a rail on which sin θ grows by 1 % a metre, where all means are known in
+//! closed form.
 
 use super::*;
 use crate::api::signals::VehicleData;
@@ -197,7 +198,8 @@ fn the_bias_is_the_mean_of_what_is_read_above_the_grade() {
     assert_eq!(ride.train.bias_mps2, before);
 }
 
-/// Driven back far enough, the tail stands on rail that is forgotten: the offset is what the instrument reads less its bias.
+/// Driven back far enough, the tail stands on rail that is forgotten: the offset is what the instrument reads less its
+/// bias.
 #[test]
 fn over_forgotten_rail_the_offset_at_the_imu_goes_by_the_bias() {
     let (mass_kg, known_sd) = (9_000.0, 0.03 / GRAVITY);

@@ -1,17 +1,20 @@
-//! Grade map: the grade by place on the rail, so that a long train knows the mean under its masses and not only that at its accelerometer.
+//! Grade map: the grade by place on the rail, so that a long train knows the mean under its masses and not only that at
+//! its accelerometer.
 //!
-//! On an 18 m train that runs onto a ramp, the accelerometer at the front reads the whole ramp while most of the mass still stands
-//! on the level. The force balance then holds with the mean over the mass in place of the grade at the instrument:
+//! On an 18 m train that runs onto a ramp, the accelerometer at the front reads the whole ramp while most of the mass
+//! still stands on the level. The force balance then holds with the mean over the mass in place of the grade at the
+//! instrument:
 //!
 //! M g sin θ → Σ mᵢ g sin θ(s − dᵢ),  s chainage of the instrument, dᵢ how far behind it mass mᵢ rests
 //!
-//! What the accelerometer has read the wheels will carry over the same rail a little later: u(s) = f − v̇ = g sin θ(s) + b is kept by
-//! place ([`GradeMap`]) and averaged over where the tare and the load rest. The accelerometer's bias b stays what it was, as it is
-//! the same at every place. Rail that the instrument has not seen (ahead of it; behind it at the start of a run) is taken to go on
-//! as what it has seen ends, and its standard deviation grows with the distance. Samples of the regression need no answer at once: they wait until it has been seen.
+//! What the accelerometer has read the wheels will carry over the same rail a little later: u(s) = f − v̇ = g sin θ(s)
+//! + b is kept by place ([`GradeMap`]) and averaged over where the tare and the load rest. The accelerometer's bias b
+//! stays what it was, as it is the same at every place. Rail that the instrument has not seen (ahead of it; behind it
+//! at the start of a run) is taken to go on as what it has seen ends, and its standard deviation grows with the
+//! distance. Samples of the regression need no answer at once: they wait until it has been seen.
 //!
-//! The instrument pitches with the unit that carries it, and that unit is suspended at two stations: it reads the grade under the unit's
-//! middle, not under itself.
+//! The instrument pitches with the unit that carries it, and that unit is suspended at two stations: it reads the grade
+//! under the unit's middle, not under itself.
 //!
 //! Source: ours. Liu et al. 2023 treat the train as a point; with both spans 0 so does this.
 
@@ -34,8 +37,8 @@ const END_M: Real = 1.0;
 const MAX_DELAY_M: Real = 2.0;
 /// How far beyond an end of the known rail its gradient is taken to go on, m.
 const ONWARD_M: Real = 3.0;
-/// By how much u may change per metre of unseen rail although the end of the seen rail is straight, m/s² per m (1 mrad/m: the
-/// undulation of a roadway).
+/// By how much u may change per metre of unseen rail although the end of the seen rail is straight, m/s² per m (1
+/// mrad/m: the undulation of a roadway).
 const UNSEEN_MPS2_PER_M: Real = 0.01;
 
 /// What is remembered of a place: u = g sin θ + b, m/s², and the horizontal curvature without its sign, 1/m.
@@ -307,7 +310,8 @@ impl MappedTrain {
         }
     }
 
-    /// The train moves at `speed_mps`; `delayed_mps` is that speed behind the filters that what is read, `now`, has passed too.
+    /// The train moves at `speed_mps`; `delayed_mps` is that speed behind the filters that what is read, `now`, has
+    /// passed too.
     pub fn step(&mut self, now: Option<AtPlace>, delayed_mps: Real, speed_mps: Real, dt: Real) {
         self.place_m += delayed_mps * dt;
         self.now_m += speed_mps * dt;

@@ -5,7 +5,8 @@ use crate::api::real::within;
 use crate::api::signals::Vehicle;
 use crate::api::snapshot::state;
 
-/// By how much the grade may change per metre of rail that nothing has read, rad/m: transitions turn by one to two degrees a metre.
+/// By how much the grade may change per metre of rail that nothing has read, rad/m: transitions turn by one to two
+/// degrees a metre.
 const RAD_PER_M: Real = 0.02;
 /// Longest gap that counts, m.
 const MAX_M: Real = 50.0;
@@ -55,8 +56,8 @@ impl MapGaps {
         RAD_PER_M * self.unread_m
     }
 
-    /// Standard deviation of the mean grade under the train because of a gap, which is taken for even: it is off by a quarter of what the
-    /// grade may have done over it, and counts by its share of the train, rad.
+    /// Standard deviation of the mean grade under the train because of a gap, which is taken for even: it is off by a
+    /// quarter of what the grade may have done over it, and counts by its share of the train, rad.
     pub fn under_rad(&self) -> Real {
         0.25 * RAD_PER_M * self.gap_m * (self.gap_m / self.length_m).min(1.0)
     }

@@ -1,10 +1,12 @@
 //! Rail memory: what was read of the rail, at evenly spaced nodes along the way run, over the last stretch.
 //!
-//! Kept of a place are u = sin θ + b/g as the accelerometer reads it, b the bias of its time, and the horizontal curvature without its sign. u is
-//! the sum that is observed well: whoever wants the grade takes today's bias off, so old nodes get better as the bias does.
+//! Kept of a place are u = sin θ + b/g as the accelerometer reads it, b the bias of its time, and the horizontal
+//! curvature without its sign. u is the sum that is observed well: whoever wants the grade takes today's bias off, so
+//! old nodes get better as the bias does.
 //!
-//! Nodes are written by linear interpolation where the middle of the unit passes them. A node takes three bytes: u in steps of 2 × 10⁻⁵ (0.001°),
-//! curvature in steps of 0.001 1/m. The way run is a whole number of nodes and a rest, which stays exact however far a train runs.
+//! Nodes are written by linear interpolation where the middle of the unit passes them. A node takes three bytes: u in
+//! steps of 2 × 10⁻⁵ (0.001°), curvature in steps of 0.001 1/m. The way run is a whole number of nodes and a rest,
+//! which stays exact however far a train runs.
 
 use crate::Real;
 use crate::api::real::{floor, within};
@@ -115,8 +117,8 @@ impl RailMemory {
         self.ahead(a, 0.5 * way)
     }
 
-    /// Moves on by `way_m` and reads `now` = [u, curvature] there; `None` if it cannot be read. Nodes passed meanwhile are filled by
-    /// a straight line, once there is something to read again.
+    /// Moves on by `way_m` and reads `now` = [u, curvature] there; `None` if it cannot be read. Nodes passed meanwhile
+    /// are filled by a straight line, once there is something to read again.
     pub fn step(&mut self, way_m: Real, now: Option<[Real; 2]>) {
         self.here = self.ahead(self.here, way_m);
         let Some(now) = now else { return };
@@ -181,8 +183,8 @@ impl RailMemory {
         (end - inside) / (count as Real * self.pitch_m)
     }
 
-    /// What is known `offset_m` ahead of `place`: between nodes a straight line, beyond the front end its `gradient` for some metres,
-    /// behind the rear end that end.
+    /// What is known `offset_m` ahead of `place`: between nodes a straight line, beyond the front end its `gradient`
+    /// for some metres, behind the rear end that end.
     pub fn at(&self, place: Place, offset_m: Real, gradient: Real) -> Spot {
         let Some([low, high]) = self.known else {
             return Spot::default();

@@ -1,8 +1,8 @@
 //! Means of the grade over a train's masses, from the rail memory and the mass layout.
 //!
-//! A mass m at depth h below the rail's line, carried at two places with u₁ (front) and u₂ a distance w apart, has the potential energy
-//! m g (z − h cos θ), so that along the rail it weighs m g S*, S* = ½(u₁ + u₂) + h tan θ (u₁ − u₂)/w: on the edges of a ramp ±1.3 kN for a
-//! train of 19 t. Without depth it is S, by which the effective grade is defined.
+//! A mass m at depth h below the rail's line, carried at two places with u₁ (front) and u₂ a distance w apart, has the
+//! potential energy m g (z − h cos θ), so that along the rail it weighs m g S*, S* = ½(u₁ + u₂) + h tan θ (u₁ − u₂)/w:
+//! on the edges of a ramp ±1.3 kN for a train of 19 t. Without depth it is S, by which the effective grade is defined.
 
 use crate::Real;
 use crate::api::mass_layout::{CarriedMass, MAX_MASSES, MassLayout, SuspendedLoad};

@@ -4,9 +4,9 @@
 //!
 //! d(f − v̇)/dt = (g v cos θ) ρ,  ρ = dθ/ds, 1/m
 //!
-//! (The curvature model of the DFFRLS-AUKF method, its eq. 5–6 and 11–13; in print the cosine is missing.) A constant bias of
-//! the accelerometer drops out. Both sides go through the same filters: adaptive smoothing, a matched low-pass that gives v̇, and a second
-//! one that gives the derivative of f − v̇.
+//! (The curvature model of the DFFRLS-AUKF method, its eq. 5–6 and 11–13; in print the cosine is missing.) A constant
+//! bias of the accelerometer drops out. Both sides go through the same filters: adaptive smoothing, a matched low-pass
+//! that gives v̇, and a second one that gives the derivative of f − v̇.
 
 use nalgebra::vector;
 
@@ -153,8 +153,8 @@ impl Curvature {
         self.running_s >= self.params.settle_s
     }
 
-    /// What the rail at the instrument reads: g sin θ + bias, m/s² (no horizontal curvature: 0), and the speed, m/s, behind the same
-    /// filters.
+    /// What the rail at the instrument reads: g sin θ + bias, m/s² (no horizontal curvature: 0), and the speed, m/s,
+    /// behind the same filters.
     pub fn at_place(&self) -> (Option<AtPlace>, Real) {
         let (force, speed) = (self.signals.force.value(), self.signals.speed.value());
         let here = force

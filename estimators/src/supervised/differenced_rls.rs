@@ -4,11 +4,12 @@
 //!
 //! F is the traction less air drag and b, on a road, what a bend takes ([`Bends`]).
 //!
-//! Differences rid the equation of the running resistance and of a steady slope. They also keep only the noisiest part of the
-//! signals, and a slope that changes between two samples is taken for acceleration; hence the differences over a quarter of a
-//! second instead of one sample (which drives the estimate to 0), the rotating masses taken off, and two gates: the change of force
-//! must be considerable, and by the accelerometer the slope (of a long train the effective one) must not have changed. At steady speed the mass is held.
-//! It starts from its prior and needs real starts and stops; on a crane that rolls along quietly its standard deviation stays large.
+//! Differences rid the equation of the running resistance and of a steady slope. They also keep only the noisiest part
+//! of the signals, and a slope that changes between two samples is taken for acceleration; hence the differences over a
+//! quarter of a second instead of one sample (which drives the estimate to 0), the rotating masses taken off, and two
+//! gates: the change of force must be considerable, and by the accelerometer the slope (of a long train the effective
+//! one) must not have changed. At steady speed the mass is held. It starts from its prior and needs real starts and
+//! stops; on a crane that rolls along quietly its standard deviation stays large.
 
 use nalgebra::vector;
 
@@ -173,7 +174,8 @@ impl DifferencedMass {
         }
     }
 
-    /// By how much grades are ahead of the effective one. How tare and load share in that goes by the mass: what it is uncertain by is in it.
+    /// By how much grades are ahead of the effective one. How tare and load share in that goes by the mass: what it is
+    /// uncertain by is in it.
     pub fn ahead(&self) -> GradeOffset {
         let ([low, high], Value { value, sd, .. }) = (self.range_kg, self.mass_kg());
         let at = |kg: Real| self.train.ahead(within(kg, low, high));

@@ -68,7 +68,8 @@ fn without_noise_the_mass_is_found_exactly() {
     assert!(stage.residual_n().abs() < 0.01);
 }
 
-/// M (v̇ + b) = F + what the steered traction gains − …; the accelerometer reads v_y r too little, which is no change of slope.
+/// M (v̇ + b) = F + what the steered traction gains − …; the accelerometer reads v_y r too little, which is no change
+/// of slope.
 #[test]
 fn what_a_bend_takes_and_gains_belongs_to_the_balance_and_its_drift_is_no_slope() {
     let mut stage = stage(DifferencedParams {

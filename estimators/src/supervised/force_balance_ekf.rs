@@ -3,10 +3,10 @@
 //!
 //! v⁻ = v + dt v̇(F, M, θ, μ),  θ⁻ = θ,  z = v + noise
 //!
-//! What this structure cannot do, whatever its tuning: it sees the slope only through traction, so an error of mass, running
-//! resistance, torque or brake force is an error of slope (1 % of μ = 0.02 is 0.01°; 1 % of mass on a 10° grade is 0.1°); it
-//! lags a change of slope by about a second, as a slope must first change the speed; standing or braking it knows nothing new.
-//! The accelerometer, which reads the slope directly, is not used.
+//! What this structure cannot do, whatever its tuning: it sees the slope only through traction, so an error of mass,
+//! running resistance, torque or brake force is an error of slope (1 % of μ = 0.02 is 0.01°; 1 % of mass on a 10° grade
+//! is 0.1°); it lags a change of slope by about a second, as a slope must first change the speed; standing or braking
+//! it knows nothing new. The accelerometer, which reads the slope directly, is not used.
 
 use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 
@@ -124,7 +124,8 @@ pub struct ForceBalanceEkf {
     aekf: Aekf<ForceBalanceModel, 2, 1>,
     tracking: Option<(StrongTracking<1>, Alarm<1>)>,
     fading: Real,
-    /// Since the last update: how the state was carried, and the process noise that speed got. What strong tracking needs.
+    /// Since the last update: how the state was carried, and the process noise that speed got. What strong tracking
+    /// needs.
     carried: Matrix2<Real>,
     process: Real,
     started: bool,
@@ -138,8 +139,8 @@ pub struct ForceBalanceEkf {
 }
 
 impl ForceBalanceEkf {
-    /// From the balance, the parameters, the way to adapt and the innovation gate. The adapted variance of wheel speed stays between a
-    /// hundredth and a hundred times the nominal one.
+    /// From the balance, the parameters, the way to adapt and the innovation gate. The adapted variance of wheel speed
+    /// stays between a hundredth and a hundred times the nominal one.
     pub fn new(
         balance: ForceBalance,
         params: GradeParams,
@@ -199,8 +200,8 @@ impl ForceBalanceEkf {
         }
     }
 
-    /// Carries the belief over `dt`. Without a `drive` (standing, braking, torque unknown) the force balance says nothing: the
-    /// slope is kept and its tie to the speed is cut.
+    /// Carries the belief over `dt`. Without a `drive` (standing, braking, torque unknown) the force balance says
+    /// nothing: the slope is kept and its tie to the speed is cut.
     pub fn predict(&mut self, drive: Option<Drive>, dt: Real) {
         self.gate.tick(dt);
         let Ekf { model, belief } = &mut self.aekf.filter;
@@ -216,7 +217,8 @@ impl ForceBalanceEkf {
         self.aekf.filter.predict(&drive, dt);
     }
 
-    /// Dead reckoning: moving under the brake, or with torque unknown, the slope may become another; its variance grows, its value stays.
+    /// Dead reckoning: moving under the brake, or with torque unknown, the slope may become another; its variance
+    /// grows, its value stays.
     pub fn drift(&mut self, dt: Real) {
         let P = &mut self.aekf.filter.belief.P;
         P.m22 = (P.m22 + DEAD_RECKONING_RAD2_PER_S * dt).min(MAX_GRADE_RAD * MAX_GRADE_RAD);
@@ -224,7 +226,8 @@ impl ForceBalanceEkf {
 
     /// Corrects by a wheel speed, if the innovation gate lets it. `adapt` lets the measurement noise learn from it.
     ///
-    /// What the gate says, and what the measurement did: `None`, if it was rejected or the numbers allowed no correction.
+    /// What the gate says, and what the measurement did: `None`, if it was rejected or the numbers allowed no
+    /// correction.
     pub fn update(
         &mut self,
         wheel_speed_mps: Real,
@@ -382,7 +385,8 @@ mod tests {
 
     #[test]
     fn error_is_chi_square_when_the_world_is_the_model() {
-        // The plant: (M + J) v̇ = F − M g (sin θ + μ cos θ) plus white force noise; θ a random walk of the filter's own strength.
+        // The plant: (M + J) v̇ = F − M g (sin θ + μ cos θ) plus white force noise; θ a random walk of the filter's own
+        // strength.
         let (mass, mu, dt): (Real, Real, Real) = (12_000.0, 0.02, 0.01);
         let params = GradeParams::default();
         let runs = 100;

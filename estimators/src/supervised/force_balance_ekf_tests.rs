@@ -126,8 +126,8 @@ fn the_adapted_noise_learns_only_when_told_to_and_a_limit_of_it_is_told() {
     }
 }
 
-/// As if the slope had become more uncertain at the last update and been carried since: the same update by a plain filter to which that is
-/// done.
+/// As if the slope had become more uncertain at the last update and been carried since: the same update by a plain
+/// filter to which that is done.
 #[test]
 fn strong_tracking_fades_the_slope_as_of_the_last_update() {
     let params = GradeParams::default();
@@ -202,7 +202,8 @@ fn noise_learnt_is_that_of_the_gate_and_of_a_filter_that_does_not_adapt() {
     }
 }
 
-/// Five standard deviations; after half a second of nothing else the gate reopens, and the speed is as uncertain as the innovation.
+/// Five standard deviations; after half a second of nothing else the gate reopens, and the speed is as uncertain as the
+/// innovation.
 #[test]
 fn a_wheel_speed_beyond_the_gate_changes_nothing_until_it_stays() {
     let balance = ForceBalance::new(&vehicle());

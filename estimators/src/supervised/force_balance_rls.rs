@@ -1,21 +1,24 @@
-//! Mass from the force balance by recursive least squares, with the running resistance and the accelerometer's bias left free.
+//! Mass from the force balance by recursive least squares, with the running resistance and the accelerometer's bias
+//! left free.
 //!
 //! F − J v̇ = M (f + s μ₀ g c) + r s g c + q s g c |κ| + a,  s = sgn v, c = cos θ
 //!
-//! Parameters: M total mass; r what the running resistance differs from μ₀ M g c by, over g c; q the same per curvature κ of the rail
-//! (yaw rate over speed: guide rollers drag in curves); a = −M b, b the accelerometer's bias. In one driving direction only
-//! r s g + a is seen; the prior (sd of μ and b) shares it out, and a reversal separates the two. The prior also makes the regression
-//! good in both regimes: before the specific force has varied, M is known from the level of the force as well as μ₀ and b are known;
-//! once a start, a stop or a change of slope has moved f, M is its slope and needs neither μ₀ nor b.
+//! Parameters: M total mass; r what the running resistance differs from μ₀ M g c by, over g c; q the same per curvature
+//! κ of the rail (yaw rate over speed: guide rollers drag in curves); a = −M b, b the accelerometer's bias. In one
+//! driving direction only r s g + a is seen; the prior (sd of μ and b) shares it out, and a reversal separates the two.
+//! The prior also makes the regression good in both regimes: before the specific force has varied, M is known from the
+//! level of the force as well as μ₀ and b are known; once a start, a stop or a change of slope has moved f, M is its
+//! slope and needs neither μ₀ nor b.
 //!
-//! A train is long: f and κ are means over where its masses rest ([`DistributedTrain`]). With m₀ the tare, u = f − v̇ the part of the slope,
-//! ū₀ its mean over the tare and ū₁ over where the load rests, the force on the right is M (v̇ + ū₁) + m₀ (ū₀ − ū₁): the second term is
-//! known and goes to the left, so the balance stays linear in M.
+//! A train is long: f and κ are means over where its masses rest ([`DistributedTrain`]). With m₀ the tare, u = f − v̇
+//! the part of the slope, ū₀ its mean over the tare and ū₁ over where the load rests, the force on the right is M (v̇ +
+//! ū₁) + m₀ (ū₀ − ū₁): the second term is known and goes to the left, so the balance stays linear in M.
 //!
-//! f is the specific force of the accelerometer: a change of slope then *informs* about mass. (Liu et al. 2023, eq. 16–18, take the
-//! accelerometer for v̇; the slope is then part of `a`, and a change of slope ruins the mass.)
+//! f is the specific force of the accelerometer: a change of slope then *informs* about mass. (Liu et al. 2023, eq.
+//! 16–18, take the accelerometer for v̇; the slope is then part of `a`, and a change of slope ruins the mass.)
 //!
-//! A torque gain error of e gives a mass error of e: no regression on torque can do better than the torque's calibration.
+//! A torque gain error of e gives a mass error of e: no regression on torque can do better than the torque's
+//! calibration.
 
 use nalgebra::{Matrix4, Vector4, vector};
 
@@ -203,9 +206,10 @@ impl MassEstimator for ForceBalanceRls {
                 .load
                 .changed(outcome.normalised / self.rls.spread().max(1.0))
         {
-            // Another load is another running resistance too (bearings and clamped wheels do not get heavier), and another M b: kept with the
-            // certainty that the old load gave them they would pull the mass for as long as that certainty lasts. Not forgotten either: an alarm
-            // may be false, and on a steady grade nothing else determines the mass.
+            // Another load is another running resistance too (bearings and clamped wheels do not get heavier), and
+            // another M b: kept with the certainty that the old load gave them they would pull the mass for as long as
+            // that certainty lasts. Not forgotten either: an alarm may be false, and on a steady grade nothing else
+            // determines the mass.
             self.rls = self.before;
             self.rls.reset_to_prior(&vector![1.0, 0.0, 0.0, 0.0]);
             self.rls

@@ -54,8 +54,8 @@ impl Stage {
     }
 }
 
-/// Tare and load on grades of their own, both directions, curves: the balance is linear in what is found, so without noise it is found
-/// exactly. With the sign of the tare term turned round it would not be.
+/// Tare and load on grades of their own, both directions, curves: the balance is linear in what is found, so without
+/// noise it is found exactly. With the sign of the tare term turned round it would not be.
 #[test]
 fn without_noise_mass_resistance_and_what_curves_add_are_found_exactly() {
     let wide = MassParams {
@@ -115,8 +115,9 @@ fn the_bias_of_the_accelerometer_is_told_from_resistance_by_reversals() {
     assert!((stage.internal("running_resistance") - 0.026).abs() < 1e-4);
 }
 
-/// Errors of mass, resistance and curve resistance drawn from the covariance, each put through the balance: their scatter is the standard
-/// deviation told, on steep grades, in both directions, in a curve, with parameters that hang together.
+/// Errors of mass, resistance and curve resistance drawn from the covariance, each put through the balance: their
+/// scatter is the standard deviation told, on steep grades, in both directions, in a curve, with parameters that hang
+/// together.
 #[test]
 fn what_mass_and_resistance_do_to_the_slope_is_the_scatter_of_slopes_drawn() {
     let mut stage = Stage::new(params(), Forgetting::None);

@@ -1,8 +1,10 @@
-//! Supervised form of Guo, Wang, Zhao & Dai 2024: mass from differences ([`DifferencedParams`]), slope by a kinematic and a dynamic model
-//! that interact ([`SlopeModels`]), with time-varying transitions, strong tracking and a correction for bends.
+//! Supervised form of Guo, Wang, Zhao & Dai 2024: mass from differences ([`DifferencedParams`]), slope by a kinematic
+//! and a dynamic model that interact ([`SlopeModels`]), with time-varying transitions, strong tracking and a correction
+//! for bends.
 //!
-//! The models are linear once the cosine of the combined estimate is put in, so that the extended filter is the plain one. Where there is
-//! no force balance (standing, braking, torque unknown) the dynamic model goes on as the kinematic one.
+//! The models are linear once the cosine of the combined estimate is put in, so that the extended filter is the plain
+//! one. Where there is no force balance (standing, braking, torque unknown) the dynamic model goes on as the kinematic
+//! one.
 
 use crate::detect::validity::Integrity;
 use crate::preprocess::conditioning::ConditioningParams;

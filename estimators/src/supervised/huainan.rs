@@ -1,9 +1,9 @@
-//! Supervised form of the paper "dynamic inclination recognition of monorail crane based on DFFRLS-AUKF" (Huainan main roadway tests):
-//! vertical curvature by least squares that forget by the residual, slope by an unscented Kalman filter on accelerometer and wheel speed
-//! that the curvature carries forward ([`CurvatureSlope`]).
+//! Supervised form of the paper "dynamic inclination recognition of monorail crane based on DFFRLS-AUKF" (Huainan main
+//! roadway tests): vertical curvature by least squares that forget by the residual, slope by an unscented Kalman filter
+//! on accelerometer and wheel speed that the curvature carries forward ([`CurvatureSlope`]).
 //!
-//! Sage-Husa adapts the wheel-speed noise alone, in a form that stays positive: it helps where the noise was set wrongly, and costs a
-//! little where it was set rightly.
+//! Sage-Husa adapts the wheel-speed noise alone, in a form that stays positive: it helps where the noise was set
+//! wrongly, and costs a little where it was set rightly.
 
 use crate::api::params::params;
 use crate::detect::validity::Integrity;

@@ -1,20 +1,22 @@
-//! Slope by one or more models of the same state, with strong tracking or without, interacting or alone: the second half of Guo,
-//! Wang, Zhao & Dai 2024, "Joint estimation of vehicle mass and road slope considering lateral motion", Journal of Jilin University
-//! (Engineering), doi 10.13229/j.cnki.jdxbgxb.20221061, eq. 8–38. The mass is that of [`DifferencedMass`].
+//! Slope by one or more models of the same state, with strong tracking or without, interacting or alone: the second
+//! half of Guo, Wang, Zhao & Dai 2024, "Joint estimation of vehicle mass and road slope considering lateral motion",
+//! Journal of Jilin University (Engineering), doi 10.13229/j.cnki.jdxbgxb.20221061, eq. 8–38. The mass is that of
+//! [`DifferencedMass`].
 //!
 //! State [v, a, i], i = sin θ; measurements: specific force a + g i, wheel speed v.
 //!
 //! - kinematic model (eq. 8–13): a and i walk at random; knows nothing of forces, works standing and braking
 //! - dynamic model (eq. 14–17): a = (F/M − b − g (i + s μ c))/(1 + J/M) from the force balance; i walks at random
 //!
-//! F is the traction less air drag, b what a bend takes ([`Bends`](crate::models::single_track::Bends): nothing on a rail). Standing, braking or without torque there is no
-//! force balance, and the dynamic model is the kinematic one. On a long train i is what the instrument reads, and the force balance
-//! gets the effective grade, i less what [`DistributedTrain`](crate::rail::distributed_train::DistributedTrain) has seen it to be ahead by.
+//! F is the traction less air drag, b what a bend takes ([`Bends`](crate::models::single_track::Bends): nothing on a
+//! rail). Standing, braking or without torque there is no force balance, and the dynamic model is the kinematic one. On
+//! a long train i is what the instrument reads, and the force balance gets the effective grade, i less what
+//! [`DistributedTrain`](crate::rail::distributed_train::DistributedTrain) has seen it to be ahead by.
 //!
-//! Against the print: the force balance stands in the row of a and not in that of i (which left the slope without a memory); no
-//! derivative of a measurement as input beside the measurement itself; no correction by the full innovation inside the model; the
-//! fading factor is found from whitened innovations, fades the slope alone and only while they are too large; J is in; in a bend the
-//! side force is taken off instead of scaling the traction.
+//! Against the print: the force balance stands in the row of a and not in that of i (which left the slope without a
+//! memory); no derivative of a measurement as input beside the measurement itself; no correction by the full innovation
+//! inside the model; the fading factor is found from whitened innovations, fades the slope alone and only while they
+//! are too large; J is in; in a bend the side force is taken off instead of scaling the traction.
 //!
 //! As wide as its kinematic half is its bias: an accelerometer error of 0.01 m/s² is 0.06°.
 
@@ -281,8 +283,8 @@ impl SlopeModels {
         }
     }
 
-    /// Gates a wheel speed and a specific force, each against what all models together predict by the kinematic model, and takes what is
-    /// not to enter, or not with its full weight, out by its noise `R`.
+    /// Gates a wheel speed and a specific force, each against what all models together predict by the kinematic model,
+    /// and takes what is not to enter, or not with its full weight, out by its noise `R`.
     fn gate(&mut self, z: &Vector2<Real>, R: &mut Matrix2<Real>, dt: Real) -> [Judgement; 2] {
         let Gaussian { x, P } = self.imm.combined();
         let [q_v, q_a, q_i] = [self.params.q_v, self.params.q_a, self.params.q_i].map(|q| q * dt);
@@ -301,8 +303,8 @@ impl SlopeModels {
                 }
             }
         }
-        // Huber (1964): a specific force beyond the gate moves the state as far as one on it. Rejected, it would keep the acceleration
-        // from following the brakes.
+        // Huber (1964): a specific force beyond the gate moves the state as far as one on it. Rejected, it would keep
+        // the acceleration from following the brakes.
         if force.test_ratio > 1.0 {
             R.m11 += (force.test_ratio - 1.0) * of_force;
         }

@@ -51,7 +51,8 @@ fn reading(speed: Real, torque: Real) -> Reading {
     }
 }
 
-/// (M + J) v̇ = F − M g (i + s μ c): what the model makes of the force is the acceleration of the balance, on any slope, both ways.
+/// (M + J) v̇ = F − M g (i + s μ c): what the model makes of the force is the acceleration of the balance, on any
+/// slope, both ways.
 #[test]
 fn the_dynamic_row_is_the_force_balance() {
     let (stage, balance) = (dynamic(&vehicle(), 0.1), ForceBalance::new(&vehicle()));
@@ -405,7 +406,8 @@ fn a_long_train_on_a_ramp() {
         (effective.value.sin() - 0.4 + 0.0767).abs() < 4e-3,
         "{effective:?}"
     );
-    // All rail has been read; what the mass is uncertain by moves the middle of the train, (9 m₀ + 7 (M − m₀))/M behind the front.
+    // All rail has been read; what the mass is uncertain by moves the middle of the train, (9 m₀ + 7 (M − m₀))/M behind
+    // the front.
     let mass = stage.mass.mass_kg();
     let expected = 0.01 * 2.0 * 5_000.0 / (mass.value * mass.value) * mass.sd;
     let doubt = (effective.sd * effective.sd - imu.sd * imu.sd).sqrt();

@@ -1,12 +1,14 @@
-//! Slope from accelerometer and wheel speed with a curvature feed-forward: what the pipelines of the DFFRLS-AUKF method share.
+//! Slope from accelerometer and wheel speed with a curvature feed-forward: what the pipelines of the DFFRLS-AUKF method
+//! share.
 //!
 //! x = [v, θ]:  v⁻ = v + dt (f − g sin θ),  θ⁻ = θ + dt ρ v,  z = wheel speed
 //!
-//! (The consistent reading of the DFFRLS-AUKF method's eq. 14–16, which print a state [a, θ′] whose units do not fit.) The
-//! filter is unscented; the model is all but linear, so that an extended one agrees with it.
+//! (The consistent reading of the DFFRLS-AUKF method's eq. 14–16, which print a state [a, θ′] whose units do not fit.)
+//! The filter is unscented; the model is all but linear, so that an extended one agrees with it.
 //!
-//! It needs neither torque nor mass nor resistance, works under the brake and standing, and estimates no mass. Its slope is never
-//! better than the accelerometer's bias: 0.01 m/s² is 0.06°. With a pitch gyro in place of ρ v it is several times better.
+//! It needs neither torque nor mass nor resistance, works under the brake and standing, and estimates no mass. Its
+//! slope is never better than the accelerometer's bias: 0.01 m/s² is 0.06°. With a pitch gyro in place of ρ v it is
+//! several times better.
 
 use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 
@@ -168,8 +170,8 @@ fn prior(params: &InertialParams) -> Gaussian<2> {
 }
 
 impl CurvatureSlope {
-    /// From the vehicle, the parameters, the regression of the curvature, the sigma points, and the `fading` factor of Sage & Husa (`None`:
-    /// the noise of wheel speed is known).
+    /// From the vehicle, the parameters, the regression of the curvature, the sigma points, and the `fading` factor of
+    /// Sage & Husa (`None`: the noise of wheel speed is known).
     pub fn new(
         vehicle: &Vehicle,
         params: InertialParams,
@@ -232,8 +234,8 @@ impl CurvatureSlope {
         self.limit();
     }
 
-    /// Noise of the specific force that the samples show, m/s²: 0 unless it is several times what the process noise of speed stands for
-    /// (the vehicle's own motion is in it).
+    /// Noise of the specific force that the samples show, m/s²: 0 unless it is several times what the process noise of
+    /// speed stands for (the vehicle's own motion is in it).
     fn force_noise(&self, reading: &Reading, dt: Real) -> Real {
         let told = sqrt(self.params.q_v / dt);
         let learnt = reading.noise.specific_force_mps2;

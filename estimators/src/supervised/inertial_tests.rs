@@ -189,7 +189,8 @@ fn the_bias_is_in_the_standard_deviation() {
     assert!(((some * some - none * none).sqrt() / bias - 1.0).abs() < 1e-3);
 }
 
-/// sin θ grows by 1 % a metre. The unit of the IMU is ahead of the middle of all masses by 7.67 m at 15 t, 9 m at 5 t, 7.37 m at 27 t.
+/// sin θ grows by 1 % a metre. The unit of the IMU is ahead of the middle of all masses by 7.67 m at 15 t, 9 m at 5 t,
+/// 7.37 m at 27 t.
 #[test]
 fn a_long_train_on_a_ramp() {
     let long = Vehicle::new(VehicleData {

@@ -1,10 +1,11 @@
-//! Supervised form of Liu et al. 2023, "Safety performance of unmanned monorail cranes in mines: key parameters identification research",
-//! Coal Science and Technology 51(S1): mass by least squares that forget by the residual (eq. 19, [`ForceBalanceRls`]), then slope by an
-//! extended Kalman filter with that mass and with adapted wheel-speed noise (Sage & Husa, [`ForceBalanceEkf`]).
+//! Supervised form of Liu et al. 2023, "Safety performance of unmanned monorail cranes in mines: key parameters
+//! identification research", Coal Science and Technology 51(S1): mass by least squares that forget by the residual (eq.
+//! 19, [`ForceBalanceRls`]), then slope by an extended Kalman filter with that mass and with adapted wheel-speed noise
+//! (Sage & Husa, [`ForceBalanceEkf`]).
 //!
-//! Differences to the print: the regression runs on the specific force with free intercept, so that a change of slope helps
-//! instead of ruining it; the residual that drives the forgetting is measured in its own standard deviations; angles are not
-//! taken for small; Sage-Husa adapts R alone, in a form that stays positive.
+//! Differences to the print: the regression runs on the specific force with free intercept, so that a change of slope
+//! helps instead of ruining it; the residual that drives the forgetting is measured in its own standard deviations;
+//! angles are not taken for small; Sage-Husa adapts R alone, in a form that stays positive.
 
 use crate::api::params::params;
 use crate::detect::validity::Integrity;

@@ -1,21 +1,24 @@
 //! Mass from two models weighed by how well they explain the traction (patent CN 111507019 B, step 2 ①).
 //!
-//! - straight: F − J v̇ = M a, a = f + s μ g cos θ (their eq. 20; F is the traction less air drag; a long train feels the f of where
+//! - straight: F − J v̇ = M a, a = f + s μ g cos θ (their eq. 20; F is the traction less air drag; a long train feels
+//!   the f of where
 //!   its masses rest, as in [`crate::supervised::force_balance_rls`])
-//! - turning, on a road only: F + F_f (1/cos δ − 1) − J v̇ = M (a + (l_r/L) a_y tan δ) (eq. 12–22, single-track model): the side force
+//! - turning, on a road only: F + F_f (1/cos δ − 1) − J v̇ = M (a + (l_r/L) a_y tan δ) (eq. 12–22, single-track model):
+//!   the side force
 //!   of the steered tyres takes part of the traction, and a straight model takes that for mass ([`Bends`])
 //!
 //! Each by recursive least squares with λ(k) = 1 − 0.05 · 0.98ᵏ; the weights are the likelihoods of their residuals.
 //!
-//! Against the print: a uses the specific force f of the accelerometer, where the patent puts in the slope of a filter that inverts
-//! the same balance (mass and slope then chase each other); the residual is taken by size (in print a large negative one is the best)
-//! and in its own standard deviations; its variance is the innovation variance (the printed one falls to 0); the law that settles at
-//! λ = 1 starts again when the load changes. The side force comes from the lateral acceleration and not from a slip angle that is
-//! nearly 0 by construction ([`crate::models::single_track`]). Below a degree of steering or 0.3 m/s² across, and on a rail, the straight
-//! model stands alone.
+//! Against the print: a uses the specific force f of the accelerometer, where the patent puts in the slope of a filter
+//! that inverts the same balance (mass and slope then chase each other); the residual is taken by size (in print a
+//! large negative one is the best) and in its own standard deviations; its variance is the innovation variance (the
+//! printed one falls to 0); the law that settles at λ = 1 starts again when the load changes. The side force comes from
+//! the lateral acceleration and not from a slip angle that is nearly 0 by construction
+//! ([`crate::models::single_track`]). Below a degree of steering or 0.3 m/s² across, and on a rail, the straight model
+//! stands alone.
 //!
-//! μ and the accelerometer's bias are taken as known: on level track a μ of 0.02 that is off by a quarter is a mass off by a quarter
-//! until a start or a slope dilutes it.
+//! μ and the accelerometer's bias are taken as known: on level track a μ of 0.02 that is off by a quarter is a mass off
+//! by a quarter until a start or a slope dilutes it.
 
 use nalgebra::vector;
 
@@ -69,7 +72,8 @@ pub struct MultiModelMass {
     straight: Rls<1>,
     turning: Rls<1>,
     straight_weight: Real,
-    /// Σ a and Σ a² of the straight model, forgotten like its samples: what a constant error of the level does to the mass.
+    /// Σ a and Σ a² of the straight model, forgotten like its samples: what a constant error of the level does to the
+    /// mass.
     sums: [Real; 2],
     load: LoadChangeDetector,
     mass0_kg: Real,
@@ -120,7 +124,8 @@ impl MultiModelMass {
         self.straight_weight * s + (1.0 - self.straight_weight) * t
     }
 
-    /// M/M₀ of a model within the range of the mass. It limits what is published, not the recursion ([`Rls::clamp_usable`]).
+    /// M/M₀ of a model within the range of the mass. It limits what is published, not the recursion
+    /// ([`Rls::clamp_usable`]).
     fn found(&self, rls: &Rls<1>) -> Real {
         let [low, high] = self.range_kg.map(|kg| kg / self.mass0_kg);
         within(rls.belief.x.x, low, high)

@@ -107,7 +107,8 @@ impl Stage {
     }
 }
 
-/// Tare and load on grades of their own, both directions. With the sign of the tare term turned round the mass would be another.
+/// Tare and load on grades of their own, both directions. With the sign of the tare term turned round the mass would be
+/// another.
 #[test]
 fn without_noise_the_mass_of_a_long_train_is_found_exactly() {
     let mut stage = Stage::new(MultiModelParams {
@@ -305,7 +306,8 @@ fn in_a_bend_the_traction_gives_what_the_bend_takes() {
     assert!(stage.straight_weight < 0.5, "{}", stage.straight_weight);
 }
 
-/// On the level, at the start: (M − M₀)(f + μ g) is not explained, and the innovation variance is that of the sample and of the prior.
+/// On the level, at the start: (M − M₀)(f + μ g) is not explained, and the innovation variance is that of the sample
+/// and of the prior.
 #[test]
 fn the_first_residual_and_its_variance() {
     for doubt in [0.0, 0.1] {

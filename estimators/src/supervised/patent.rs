@@ -1,9 +1,9 @@
-//! Robust form of patent CN 111507019 B (Beijing Institute of Technology, 2022), "iterative joint estimation of vehicle mass and road
-//! slope": mass by two models weighed by likelihood ([`MultiModelMass`]), slope by an extended Kalman filter that switches between
-//! Sage-Husa and strong tracking ([`ForceBalanceEkf`]).
+//! Robust form of patent CN 111507019 B (Beijing Institute of Technology, 2022), "iterative joint estimation of vehicle
+//! mass and road slope": mass by two models weighed by likelihood ([`MultiModelMass`]), slope by an extended Kalman
+//! filter that switches between Sage-Husa and strong tracking ([`ForceBalanceEkf`]).
 //!
-//! The formulas are reconstructed: those of the published text are pictures, and the switching criterion is cut off; here strong tracking
-//! takes over while innovations are too large and keep to one side.
+//! The formulas are reconstructed: those of the published text are pictures, and the switching criterion is cut off;
+//! here strong tracking takes over while innovations are too large and keep to one side.
 
 use crate::api::params::params;
 use crate::detect::validity::Integrity;

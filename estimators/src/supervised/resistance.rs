@@ -1,17 +1,20 @@
-//! `resistance_dffrls_robust`: running-resistance coefficient of a train of known mass by least squares with dynamic forgetting
-//! (Liu et al. 2023, section 2.2, eq. 8–15).
+//! `resistance_dffrls_robust`: running-resistance coefficient of a train of known mass by least squares with dynamic
+//! forgetting (Liu et al. 2023, section 2.2, eq. 8–15).
 //!
 //! y = h μ,  y = (F − J v̇)/M − f,  h = sgn(v) g cos θ,  f = v̇ + g sin θ
 //!
-//! The paper takes the slope from a survey; f is then put together from v̇ and θ ([`Surveyed`], for callers who know the slope). The
-//! pipeline needs no map: an accelerometer reads f. What is not known shows in μ and is counted in its standard deviation:
+//! The paper takes the slope from a survey; f is then put together from v̇ and θ ([`Surveyed`], for callers who know
+//! the slope). The pipeline needs no map: an accelerometer reads f. What is not known shows in μ and is counted in its
+//! standard deviation:
 //!
-//! - the accelerometer's bias b: μ is off by −sgn(v) b/g (0.00978 m/s² is 0.001), and a run in the other direction by as much the
+//! - the accelerometer's bias b: μ is off by −sgn(v) b/g (0.00978 m/s² is 0.001), and a run in the other direction by
+//!   as much the
 //!   other way; in a survey an error of the slope does the same (0.1° is 0.0017)
 //! - an error e of mass or torque: μ is off by e F/(M g), so that on a climb of 5° one percent is 0.001
 //!
-//! Against the print: the gain is divided by φ + hᵀ P h (eq. 14 lacks the inverse), the rotating masses have no g (eq. 9), the residual
-//! that drives the forgetting is that of the estimate before (eq. 12) and measured in its own standard deviations.
+//! Against the print: the gain is divided by φ + hᵀ P h (eq. 14 lacks the inverse), the rotating masses have no g (eq.
+//! 9), the residual that drives the forgetting is that of the estimate before (eq. 12) and measured in its own standard
+//! deviations.
 
 use nalgebra::vector;
 
@@ -305,8 +308,8 @@ impl Surveyed {
         }
     }
 
-    /// One step of `dt` seconds on a rail that by the survey has the grade angle `grade_rad` (rad, + uphill towards growing chainage)
-    /// under the unit with the IMU. μ and its standard deviation. On an error nothing is changed.
+    /// One step of `dt` seconds on a rail that by the survey has the grade angle `grade_rad` (rad, + uphill towards
+    /// growing chainage) under the unit with the IMU. μ and its standard deviation. On an error nothing is changed.
     pub fn step(
         &mut self,
         z: &Measurements,
@@ -330,11 +333,11 @@ impl Surveyed {
     }
 }
 
-/// Speed that a train of known mass and running resistance takes under a measured torque on a surveyed rail, by the force balance
-/// alone: what an identified coefficient is verified with (Liu et al. 2023, figure 3b).
+/// Speed that a train of known mass and running resistance takes under a measured torque on a surveyed rail, by the
+/// force balance alone: what an identified coefficient is verified with (Liu et al. 2023, figure 3b).
 ///
-/// It integrates, so an error of force grows into one of speed without end: 0.001 of μ is 0.1 m/s after ten seconds. Start it again from the
-/// measured speed every few seconds and look at how far it has come by then.
+/// It integrates, so an error of force grows into one of speed without end: 0.001 of μ is 0.1 m/s after ten seconds.
+/// Start it again from the measured speed every few seconds and look at how far it has come by then.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedPrediction {
     balance: ForceBalance,
@@ -354,8 +357,8 @@ impl SpeedPrediction {
         }
     }
 
-    /// Speed after `dt` seconds with the sum of all motor torques, N·m, on a grade of `grade_rad`, m/s. Resistance brakes and holds, it
-    /// never drives.
+    /// Speed after `dt` seconds with the sum of all motor torques, N·m, on a grade of `grade_rad`, m/s. Resistance
+    /// brakes and holds, it never drives.
     pub fn step(&mut self, motor_torque_nm: Real, grade_rad: Real, dt: Real) -> Real {
         let v = self.speed_mps;
         let traction = self.balance.net_traction(motor_torque_nm, v);

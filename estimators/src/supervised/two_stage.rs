@@ -35,7 +35,8 @@ pub struct SteadyTraction {
 }
 
 impl SteadyTraction {
-    /// ∂(sin θ + s μ cos θ)/∂θ: an error of F/(M g) divided by it is one of θ. Not below 0.1, which no grade of a rail comes near.
+    /// ∂(sin θ + s μ cos θ)/∂θ: an error of F/(M g) divided by it is one of θ. Not below 0.1, which no grade of a rail
+    /// comes near.
     pub fn by_theta(&self) -> Real {
         let [sine, cosine] = self.sin_cos;
         (cosine - self.direction * self.mu * sine).max(0.1)
@@ -44,13 +45,14 @@ impl SteadyTraction {
 
 /// A first stage: something that learns the mass while the train runs.
 ///
-/// Its samples come aligned with the rail under the train; the train with the rail memory stands beside the stages and is lent to them.
+/// Its samples come aligned with the rail under the train; the train with the rail memory stands beside the stages and
+/// is lent to them.
 pub trait MassEstimator: Copy {
     /// Names of [`MassEstimator::internals`].
     const INTERNALS: &'static [Internal; 6];
 
-    /// One step of what the stage filters itself, before the samples of that step. `grade_rad` is the grade angle that the second stage
-    /// had after the step before.
+    /// One step of what the stage filters itself, before the samples of that step. `grade_rad` is the grade angle that
+    /// the second stage had after the step before.
     fn step(
         &mut self,
         _reading: &Reading,
@@ -78,11 +80,12 @@ pub trait MassEstimator: Copy {
     /// Running-resistance coefficient to go with that mass.
     fn running_resistance(&self, train: &DistributedTrain) -> Real;
 
-    /// Standard deviation, rad, that the uncertainty of mass and resistance gives to a slope computed from the force balance
-    /// with the traction of `steady`.
+    /// Standard deviation, rad, that the uncertainty of mass and resistance gives to a slope computed from the force
+    /// balance with the traction of `steady`.
     fn slope_sd_rad(&self, steady: &SteadyTraction, train: &DistributedTrain) -> Real;
 
-    /// Standard deviation of what its force balance leaves out beyond the noise it was told, m/s²: an error of the slope by this over g.
+    /// Standard deviation of what its force balance leaves out beyond the noise it was told, m/s²: an error of the
+    /// slope by this over g.
     fn unmodelled_mps2(&self) -> Real {
         0.0
     }

@@ -141,7 +141,8 @@ fn wheels_whose_noise_is_three_times_what_it_should_be_slip() {
     }
 }
 
-/// Dead reckoning: after a second without torque the grade has to be found again, to 0.01 rad, and the train to have settled.
+/// Dead reckoning: after a second without torque the grade has to be found again, to 0.01 rad, and the train to have
+/// settled.
 #[test]
 fn after_dead_reckoning_a_grade_is_valid_once_it_is_found_again() {
     let mut estimator = two_stage(&vehicle());
@@ -216,7 +217,8 @@ fn a_limit_of_either_stage_is_told() {
     assert!(mass.mass.saturated() && estimate.flags.saturated);
 }
 
-/// Before the rail is read the grade at the IMU may be anything: 50 m at 0.02 rad/m. In quadrature with that of the effective grade.
+/// Before the rail is read the grade at the IMU may be anything: 50 m at 0.02 rad/m. In quadrature with that of the
+/// effective grade.
 #[test]
 fn the_grade_at_the_imu_has_the_uncertainty_of_its_offset_on_top() {
     let long = Vehicle::new(VehicleData {

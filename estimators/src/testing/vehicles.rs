@@ -61,7 +61,8 @@ pub fn car() -> Vehicle {
     .unwrap()
 }
 
-/// The road vehicle in a steady turn up a grade, solved from the forces of its axles and not from the estimators' formulas.
+/// The road vehicle in a steady turn up a grade, solved from the forces of its axles and not from the estimators'
+/// formulas.
 pub struct Turn {
     pub speed: Real,
     pub yaw_rate: Real,
@@ -109,7 +110,8 @@ impl Turn {
         z
     }
 
-    /// Newton's method on steering angle, lateral speed and traction, until the forces along and across and the moments balance.
+    /// Newton's method on steering angle, lateral speed and traction, until the forces along and across and the moments
+    /// balance.
     pub fn solve(mass: Real, speed: Real, yaw_rate: Real, uphill: Real) -> Self {
         let (vehicle, road) = (car(), car().road.unwrap());
         let drag = 0.5 * road.air_density_kgpm3 * road.drag_area_m2 * speed * speed;
@@ -185,7 +187,8 @@ pub struct World {
     pub mu: Real,
     /// Running resistance that does not grow with the mass, N.
     pub drag_n: Real,
-    /// Horizontal curvature, 1/m, at a chainage, m, and what it adds to the running-resistance coefficient, times the radius, m.
+    /// Horizontal curvature, 1/m, at a chainage, m, and what it adds to the running-resistance coefficient, times the
+    /// radius, m.
     pub curve: fn(Real) -> Real,
     pub curve_resistance_m: Real,
     pub accel_bias: Real,

@@ -56,7 +56,8 @@ impl Random {
     }
 }
 
-/// Two-sided 95 % band of the mean of χ² variables with `degrees` in all (Wilson & Hilferty 1931), divided by `degrees`.
+/// Two-sided 95 % band of the mean of χ² variables with `degrees` in all (Wilson & Hilferty 1931), divided by
+/// `degrees`.
 pub fn chi_square_band(degrees: usize) -> (Real, Real) {
     let a = 2.0 / (9.0 * degrees as Real);
     let at = |z: Real| (1.0 - a + z * a.sqrt()).powi(3);
@@ -87,8 +88,8 @@ pub fn vehicle(drives: usize) -> Vehicle {
 
 const GRAVITY: Real = 9.81;
 
-/// A point mass on a slope that follows a wanted speed with at most `most_mps2`; the traction it takes comes from the force balance
-/// (inverse dynamics). Sensors have white noise.
+/// A point mass on a slope that follows a wanted speed with at most `most_mps2`; the traction it takes comes from the
+/// force balance (inverse dynamics). Sensors have white noise.
 #[derive(Clone)]
 pub struct Crane {
     pub vehicle: Vehicle,

@@ -1,4 +1,5 @@
-//! Regressions for the mass on the force balance, y = hᵀ χ by least squares that forget nothing, to ask which of them can find what.
+//! Regressions for the mass on the force balance, y = hᵀ χ by least squares that forget nothing, to ask which of them
+//! can find what.
 //!
 //! | id | y | h | χ | source |
 //! |---|---|---|---|---|
@@ -8,8 +9,8 @@
 //! | R-G | F − J v̇ | a + s μ g | M | the force balance, μ known |
 //! | R-H | F − J v̇ | [a, 1] | [M, M (s μ g − b)] | the force balance, μ free |
 //!
-//! a is the specific force of the accelerometer or, with `wheels`, the acceleration of the wheels; R-D then adds the slope that the force
-//! balance has with the mass found so far. Cosines are taken for 1.
+//! a is the specific force of the accelerometer or, with `wheels`, the acceleration of the wheels; R-D then adds the
+//! slope that the force balance has with the mass found so far. Cosines are taken for 1.
 
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements, Value};

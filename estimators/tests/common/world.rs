@@ -1,5 +1,5 @@
-//! A crane of one degree of freedom, written from the physics: a point mass on a slope, under a speed control, with friction that brakes and
-//! holds, a force that nobody measures, and sensors with noise and errors.
+//! A crane of one degree of freedom, written from the physics: a point mass on a slope, under a speed control, with
+//! friction that brakes and holds, a force that nobody measures, and sensors with noise and errors.
 
 use monorig_estimators::Real;
 use monorig_estimators::Time;

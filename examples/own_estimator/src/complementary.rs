@@ -1,4 +1,5 @@
-//! Slope by a complementary filter on accelerometer, gyro and wheels; mass by recursive least squares on the force balance.
+//! Slope by a complementary filter on accelerometer, gyro and wheels; mass by recursive least squares on the force
+//! balance.
 
 use monorig_estimators::{
     Command, Error, Estimate, Estimator, Internal, Measurements, Real, Value, Vehicle, params,
@@ -55,7 +56,8 @@ impl Complementary {
         }
     }
 
-    /// Observer of speed and grade with two poles at the crossover: v' = f − g sin θ + 1.4 ω e, θ' = −ω_y − ω²/g e. Returns v'.
+    /// Observer of speed and grade with two poles at the crossover: v' = f − g sin θ + 1.4 ω e, θ' = −ω_y − ω²/g e.
+    /// Returns v'.
     fn follow_grade(&mut self, f: Real, error: Real, dt: Real) -> Real {
         let gyro = self.last.angular_rate_radps.filter(|_| self.params.gyro);
         let rate = gyro.map_or(0.0, |s| -s.value[1]);

@@ -1,4 +1,5 @@
-//! `monorig` with an estimator of one's own: every command takes `mine` from scenarios and studies as it takes those of monorig.
+//! `monorig` with an estimator of one's own: every command takes `mine` from scenarios and studies as it takes those of
+//! monorig.
 
 mod complementary;
 

@@ -31,7 +31,8 @@ pub(super) struct Tables {
     drives: usize,
 }
 
-/// Index of the table of commands: behind those of the measured quantities, which stand in the order of their own table.
+/// Index of the table of commands: behind those of the measured quantities, which stand in the order of their own
+/// table.
 pub(super) const COMMAND: usize = Measurand::ALL.len();
 /// Index of the table of the truth.
 pub(super) const TRUTH: usize = COMMAND + 1;

@@ -197,8 +197,8 @@ impl Registry {
         find(&self.estimators, name, "estimator")
     }
 
-    /// True for a published method as it stands in its source, without supervision. It is shown beside the others, and is
-    /// not for use. An estimator that a program adds is none.
+    /// True for a published method as it stands in its source, without supervision. It is shown beside the others, and
+    /// is not for use. An estimator that a program adds is none.
     pub(crate) fn is_reference(&self, name: &str) -> bool {
         self.estimators
             .iter()

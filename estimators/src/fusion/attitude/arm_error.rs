@@ -1,8 +1,9 @@
-//! Measured error of the grade at the IMU, which is carried ahead from the unit's middle: when the middle has come to where the IMU was, the
-//! grade there is known.
+//! Measured error of the grade at the IMU, which is carried ahead from the unit's middle: when the middle has come to
+//! where the IMU was, the grade there is known.
 //!
-//! The grade at the IMU is θ + l_x κ, and how κ changes over the arm l_x is not known before: 0.045 m² dκ/ds for 0.3 m. A rail with many
-//! transitions has a larger error than a straight one, and the reported standard deviation follows what has been seen.
+//! The grade at the IMU is θ + l_x κ, and how κ changes over the arm l_x is not known before: 0.045 m² dκ/ds for 0.3 m.
+//! A rail with many transitions has a larger error than a straight one, and the reported standard deviation follows
+//! what has been seen.
 
 use crate::Real;
 use crate::api::real::sqrt;
@@ -72,8 +73,8 @@ impl ArmError {
     }
 }
 
-/// Share of the largest recent square that counts as a variance: an error that comes and goes with each transition peaks at twice its root
-/// mean square.
+/// Share of the largest recent square that counts as a variance: an error that comes and goes with each transition
+/// peaks at twice its root mean square.
 const PEAK: Real = 0.25;
 
 state!(ArmError { ring, next, way_m, variance; arm_m } where |this| this.next < PLACES);

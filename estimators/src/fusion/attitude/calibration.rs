@@ -5,10 +5,11 @@ use crate::api::real::GRAVITY;
 use crate::filters::gaussian::Gaussian;
 use crate::models::attitude::{BIAS_X, N, PHI, THETA};
 
-/// Largest standard deviation of the biases, m/s² and rad/s, of an instrument that counts as calibrated. A larger one may as well be the
-/// pitch of the mount or an error of scale, and |f| = g does not tell them from a bias.
+/// Largest standard deviation of the biases, m/s² and rad/s, of an instrument that counts as calibrated. A larger one
+/// may as well be the pitch of the mount or an error of scale, and |f| = g does not tell them from a bias.
 const CALIBRATED_SD: Real = 0.03;
-/// Standard deviation of the scale of another instrument, and change of the pitch over which it counts as one error, rad.
+/// Standard deviation of the scale of another instrument, and change of the pitch over which it counts as one error,
+/// rad.
 const SCALE_SD: Real = 0.0075;
 const RAMP_RAD: Real = 0.2;
 /// Angle by which its axes are askew against each other, rad, and time over which a bend turns to one side, s.
@@ -37,8 +38,9 @@ impl Calibration {
         self.calibrated
     }
 
-    /// Lower limit of the reported standard deviation of the pitch, rad. For an uncalibrated IMU this is the accelerometer's bias over g,
-    /// because askew axes read a turn in a bend as one in pitch, which the covariance does not contain.
+    /// Lower limit of the reported standard deviation of the pitch, rad. For an uncalibrated IMU this is the
+    /// accelerometer's bias over g, because askew axes read a turn in a bend as one in pitch, which the covariance does
+    /// not contain.
     pub fn least_pitch_sd_rad(&self) -> Real {
         if self.calibrated {
             0.0
@@ -47,9 +49,9 @@ impl Calibration {
         }
     }
 
-    /// Widens the belief about an uncalibrated IMU after it has pitched by `turn_rad` at a yaw rate. A scale error changes the bias with the
-    /// grade; otherwise the change of cos θ on a slope would pass for a measurement of the bias. Askew axes read a share of the yaw rate
-    /// as rates of pitch and roll.
+    /// Widens the belief about an uncalibrated IMU after it has pitched by `turn_rad` at a yaw rate. A scale error
+    /// changes the bias with the grade; otherwise the change of cos θ on a slope would pass for a measurement of the
+    /// bias. Askew axes read a share of the yaw rate as rates of pitch and roll.
     #[allow(
         clippy::indexing_slicing,
         reason = "indices of states are constants below N"

@@ -1,7 +1,8 @@
-//! Gyro monitor: wheels that agree with each other and contradict the filter mean that the pitch, the gyro's integral, is wrong.
+//! Gyro monitor: wheels that agree with each other and contradict the filter mean that the pitch, the gyro's integral,
+//! is wrong.
 //!
-//! The test is the mean of the innovations over its variance, which finds a wrong gyro much sooner than the mean of their squares: with the
-//! wheels' noise white, the variance of the mean is S dt/(2 τ).
+//! The test is the mean of the innovations over its variance, which finds a wrong gyro much sooner than the mean of
+//! their squares: with the wheels' noise white, the variance of the mean is S dt/(2 τ).
 
 use crate::Real;
 use crate::aiding::wheels::{Ballot, SPREAD};
@@ -53,7 +54,8 @@ impl GyroMonitor {
         (self.mean, self.rest_s) = (0.0, self.rest_s.max(SHOCK_REST_S));
     }
 
-    /// Takes the innovation of the mean of the wheels and its variance; returns by how much the variance of the pitch grows, rad².
+    /// Takes the innovation of the mean of the wheels and its variance; returns by how much the variance of the pitch
+    /// grows, rad².
     pub fn step(
         &mut self,
         ballot: &Ballot,

@@ -1,5 +1,5 @@
-//! Heading of the unit since the start with its standard deviation: the integral of the yaw rate. Nothing measures the heading itself, so it
-//! drifts; maps of the rail take their bends from it.
+//! Heading of the unit since the start with its standard deviation: the integral of the yaw rate. Nothing measures the
+//! heading itself, so it drifts; maps of the rail take their bends from it.
 
 use crate::Real;
 use crate::api::real::{PI, sqrt};
@@ -33,8 +33,8 @@ pub struct Turn {
 }
 
 impl Heading {
-    /// Turns on for `dt` seconds. Errors of bias and scale add up as if they always had one sign: cautious where bends to the left and to the
-    /// right follow each other. The random walk adds by squares to what there is.
+    /// Turns on for `dt` seconds. Errors of bias and scale add up as if they always had one sign: cautious where bends
+    /// to the left and to the right follow each other. The random walk adds by squares to what there is.
     pub fn step(&mut self, turn: &Turn, dt: Real) {
         match turn.rate_radps {
             Some(rate) => {
@@ -78,8 +78,8 @@ mod tests {
         speed_mps: 1.0,
     };
 
-    /// 10 s at 0.5 rad/s are 5 rad, which is 5 − 2π; bias 1e-3 and scale 5e-3 rad add up, the walk is 1e-3 √10: the standard
-    /// deviation is between the root of their squares and their sum.
+    /// 10 s at 0.5 rad/s are 5 rad, which is 5 − 2π; bias 1e-3 and scale 5e-3 rad add up, the walk is 1e-3 √10: the
+    /// standard deviation is between the root of their squares and their sum.
     #[test]
     fn it_is_the_integral_of_the_rate_and_wraps() {
         let mut heading = Heading::default();

@@ -49,15 +49,15 @@ impl StuckVector {
 /// Jump of the accelerometer from one sample to the next that is a shock, m/s², and time for which a shock rings, s.
 const SHOCK_MPS2: Real = 1.5;
 const RING_S: Real = 0.03;
-/// Jump of the gyro beyond which a sample must be confirmed by the next one: at least, rad/s; over the mean jump of late; memory of that,
-/// samples.
+/// Jump of the gyro beyond which a sample must be confirmed by the next one: at least, rad/s; over the mean jump of
+/// late; memory of that, samples.
 const MIN_JUMP_RADPS: Real = 0.1;
 const JUMP_FACTOR: Real = 6.0;
 const JUMP_MEMORY: Real = 20.0;
 
-/// Spike gate of the gyro. A sample that jumps is held back until the next sample confirms it, or a shock of the accelerometer does. A blow to
-/// the body moves both instruments; its rates have both signs and an integral of nearly nothing, which must not be cut. A jump that is
-/// real is added afterwards, so that the integral loses nothing.
+/// Spike gate of the gyro. A sample that jumps is held back until the next sample confirms it, or a shock of the
+/// accelerometer does. A blow to the body moves both instruments; its rates have both signs and an integral of nearly
+/// nothing, which must not be cut. A jump that is real is added afterwards, so that the integral loses nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpikeGate {
     last: Option<[Real; 3]>,
@@ -140,8 +140,8 @@ impl ImuHealth {
         }
     }
 
-    /// Takes the samples of a step and returns what of the IMU is in use. `yaw_bias_radps` is the gyro's bias about z; without `gyro` it is
-    /// not used.
+    /// Takes the samples of a step and returns what of the IMU is in use. `yaw_bias_radps` is the gyro's bias about z;
+    /// without `gyro` it is not used.
     pub fn step(
         &mut self,
         z: &Channels,

@@ -1,12 +1,14 @@
-//! Attitude and speed of the body that carries the IMU, from gyro, accelerometer and wheels: an extended Kalman filter with biases.
+//! Attitude and speed of the body that carries the IMU, from gyro, accelerometer and wheels: an extended Kalman filter
+//! with biases.
 //!
-//! The gyro is the input of the attitude, the accelerometer that of the speed ([`AttitudeModel`]); wheels, f_y, f_z and a standstill are the
-//! measurements ([`crate::aiding`]).
+//! The gyro is the input of the attitude, the accelerometer that of the speed ([`AttitudeModel`]); wheels, f_y, f_z and
+//! a standstill are the measurements ([`crate::aiding`]).
 //!
-//! It uses no force: no fault of torque, load or running resistance can reach the slope. What makes the accelerometer's bias observable is
+//! It uses no force: no fault of torque, load or running resistance can reach the slope. What makes the accelerometer's
+//! bias observable is
 //! |f| = g: on a slope f_z = g cos θ + b_z measures θ without the integral of the gyro, once b_z is known from the level, and with θ
-//! f_x = v̇ + g sin θ + b_x measures b_x. Source: ours; the filter is that of Schmidt 1970 (extended), the gates those of common practice
-//! (Bar-Shalom, Li & Kirubarajan 2001, 5.4).
+//! f_x = v̇ + g sin θ + b_x measures b_x. Source: ours; the filter is that of Schmidt 1970 (extended), the gates those
+//! of common practice (Bar-Shalom, Li & Kirubarajan 2001, 5.4).
 
 pub mod arm_error;
 pub mod calibration;
@@ -56,12 +58,14 @@ const MAX_SPEED_MPS: Real = 100.0;
 const MAX_ANGLE_RAD: Real = MAX_GRADE_RAD;
 /// Largest standard deviations of the state.
 const MAX_SD: [Real; N] = [10.0, 0.6, 0.6, 2.0, 2.0, 2.0, 0.1, 0.1, 0.3, 0.3, 0.1];
-/// Share of the standstill speed below which the vehicle stands, and time of standing before the gyro is taken to read its biases, s.
+/// Share of the standstill speed below which the vehicle stands, and time of standing before the gyro is taken to read
+/// its biases, s.
 const STANDING_SHARE: Real = 0.4;
 const QUIET_S: Real = 0.3;
 /// Standard deviations beyond which an innovation of the specific force is deweighted.
 const HUBER_SD: Real = 3.0;
-/// Time without a wheel from which the variance of the speed grows by [`COAST`], and by which it is opened by [`REOPEN`], s.
+/// Time without a wheel from which the variance of the speed grows by [`COAST`], and by which it is opened by
+/// [`REOPEN`], s.
 const COAST_S: [Real; 2] = [1.0, 8.0];
 /// Time without a sample after which wheels count as lost, s.
 const LOST_S: Real = 0.5;
@@ -293,7 +297,8 @@ impl AttitudeFilter {
         ballot
     }
 
-    /// Without a wheel the speed is that of the accelerometer; after a long time wheels that were right all along are let in again.
+    /// Without a wheel the speed is that of the accelerometer; after a long time wheels that were right all along are
+    /// let in again.
     #[allow(
         clippy::indexing_slicing,
         reason = "indices of states are constants below N"

@@ -56,8 +56,8 @@ impl AttitudeParams {
         }
     }
 
-    /// Standard deviations of the biases of accelerometer, m/s², and gyro, rad/s, where they are not set: of the vehicle's sheet, or of a
-    /// calibrated instrument.
+    /// Standard deviations of the biases of accelerometer, m/s², and gyro, rad/s, where they are not set: of the
+    /// vehicle's sheet, or of a calibrated instrument.
     pub fn bias_sd(&self, vehicle: &Vehicle) -> [Real; 2] {
         let gyro = self.gyro_bias_sd_radps.or(vehicle.gyro_bias_sd_radps);
         [

@@ -4,7 +4,8 @@ use crate::Real;
 use crate::api::real::within;
 use crate::api::snapshot::state;
 
-/// Way over which it is smoothed, m: in way, not in time, or a body that nods at a stop would leave a curvature of its own.
+/// Way over which it is smoothed, m: in way, not in time, or a body that nods at a stop would leave a curvature of its
+/// own.
 const MEMORY_M: Real = 0.05;
 /// Speed from which it is learnt, m/s.
 const MIN_SPEED_MPS: Real = 0.12;

@@ -1,4 +1,5 @@
-//! First belief of the attitude filter: pitch and roll by the accelerometer, whose bias is then wholly correlated with them.
+//! First belief of the attitude filter: pitch and roll by the accelerometer, whose bias is then wholly correlated with
+//! them.
 
 use nalgebra::SVector;
 
@@ -14,8 +15,9 @@ const FIRST_ACCELERATION_SD_MPS2: [Real; 2] = [0.02, 0.5];
 /// Largest sines of the pitch and the roll at the start.
 const MAX_SINES: [Real; 2] = [0.6, 0.3];
 
-/// The belief by the first samples, `dt` seconds long, of a vehicle that stands below `standing_mps` and whose biases of accelerometer and
-/// gyro have the standard deviations `bias_sd` (m/s², rad/s). `None` until there has been an accelerometer and a wheel.
+/// The belief by the first samples, `dt` seconds long, of a vehicle that stands below `standing_mps` and whose biases
+/// of accelerometer and gyro have the standard deviations `bias_sd` (m/s², rad/s). `None` until there has been an
+/// accelerometer and a wheel.
 #[allow(
     clippy::indexing_slicing,
     reason = "indices of states are constants below N"

@@ -1,8 +1,9 @@
-//! Outputs of the attitude filter about the rail: the grade at the IMU, the grade with a fixed lag, the readings that a map is made of, and
-//! the heading.
+//! Outputs of the attitude filter about the rail: the grade at the IMU, the grade with a fixed lag, the readings that a
+//! map is made of, and the heading.
 //!
-//! The grade at the IMU must be guessed over the arm between the unit's middle and the IMU. Once the middle has come to the place the pitch is
-//! the grade there: a lag of one arm in way, whatever the speed, and no guess. A unit on wheels has the pitch of the chord between them.
+//! The grade at the IMU must be guessed over the arm between the unit's middle and the IMU. Once the middle has come to
+//! the place the pitch is the grade there: a lag of one arm in way, whatever the speed, and no guess. A unit on wheels
+//! has the pitch of the chord between them.
 
 use super::AttitudeFilter;
 use crate::Real;
@@ -24,8 +25,8 @@ pub struct LaggedGrade {
     pub lag_m: Real,
 }
 
-/// Error of the chord as a share of that of the grade carried ahead over the arm: for d²θ/ds² it is w²/6 against l²/2, a third where half the wheelbase
-/// w is the arm l.
+/// Error of the chord as a share of that of the grade carried ahead over the arm: for d²θ/ds² it is w²/6 against l²/2,
+/// a third where half the wheelbase w is the arm l.
 const CHORD_SHARE: Real = 1.0 / 3.0;
 
 impl AttitudeFilter {
@@ -61,8 +62,9 @@ impl AttitudeFilter {
         }
     }
 
-    /// Readings that a map of the rail needs: standard deviations of the accelerometer's bias, m/s², of sin θ + b/g with that of the mounting,
-    /// and of the scale of the wheels; distance of the IMU ahead of the place whose pitch is estimated, m.
+    /// Readings that a map of the rail needs: standard deviations of the accelerometer's bias, m/s², of sin θ + b/g
+    /// with that of the mounting, and of the scale of the wheels; distance of the IMU ahead of the place whose pitch is
+    /// estimated, m.
     pub fn reading(&self) -> [Real; 4] {
         let P = &self.belief.P;
         let (read, mount) = (self.found.sum_sd, self.mount_sd_rad());

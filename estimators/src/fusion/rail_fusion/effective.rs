@@ -19,18 +19,19 @@ const PERIOD_S: Real = 0.1;
 /// Standard deviation of the grade ahead of what was read: rad per m, and m per rad/m of its gradient.
 const AHEAD_RAD_PER_M: Real = 0.02;
 const AHEAD_M: Real = 0.7;
-/// Standard deviation of the grade by the force: its constant part, rad, and factors on acceleration over g and on the swing.
+/// Standard deviation of the grade by the force: its constant part, rad, and factors on acceleration over g and on the
+/// swing.
 const FORCE_SD_RAD: Real = 0.001;
 const FORCE_MOTION: Real = 2.0;
-/// Share of a new block in the correction by force, and the part that is left after a block of no use where the rail is read. Where it is
-/// not read the correction fades with the way.
+/// Share of a new block in the correction by force, and the part that is left after a block of no use where the rail is
+/// read. Where it is not read the correction fades with the way.
 const SHARE: Real = 0.6;
 const LEFT: Real = 0.7;
 const FADE_M: Real = 10.0;
 /// Standard deviation of the grade by rail behind what was read beyond which it counts as not read, rad.
 const UNREAD_SD_RAD: Real = 0.002;
-/// Standard deviation of the change of an unread grade per way gone back while no force measures it, rad/m: half of the sharpest curvature
-/// of a rail.
+/// Standard deviation of the change of an unread grade per way gone back while no force measures it, rad/m: half of the
+/// sharpest curvature of a rail.
 const BLIND_RAD_PER_M: Real = 0.05;
 /// Way beyond which it counts no more, m.
 const MAX_BLIND_M: Real = 10.0;

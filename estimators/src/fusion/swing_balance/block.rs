@@ -1,7 +1,8 @@
 //! Blocks of the force balance: means over half a second, with the acceleration in five parts.
 //!
-//! The acceleration of a block is the difference of the filter's speeds at its ends over its length, whose noise is 1.6 mm/s²: small enough for
-//! a regressor (no errors-in-variables treatment). The accelerometer only shares it out within the block.
+//! The acceleration of a block is the difference of the filter's speeds at its ends over its length, whose noise is 1.6
+//! mm/s²: small enough for a regressor (no errors-in-variables treatment). The accelerometer only shares it out within
+//! the block.
 
 use crate::Real;
 use crate::api::aid::{AidOutcome, Rejection};
@@ -70,7 +71,8 @@ pub struct Block {
     pub variance: f32,
     /// Speed, m/s.
     pub speed_mps: f32,
-    /// Standard deviation of the noise of the acceleration and of the sine of the grade times g, in steps of [`NOISE_STEP`].
+    /// Standard deviation of the noise of the acceleration and of the sine of the grade times g, in steps of
+    /// [`NOISE_STEP`].
     noise: u8,
     /// Acceleration in parts, in steps of [`ACCELERATION_STEP`].
     acceleration: [i16; SUBSTEPS],
@@ -204,7 +206,8 @@ impl BlockBuilder {
         sqrt(2.0 * speed * speed + grade * grade)
     }
 
-    /// Variance of the force of inertia of `mass_kg` by the noise of the speed, beyond that which the model's noise covers, N².
+    /// Variance of the force of inertia of `mass_kg` by the noise of the speed, beyond that which the model's noise
+    /// covers, N².
     fn inertia_variance(&self, mass_kg: Real) -> Real {
         let noise = self.noise / self.length_s.max(SUBSTEP_S);
         let beyond = (2.0 * noise * noise - NOMINAL_MPS2 * NOMINAL_MPS2).max(0.0);

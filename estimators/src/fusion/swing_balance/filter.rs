@@ -23,8 +23,8 @@ use crate::rail::train_means::TrainMeans;
 const ETA_MEMORY_M: Real = 2.0;
 /// Largest |ln L/L₀|.
 const MAX_LENGTH: Real = 0.5;
-/// Part of the running resistance per weight from which it weighs the load, and not the swing: a load swings with accelerations of some
-/// 0.05 g.
+/// Part of the running resistance per weight from which it weighs the load, and not the swing: a load swings with
+/// accelerations of some 0.05 g.
 const MAX_SWING_MU: Real = 0.05;
 /// Standard deviations beyond which a block is deweighted.
 const HUBER_SD: Real = 3.0;
@@ -36,7 +36,8 @@ const MIN_INFLATION: Real = 1.2;
 /// Speed from which a change of the grade is one by way, m/s, and the largest such change, rad/m.
 const MIN_TURN_SPEED_MPS: Real = 0.05;
 const MAX_TURN_RADPM: Real = 0.2;
-/// Memory of the excitation, s, and the root of its mean square over the noise of the regressor from which a block weighs the load.
+/// Memory of the excitation, s, and the root of its mean square over the noise of the regressor from which a block
+/// weighs the load.
 const EXCITATION_S: Real = 10.0;
 const MIN_EXCITATION: Real = 5.0;
 /// Standard deviations of the swing after a load has been taken, rad and rad/s.
@@ -115,7 +116,8 @@ impl SwingBalance {
         self.model.nominal.tare_kg + self.belief.x[MASS]
     }
 
-    /// Mass that the noise of the model is proportional to, kg: that of the filter, or for comparing filters one for all.
+    /// Mass that the noise of the model is proportional to, kg: that of the filter, or for comparing filters one for
+    /// all.
     fn noise_mass_kg(&self) -> Real {
         if self.noise_kg > 0.0 {
             self.noise_kg
@@ -124,8 +126,8 @@ impl SwingBalance {
         }
     }
 
-    /// Whether the mass is weighed by the swing, and so not linear: a load that swings, and a running resistance that does not weigh it
-    /// first.
+    /// Whether the mass is weighed by the swing, and so not linear: a load that swings, and a running resistance that
+    /// does not weigh it first.
     pub fn is_nonlinear(&self) -> bool {
         self.model.swings && self.model.nominal.mu_load < MAX_SWING_MU
     }
@@ -135,7 +137,8 @@ impl SwingBalance {
         self.noise_kg = mass_kg.unwrap_or(0.0);
     }
 
-    /// Takes a block whose rail has been read: corrects by it if it is of use (`refusal` is `None`), and carries the state over its length.
+    /// Takes a block whose rail has been read: corrects by it if it is of use (`refusal` is `None`), and carries the
+    /// state over its length.
     pub fn step(
         &mut self,
         block: &Block,
@@ -193,8 +196,8 @@ impl SwingBalance {
                 aid.variance *= self.inflation;
             }
         }
-        // The noise of the regressor would pass for information about a load that nothing moves: the load is then a parameter that the
-        // filter considers and does not estimate (Schmidt 1966), whose mean and variance stay.
+        // The noise of the regressor would pass for information about a load that nothing moves: the load is then a
+        // parameter that the filter considers and does not estimate (Schmidt 1966), whose mean and variance stay.
         let excited = self.excitation > of(MIN_EXCITATION * block.noise_mps2());
         let (load, load_variance) = (self.belief.x[MASS], self.belief.P[(MASS, MASS)]);
         let gate = GateRule::Deweight(HUBER_SD);

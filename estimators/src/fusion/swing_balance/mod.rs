@@ -1,8 +1,10 @@
-//! Mass by a force balance in which the load swings: blocks of half a second that wait until the rail under the train has been read, a
-//! Kalman filter over them ([`filter`]), and a load-change detector that goes back to where the change began.
+//! Mass by a force balance in which the load swings: blocks of half a second that wait until the rail under the train
+//! has been read, a Kalman filter over them ([`filter`]), and a load-change detector that goes back to where the change
+//! began.
 //!
-//! The load on chains is a pendulum driven by the measured acceleration: every start weighs it (its pull against the train is m_L a_L, known in
-//! time but for m_L), so the mass is there after the first start and not only after a change of grade. Source: ours.
+//! The load on chains is a pendulum driven by the measured acceleration: every start weighs it (its pull against the
+//! train is m_L a_L, known in time but for m_L), so the mass is there after the first start and not only after a change
+//! of grade. Source: ours.
 
 pub mod block;
 pub mod filter;
@@ -350,8 +352,9 @@ impl SwingMass {
         }
     }
 
-    /// Goes back to the last block at which no residual hinted at another load, opens the mass, and goes over the blocks since then again. It
-    /// never goes back to the same block twice, because with a wrong model that would have no end.
+    /// Goes back to the last block at which no residual hinted at another load, opens the mass, and goes over the
+    /// blocks since then again. It never goes back to the same block twice, because with a wrong model that would have
+    /// no end.
     fn go_back(&mut self) {
         let kept = self.written.saturating_sub(self.roll_back.next) < BLOCKS as u64;
         if !self.roll_back.spent && kept {
@@ -384,8 +387,8 @@ impl SwingMass {
         self.tare_kg + self.found.x[MASS]
     }
 
-    /// Total mass and its standard deviation with that of what no filter can see (scale of the torque), kg: as it was while the filter goes over
-    /// blocks again.
+    /// Total mass and its standard deviation with that of what no filter can see (scale of the torque), kg: as it was
+    /// while the filter goes over blocks again.
     pub fn published(&self) -> [Real; 2] {
         self.published
     }

@@ -5,7 +5,8 @@ use crate::api::params::params;
 use crate::api::real::sqrt;
 
 params! {
-    /// Priors and noise of the force balance with a swinging load. Shares are of the nominal weight or running resistance.
+    /// Priors and noise of the force balance with a swinging load. Shares are of the nominal weight or running
+    /// resistance.
     SwingBalanceParams {
         mass0_kg ["kg"] = none, 1.0 => 1e7, "Total mass at the start; not set: tare and half the rated load.";
         torque_noise ["-"] = 0.01, 0.0 => 1.0, "Standard deviation of a torque sample, as a share of it.";

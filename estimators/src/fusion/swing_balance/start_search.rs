@@ -1,17 +1,20 @@
 //! Start search: the force balance begun from several loads, each weighed by how well it explains the first blocks.
 //!
-//! The swing weighs what hangs on the chains, so the balance is not linear in the mass: an extended Kalman filter that starts far from it can come
-//! to rest on a wrong pair of mass and pendulum length, with a standard deviation that covers neither. So the first blocks are gone over once for
-//! each of [`LOADS`], as a Gaussian sum (Sorenson & Alspach 1971): the best one goes on, its variance widened to that of the sum.
+//! The swing weighs what hangs on the chains, so the balance is not linear in the mass: an extended Kalman filter that
+//! starts far from it can come to rest on a wrong pair of mass and pendulum length, with a standard deviation that
+//! covers neither. So the first blocks are gone over once for each of [`LOADS`], as a Gaussian sum (Sorenson & Alspach
+//! 1971): the best one goes on, its variance widened to that of the sum.
 //!
-//! A pass is weighed by its normalised innovations squared alone. A likelihood would have the determinants of their covariances, too. These
-//! favour the lightest load: the noise of the swing grows with the load and is larger than it has to be.
+//! A pass is weighed by its normalised innovations squared alone. A likelihood would have the determinants of their
+//! covariances, too. These favour the lightest load: the noise of the swing grows with the load and is larger than it
+//! has to be.
 
 use crate::Real;
 use crate::api::real::{exp, sqrt};
 use crate::api::snapshot::state;
 
-/// Loads that a pass starts from, and their standard deviations, as shares of the largest load. Closer together where they are light.
+/// Loads that a pass starts from, and their standard deviations, as shares of the largest load. Closer together where
+/// they are light.
 pub const LOADS: [[Real; 2]; 8] = [
     [0.03, 0.03],
     [0.10, 0.04],
@@ -24,8 +27,8 @@ pub const LOADS: [[Real; 2]; 8] = [
 ];
 const FIRST: [Real; 2] = LOADS[0];
 
-/// Share of the squares in the logarithm of a weight. By theory it is a half; here it is 1, because the residuals have a third of the
-/// variance that the filter assumes.
+/// Share of the squares in the logarithm of a weight. By theory it is a half; here it is 1, because the residuals have
+/// a third of the variance that the filter assumes.
 const SHARPNESS: Real = 1.0;
 /// Innovation beyond which an outlier counts linearly and not by its square, in standard deviations (Huber).
 const HUBER_SD: Real = 3.0;
@@ -40,7 +43,8 @@ pub struct StartSearch {
     /// Sum of the squares of this pass and of the best.
     square: Real,
     best_square: Real,
-    /// Sums over the passes: weight, weight × load, weight × (variance + load²); loads as shares of the largest, weights relative to the best.
+    /// Sums over the passes: weight, weight × load, weight × (variance + load²); loads as shares of the largest,
+    /// weights relative to the best.
     sums: [Real; 3],
 }
 
@@ -84,8 +88,8 @@ impl StartSearch {
         };
     }
 
-    /// Ends a pass that has come to this load and variance, as shares of the largest load and of its square. After the last one: the variance that
-    /// the sum of all passes has about that load.
+    /// Ends a pass that has come to this load and variance, as shares of the largest load and of its square. After the
+    /// last one: the variance that the sum of all passes has about that load.
     pub fn close(&mut self, load: Real, variance: Real) -> Option<Real> {
         if self.is_last() {
             self.active = false;

@@ -152,8 +152,8 @@ mod tests {
     const DT: Real = 0.005;
     const HALF_PERIOD_S: Real = 0.6;
 
-    /// Share of the time in which the torques are doubted: the command changes between two values every 0.6 s, and motors follow it with a lag of
-    /// `lag_s` (first order), `gain` times as strong.
+    /// Share of the time in which the torques are doubted: the command changes between two values every 0.6 s, and
+    /// motors follow it with a lag of `lag_s` (first order), `gain` times as strong.
     fn doubted(lag_s: Real, gain: Real) -> Real {
         let mut monitor = TorqueMonitor::new(&vehicle(), &SwingBalanceParams::default(), true);
         let (mut torque, mut doubted, steps) = (30.0, 0, 4_000);
