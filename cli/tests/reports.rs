@@ -148,7 +148,7 @@ fn of_a_test_with_every_verdict() {
         }
     }
     assert!(text.contains("1 of 1 scenarios FAILED") && text.contains("0 of 3"));
-    assert!(text.contains("Differences to dffrls_aukf_robust"));
+    assert!(text.contains("Differences to dffrls_aekf_robust"));
 }
 
 const STUDY: &str = "\
@@ -195,7 +195,7 @@ fn of_a_study() {
         "dffrls_aekf_robust slope_rmse_deg from 1 s",
         "slope_rmse_deg over load.mass_kg",
         "slope_rmse_deg over vehicle.total_mass_guess_kg",
-        "Differences to dffrls_aukf_robust",
+        "Differences to dffrls_aekf_robust",
         mean.as_str(),
     ] {
         assert!(report().contains(part), "{part}\n{}", report());

@@ -7,15 +7,16 @@ const MAX_COLUMNS: usize = 120;
 
 /// For each folder: how many lines of comments are wider, and how many doc comments open with a noun clause. Both may
 /// only fall.
-const AT_MOST: [(&str, usize, usize); 8] = [
-    ("estimators", 623, 272),
-    ("sim", 58, 28),
-    ("logs", 85, 109),
-    ("lab", 161, 194),
-    ("viz", 45, 42),
-    ("cli", 81, 93),
+const AT_MOST: [(&str, usize, usize); 9] = [
+    ("estimators", 18, 220),
+    ("sim", 2, 0),
+    ("logs", 1, 7),
+    ("lab", 1, 21),
+    ("viz", 0, 0),
+    ("cli", 0, 0),
     ("tests", 0, 0),
-    ("examples", 3, 0),
+    ("testing", 0, 0),
+    ("examples", 0, 0),
 ];
 
 /// Every source file below a folder; links and what is built are left out.
