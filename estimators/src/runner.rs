@@ -31,10 +31,10 @@ pub trait Pipeline: Copy {
     /// Sources of measurements it uses.
     const AID_SOURCES: &'static [&'static str] = &[];
 
-    /// What became of the last measurement of each source, written to `status`; as many as fit.
+    /// Writes the status of the last measurement of each source to `status`; as many as fit.
     fn aid_status(&self, _status: &mut [AidStatus]) {}
 
-    /// Its state, for a snapshot. A pipeline that does not say keeps none.
+    /// Its state, for a snapshot. A pipeline without this method keeps none.
     fn visit(&mut self, archive: &mut Archive) {
         archive.refuse(SnapshotError::NotKept);
     }

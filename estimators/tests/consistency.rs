@@ -82,7 +82,7 @@ fn settled<R: Run>(seed: u64) -> (Real, Real) {
     (nees, nis)
 }
 
-/// How many of the instants are in the NEES band, and whether the mean NIS is in its band.
+/// Number of the instants in the NEES band, and true if the mean NIS is in its band.
 fn consistency<R: Run>(seed: u64) -> (usize, bool) {
     let (nees, nis) = averages::<R>(seed);
     let (low, high) = chi_square_band(RUNS * R::STATES);
@@ -104,7 +104,7 @@ fn assert_consistent<R: Run>(seed: u64) {
 /// Variance of the measured position.
 const POSITION_NOISE: Real = 0.04;
 
-/// What a filter adapts.
+/// Noises that a filter adapts.
 const NOTHING: u8 = 0;
 const NOISE: u8 = 1;
 const FADING: u8 = 2;

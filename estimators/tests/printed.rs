@@ -26,7 +26,7 @@ const J: Real = 1_045.0;
 
 type Settings = [(&'static str, Setting<'static>)];
 
-/// What a run ended with.
+/// Results of a run.
 struct Outcome {
     mass_kg: Real,
     /// Root mean square of the grade error in the second half, deg.

@@ -9,7 +9,7 @@ use monorig_estimators::api::signals::{Command, Measurements, Sample, Vehicle, V
 use monorig_estimators::registry::build;
 use monorig_estimators::{Estimate, Estimator, Time};
 
-/// What goes by accelerometer, gyro and wheels: the recording has no torque in N·m.
+/// Estimators that use only accelerometer, gyro and wheels: the recording has no torque in N·m.
 const NAMES: [&str; 4] = [
     "ekf_v_theta_biases",
     "complementary_filter",

@@ -15,7 +15,7 @@ use monorig_estimators::{Real, registry};
 const GRAVITY: Real = 9.81;
 const DT: Real = 0.01;
 const MASS_KG: Real = 50_000.0;
-/// What the truth has; no estimator here is told it.
+/// True running resistance; no estimator here is given it.
 const MU: Real = 0.024;
 
 fn train() -> Vehicle {
@@ -27,7 +27,7 @@ fn train() -> Vehicle {
     .unwrap()
 }
 
-/// What the estimators are told: everything but the resistance.
+/// Vehicle that the estimators are built with: everything but the resistance.
 fn told() -> Vehicle {
     Vehicle::new(VehicleData {
         running_resistance: 0.0,

@@ -12,7 +12,7 @@ use monorig_estimators::{Real, Time, Vehicle, VehicleData};
 
 const DT: Real = 0.005;
 const G: Real = 9.81;
-/// How far the IMU is ahead of the middle of its unit, m.
+/// Distance of the IMU ahead of the middle of its unit, m.
 const ARM_M: Real = 0.3;
 const SECONDS: usize = 90;
 

@@ -108,7 +108,7 @@ impl WheelGate {
         }
     }
 
-    /// Whether wheels beyond the gate are rejected.
+    /// Returns true if wheels beyond the gate are rejected.
     pub fn is_gated(&self) -> bool {
         self.gated
     }

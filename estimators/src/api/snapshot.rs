@@ -92,7 +92,7 @@ impl<'a> Archive<'a> {
         }
     }
 
-    /// How many bytes it took.
+    /// Returns the number of bytes read or written, or the first refusal.
     pub fn finish(self) -> Result<usize, SnapshotError> {
         match (self.fault, self.bytes) {
             (Some(SnapshotError::Room(_)), _) => Err(SnapshotError::Room(self.at)),
@@ -102,7 +102,7 @@ impl<'a> Archive<'a> {
         }
     }
 
-    /// Refuses what is read or written; the first refusal is the one that is told.
+    /// Refuses what is read or written; only the first refusal is kept.
     pub fn refuse(&mut self, fault: SnapshotError) {
         self.fault.get_or_insert(fault);
     }
@@ -133,7 +133,7 @@ impl<'a> Archive<'a> {
     }
 }
 
-/// What changes from step to step.
+/// State that changes from step to step.
 pub trait State {
     /// Hands each number to `archive`, which writes it or replaces it.
     fn visit(&mut self, archive: &mut Archive);
@@ -285,7 +285,7 @@ macro_rules! state {
 }
 pub(crate) use state;
 
-/// What a snapshot belongs to, as fingerprints: the estimator, and vehicle and parameters it was built with.
+/// Origin of a snapshot, as fingerprints: the estimator, and the vehicle and parameters it was built with.
 pub(crate) struct Origin {
     pub estimator: u64,
     pub settings: u64,

@@ -25,7 +25,7 @@ fn single() -> Vehicle {
     .unwrap()
 }
 
-/// What the instruments read in one step.
+/// Readings of the instruments in one step.
 struct Instruments {
     torque_nm: Real,
     speed_mps: Real,

@@ -14,10 +14,10 @@ pub struct Gate {
     since_s: Real,
 }
 
-/// What the gate says of a measurement.
+/// Decision of the gate on a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judgement {
-    /// Whether it enters.
+    /// Passage of the measurement: fused, rejected, or fused after the gate has reopened.
     pub passage: Passage,
     /// Innovation, in the unit of the source, and its variance on the un-adapted noise.
     pub innovation: (Real, Real),

@@ -8,7 +8,7 @@ use crate::api::snapshot::state;
 const SCALE_MEMORY: Real = 100.0;
 const SCALE_CLIP: Real = 4.0;
 
-/// What becomes of a measurement.
+/// Passage of a measurement through the gate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passage {
     /// It enters.

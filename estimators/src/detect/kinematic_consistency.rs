@@ -135,7 +135,7 @@ pub struct KinematicConsistency {
     force: HighPass,
     acceleration: HighPass,
     across: HighPass,
-    /// What is slow of the left axis, and of the acceleration forward, behind all that.
+    /// Slow parts of the left axis, and of the acceleration forward, behind the filters above.
     cross_slow: [Real; 2],
     /// Pitch rate behind the low-pass, rad/s, and its integral, which leaks like the first high-pass: the same as the
     /// integral behind it.
@@ -143,7 +143,7 @@ pub struct KinematicConsistency {
     pitch: Real,
     pitch_leaked: Real,
     gains: Gaussian<2>,
-    /// Whether each gain has been found wrong, and not right since.
+    /// True for each gain that has been found wrong, and not right since.
     wrong: [bool; 2],
     /// Gain of the left axis on the acceleration forward, its variance, and whether it has been found to be there.
     cross: [Real; 2],
@@ -305,19 +305,19 @@ impl KinematicConsistency {
         }
     }
 
-    /// Whether wheels and accelerometer agree on accelerations: the gain has not been found wrong, or has been found
-    /// right since.
+    /// Returns true if wheels and accelerometer agree on accelerations: the gain has not been found wrong, or has been
+    /// found right since.
     pub fn acceleration_consistent(&self) -> bool {
         let [wrong, _] = self.wrong;
         !wrong
     }
 
-    /// Whether what the train does along the rail shows on the left axis.
+    /// Returns true if the acceleration along the rail appears on the left axis.
     pub fn axes_swapped(&self) -> bool {
         self.swapped
     }
 
-    /// Whether gyro and accelerometer agree on changes of slope.
+    /// Returns true if gyro and accelerometer agree on changes of slope.
     pub fn slope_consistent(&self) -> bool {
         let [_, wrong] = self.wrong;
         !wrong

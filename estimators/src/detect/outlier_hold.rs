@@ -14,7 +14,7 @@ const MEMORY: Real = 64.0;
 pub struct HoldLimits {
     /// Steps up to this are never outliers.
     pub floor: Real,
-    /// What the channel can move in a second.
+    /// Largest change of the channel in a second.
     pub rate: Real,
     /// Time that samples may be held out for, s; what has stayed for longer is real.
     pub longest_s: Real,

@@ -140,7 +140,7 @@ impl Validity {
             .unwrap_or(1.0)
     }
 
-    /// Whether all sources are consistent and all instruments plausible.
+    /// Returns true if all sources are consistent and all instruments plausible.
     pub fn consistent(&self) -> bool {
         self.consistent_in(&[
             Source::WheelSpeed,

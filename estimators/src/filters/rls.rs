@@ -36,7 +36,7 @@ const SPREAD_MEMORY: Real = 50.0;
 /// The same of their mean weight.
 const WEIGHT_MEMORY: Real = 1000.0;
 
-/// What an update did.
+/// Results of an update.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
     /// A-priori residual y − hᵀχ, in the unit of y.
@@ -45,7 +45,7 @@ pub struct Outcome {
     pub normalised: Real,
     /// Forgetting factor used (the smallest, where there are several).
     pub lambda: Real,
-    /// Whether a variance was cut back to its prior (wind-up limit).
+    /// True if a variance was cut back to its prior (wind-up limit).
     pub limited: bool,
 }
 
@@ -64,7 +64,7 @@ pub struct Rls<const N: usize> {
     tie: Real,
     last: Real,
     updates: u32,
-    /// Whether samples are weighed by the residuals found, and the mean weight so far.
+    /// True if samples are weighed by the residuals found. `weight` is their mean weight so far.
     by_residuals: bool,
     weight: Real,
 }
@@ -201,8 +201,8 @@ impl<const N: usize> Rls<N> {
         sqrt(self.spread.max(1e-12))
     }
 
-    /// What the variance of slowly varying parameters must be multiplied by because successive residuals are not
-    /// independent: (1 + ρ)/(1 − ρ), ρ their correlation; 1 while they are, or while too few are known.
+    /// Factor on the variance of slowly varying parameters for the dependence of successive residuals: (1 + ρ)/(1 − ρ),
+    /// ρ their correlation; 1 while they are independent, or while too few are known.
     pub fn correlation_factor(&self) -> Real {
         if self.updates < SPREAD_KNOWN {
             return 1.0;

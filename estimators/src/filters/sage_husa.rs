@@ -69,7 +69,7 @@ impl<const M: usize> SageHusa<M> {
         &self.covariance
     }
 
-    /// Whether a limit acted at the last observation.
+    /// Returns true if a limit acted at the last observation.
     pub fn limited(&self) -> bool {
         self.limited
     }
@@ -165,7 +165,7 @@ impl<const M: usize> Noise<M> {
         }
     }
 
-    /// Whether a limit acted at the last observation.
+    /// Returns true if a limit acted at the last observation.
     pub fn limited(&self) -> bool {
         matches!(self, Noise::SageHusa(noise) if noise.limited())
     }

@@ -103,7 +103,7 @@ impl<const N: usize> Factors<N> {
         true
     }
 
-    /// Whether every number of it is finite.
+    /// Returns true if every number of it is finite.
     pub fn is_finite(&self) -> bool {
         finite(&self.U) && finite(&self.D)
     }

@@ -134,7 +134,7 @@ impl ComplementaryFilter {
         }
     }
 
-    /// What is left of the error at the start, as a share.
+    /// Share of the error at the start that is left.
     fn start_share(&self) -> Real {
         exp(-(self.corrected_s / self.params.crossover_s).min(50.0))
     }

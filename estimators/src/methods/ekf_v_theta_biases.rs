@@ -54,7 +54,7 @@ param_groups! {
 /// Process noise of speed without an accelerometer, m²/s³, and of the grade angle without a gyro, rad²/s.
 const BLIND_Q: [Real; 2] = [1.0, 1e-4];
 
-/// What drives the model: specific force along the train, m/s², and pitch rate, rad/s; `None` while stale.
+/// Inputs of the model: specific force along the train, m/s², and pitch rate, rad/s; `None` while stale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inertial {
     /// Specific force f, m/s².

@@ -115,7 +115,7 @@ methods! {
         |vehicle, p| build(vehicle, &p.mass, &p.models, alone(Acceleration::Dynamic), Some(p.tracking));
 }
 
-/// What sets one method apart from another.
+/// Settings by which the methods differ from each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Choice<const K: usize> {
     models: [Acceleration; K],
@@ -140,7 +140,7 @@ fn alone(model: Acceleration) -> Choice<1> {
     }
 }
 
-/// How the acceleration goes on: at random, or by the force balance.
+/// Model of the acceleration: a random walk, or the force balance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Acceleration {
     /// Eq. 8–13.

@@ -45,7 +45,7 @@ pub struct Found {
     pub value: Real,
     /// Its standard deviation, same unit.
     pub sd: Real,
-    /// Whether measurements have changed it since the start.
+    /// True if measurements have changed it since the start.
     pub started: bool,
 }
 

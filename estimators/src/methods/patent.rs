@@ -154,7 +154,7 @@ pub struct Patent {
     turning: Mass,
     /// Weight of the straight model.
     weight: Real,
-    /// What turning takes off the traction, N, behind the low-pass of the force.
+    /// Traction lost by turning, N, behind the low-pass of the force.
     lost_n: MatchedFilter,
     steer_rad: Real,
     slope: Adaptive<Ekf<ClimbModel, 2>, 1>,

@@ -41,12 +41,12 @@ impl SampleHold {
         self.arrivals.gap_s()
     }
 
-    /// How long the value held had to be waited for, s.
+    /// Time from the sample before to the value held, s.
     pub fn waited_s(&self) -> Real {
         self.arrivals.waited_s()
     }
 
-    /// How many samples were dropped because a younger one had come before them.
+    /// Number of samples dropped because a younger one had come before them.
     pub fn late(&self) -> u32 {
         self.late
     }
@@ -56,7 +56,7 @@ impl SampleHold {
         self.value
     }
 
-    /// Whether the sensor is stuck.
+    /// Returns true if the sensor is stuck.
     pub fn is_stuck(&self, now: Time) -> bool {
         self.stuck.is_stuck(now)
     }
@@ -104,7 +104,7 @@ impl VectorHold {
         self.arrivals.gap_s()
     }
 
-    /// How long the value held had to be waited for, s.
+    /// Time from the sample before to the value held, s.
     pub fn waited_s(&self) -> Real {
         self.arrivals.waited_s()
     }

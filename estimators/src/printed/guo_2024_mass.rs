@@ -133,7 +133,7 @@ impl MassFromDifferences {
         (self.m, self.P)
     }
 
-    /// How often it started again.
+    /// Number of times that it started again.
     pub fn breakdowns(&self) -> Real {
         self.breakdowns
     }

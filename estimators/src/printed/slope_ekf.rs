@@ -17,10 +17,10 @@ use crate::Real;
 use crate::api::real::{GRAVITY, PI, cos, pow, sin};
 use crate::printed::usable;
 
-/// How the noise is found.
+/// Method for the noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Noise {
-    /// As told, for ever.
+    /// As given, for ever.
     Fixed,
     /// Adapted as printed, with A P Aᵀ in place of the term whose dimension does not fit.
     Printed,
@@ -28,7 +28,7 @@ pub enum Noise {
     Literal,
 }
 
-/// What the filter is told at the start.
+/// Values that the filter is given at the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Told {
     /// Variance of wheel speed, m²/s².
@@ -39,7 +39,7 @@ pub struct Told {
     pub grade0_sd_deg: Real,
     /// Forgetting factor κ or b.
     pub fading: Real,
-    /// How the noise is found.
+    /// Method for the noise.
     pub noise: Noise,
     /// sin θ ≈ θ, cos θ ≈ 1.
     pub small_angles: bool,
@@ -206,7 +206,7 @@ impl SlopeEkf {
         (self.now.innovation, self.now.nis)
     }
 
-    /// How often it broke down, and in what share of all steps R was not positive or Q not positive semi-definite.
+    /// Number of breakdowns, and share of all steps in which R was not positive or Q not positive semi-definite.
     pub fn failures(&self) -> (Real, Real) {
         let share = Real::from(self.indefinite) / Real::from(self.steps.max(1));
         (Real::from(self.breakdowns), share)

@@ -30,14 +30,14 @@ pub struct Place {
     rest_m: Real,
 }
 
-/// What is known of a place.
+/// Rail at a place, from the memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spot {
     /// u = sin θ + b/g.
     pub u: Real,
-    /// How far the place is ahead of the rail read, m; 0 on it.
+    /// Distance of the place ahead of the rail read, m; 0 on it.
     pub ahead_m: Real,
-    /// How far it is behind the rail read, m; 0 on it.
+    /// Distance of the place behind the rail read, m; 0 on it.
     pub behind_m: Real,
 }
 
@@ -47,7 +47,7 @@ const BEND_STEP: Real = 1e-3;
 const MAX_U_STEPS: Real = 32_000.0;
 const MAX_BEND_STEPS: Real = 255.0;
 
-/// What is kept of a place.
+/// Stored signals of a place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Node {
     u: i16,
@@ -183,8 +183,8 @@ impl RailMemory {
         (end - inside) / (count as Real * self.pitch_m)
     }
 
-    /// What is known `offset_m` ahead of `place`: between nodes a straight line, beyond the front end its `gradient`
-    /// for some metres, behind the rear end that end.
+    /// Returns the rail `offset_m` ahead of `place`: between nodes a straight line, beyond the front end its `gradient`
+    /// for some metres, behind the rear end the value of that end.
     pub fn at(&self, place: Place, offset_m: Real, gradient: Real) -> Spot {
         let Some([low, high]) = self.known else {
             return Spot::default();
@@ -225,7 +225,7 @@ impl RailMemory {
         curvature
     }
 
-    /// Whether the rail up to `offset_m` ahead of `place` has been read.
+    /// Returns true if the rail up to `offset_m` ahead of `place` has been read.
     pub fn read_up_to(&self, place: Place, offset_m: Real) -> bool {
         let node = self.ahead(place, offset_m).node;
         self.known.is_some_and(|[_, high]| node < high)

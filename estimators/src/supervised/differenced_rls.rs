@@ -62,7 +62,7 @@ pub struct DifferencedMass {
     excited: bool,
     saturated: bool,
     outcome: Outcome,
-    /// What became of the last difference.
+    /// Status of the last difference.
     status: AidStatus,
 }
 
@@ -192,17 +192,17 @@ impl DifferencedMass {
         self.bends.now()
     }
 
-    /// Whether the last difference was used.
+    /// Returns true if the last difference was used.
     pub fn excited(&self) -> bool {
         self.excited
     }
 
-    /// Whether the mass is held at an end of its range.
+    /// Returns true if the mass is held at an end of its range.
     pub fn saturated(&self) -> bool {
         self.saturated
     }
 
-    /// What became of the last difference.
+    /// Status of the last difference.
     pub fn status(&self) -> AidStatus {
         self.status
     }

@@ -84,7 +84,7 @@ impl Model<2, 1> for ForceBalanceModel {
     }
 }
 
-/// How the filter meets a noise or a slope it was not told of.
+/// Adaptation to a noise or a slope that differs from the parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Adaptation {
     /// Not at all.
@@ -303,7 +303,7 @@ impl ForceBalanceEkf {
         self.last.unwrap_or((0.0, 0.0))
     }
 
-    /// Whether it has had a wheel speed.
+    /// Returns true if the filter has had a wheel speed.
     pub fn started(&self) -> bool {
         self.started
     }
@@ -323,12 +323,12 @@ impl ForceBalanceEkf {
         self.fading
     }
 
-    /// Whether the grade is held at the steepest there is.
+    /// Returns true if the grade is held at its limit.
     pub fn clamped(&self) -> bool {
         self.saturated
     }
 
-    /// Whether a limit acts: steepest grade, or a limit of the adapted noise.
+    /// Returns true if a limit acts: steepest grade, or a limit of the adapted noise.
     pub fn saturated(&self) -> bool {
         self.saturated || self.aekf.noise.limited()
     }

@@ -85,7 +85,7 @@ pub struct ForceBalanceRls {
     range_kg: [Real; 2],
     gate: ExcitationGate,
     load: LoadChangeDetector,
-    /// What was learnt when the residuals last kept to no side: what samples of another load have not touched.
+    /// Parameters when the residuals last kept to no side: samples of another load have not changed them.
     before: Rls<4>,
     saturated: bool,
     outcome: Outcome,

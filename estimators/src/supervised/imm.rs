@@ -65,7 +65,7 @@ params! {
 }
 
 params! {
-    /// How the models interact.
+    /// Interaction of the models.
     ImmParams {
         stay ["-"] = 0.95, 0.5 => 0.999999, "Probability of staying in a model from one wheel-speed sample to the next, at the start.";
     }
@@ -120,7 +120,7 @@ pub struct SlopeModels {
     gates: [Gate; 2],
     /// Time since the last difference of the mass regression, s.
     since_difference_s: Real,
-    /// What became of the last wheel speed and specific force, which are fused as one measurement.
+    /// Status of the last wheel speed and specific force, which are fused as one measurement.
     aids: [AidStatus; 2],
 }
 
@@ -138,7 +138,7 @@ pub struct Push {
 /// One model: state [v, a, i], i = sin θ; measurement [f, v] with the specific force f = a + g i.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlopeModel {
-    /// How the acceleration goes on.
+    /// Model of the acceleration.
     pub acceleration: Acceleration,
     /// Process noise of v (m²/s³), of a where it walks at random (m²/s⁵) and of i (1/s).
     pub q: [Real; 3],

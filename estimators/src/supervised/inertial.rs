@@ -51,18 +51,18 @@ params! {
     }
 }
 
-/// What carries the state of [`InertialModel`] on.
+/// Inputs of [`InertialModel`] for a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// Specific force f along the train, m/s²; `None` while the accelerometer is not heard.
     pub specific_force_mps2: Option<Real>,
-    /// How the grade angle changes.
+    /// Change of the grade angle.
     pub turn: Turn,
     /// Standard deviation of the specific force beyond what the process noise of speed allows for, m/s².
     pub force_noise_mps2: Real,
 }
 
-/// How the grade angle changes.
+/// Change of the grade angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Turn {
     /// With the curvature ρ of the rail, 1/m: θ̇ = ρ v.
@@ -152,7 +152,7 @@ pub struct CurvatureSlope {
     bias_sd_mps2: Real,
     /// Standard deviation of wheel speed before any adaptation, m/s.
     unadapted_sd: Real,
-    /// What became of the last wheel speed.
+    /// Status of the last wheel speed.
     wheel_speed: AidStatus,
 }
 

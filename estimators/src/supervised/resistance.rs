@@ -90,7 +90,7 @@ pub struct Resistance {
     bias_sd_mps2: Real,
     /// Time since the last sample of the regression, s.
     since_sample_s: Real,
-    /// What became of the last wheel speed, and of the last sample of the force balance.
+    /// Status of the last wheel speed, and of the last sample of the force balance.
     aids: [AidStatus; 2],
 }
 

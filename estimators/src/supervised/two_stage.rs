@@ -90,17 +90,17 @@ pub trait MassEstimator: Copy {
         0.0
     }
 
-    /// What a bend takes from the traction, N: 0 for a stage that knows no bends.
+    /// Traction that a bend takes, N: 0 for a stage without a model of bends.
     fn bend_n(&self) -> Real {
         0.0
     }
 
-    /// Whether its last sample was excited.
+    /// Returns true if its last sample was excited.
     fn excited(&self) -> bool {
         true
     }
 
-    /// Whether a limit acts.
+    /// Returns true if a limit acts.
     fn saturated(&self) -> bool;
 
     /// Its own quantities, for plots.
@@ -130,7 +130,7 @@ pub struct TwoStage<M> {
     conditioning: ConditioningParams,
     /// Speed below which the train counts as standing, m/s.
     standstill_mps: Real,
-    /// What became of the last wheel speed, and of the last sample of the force balance.
+    /// Status of the last wheel speed, and of the last sample of the force balance.
     aids: [AidStatus; 2],
     /// Time since the last sample of the force balance, s.
     since_sample_s: Real,
@@ -196,7 +196,7 @@ impl<M: MassEstimator> TwoStage<M> {
         }
     }
 
-    /// What drives the train by the force balance; `None` while it does not hold.
+    /// Inputs of the train by the force balance; `None` while it does not hold.
     fn drive(&self, reading: &Reading, mass: &Value, running: bool) -> Option<Drive> {
         let (torque, speed) = reading
             .motor_torque_nm

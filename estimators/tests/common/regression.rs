@@ -41,7 +41,7 @@ struct Signals {
     speed: Real,
     /// v̇, m/s².
     rate: Real,
-    /// What the accelerometer reads, m/s².
+    /// Reading of the accelerometer, m/s².
     felt: Real,
 }
 

@@ -33,7 +33,7 @@ impl Calibration {
         }
     }
 
-    /// Whether the instrument counts as calibrated.
+    /// Returns true if the instrument counts as calibrated.
     pub fn is_calibrated(&self) -> bool {
         self.calibrated
     }

@@ -100,7 +100,7 @@ pub struct Attitude {
     pub yaw_rate_radps: Real,
     /// Vertical curvature of the rail under the unit, 1/m.
     pub curvature_per_m: Real,
-    /// Whether accelerometer and gyro are in use now.
+    /// True if accelerometer and gyro are in use now.
     pub imu: bool,
     /// Wheels in use now, and wheels that the gate has rejected.
     pub wheels: [usize; 2],
@@ -454,7 +454,7 @@ impl AttitudeFilter {
         &self.found
     }
 
-    /// Whether it has started.
+    /// Returns true if the filter has started.
     pub fn started(&self) -> bool {
         self.started
     }

@@ -94,7 +94,7 @@ impl TorqueMonitor {
         Some([force * all, variance * all * all])
     }
 
-    /// Whether the torques contradict the command.
+    /// Returns true if the torques contradict the command.
     pub fn doubt(&self) -> bool {
         self.on && self.doubt
     }
