@@ -78,7 +78,7 @@ macro_rules! registry {
             }
         }
 
-        /// Of which kind a named estimator is; `None` if there is no such estimator.
+        /// Returns the kind of a named estimator; `None` if there is no such estimator.
         pub fn kind(name: &str) -> Option<Kind> {
             match name {
                 $(#[cfg(feature = $family)] $name => Some(Kind::$kind),)*

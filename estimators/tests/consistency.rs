@@ -1,11 +1,11 @@
-//! Filters on data of their own model: errors and innovations are as large as the filters say (Bar-Shalom, Li &
+//! Filters on data of their own model: errors and innovations are as large as the filters predict (Bar-Shalom, Li &
 //! Kirubarajan 2001, ch. 5.4), filters that must agree agree, and covariances stay covariances.
 //!
 //! NEES eᵀ P⁻¹ e is averaged over runs at each of twenty instants. A correct filter leaves the 95 % band at one instant
 //! in twenty; more than three of twenty happens to it with probability 0.016. NIS is averaged over all runs and
 //! instants.
 //!
-//! Not in the band by construction, and measured here against what theory says instead:
+//! Not in the band by construction, and measured here against the theory instead:
 //!
 //! - least squares with constant forgetting λ: P is what a random walk of the parameters would need; for constant
 //!   parameters the error

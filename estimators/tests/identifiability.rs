@@ -77,7 +77,7 @@ fn constant_speed_on_the_level_does_not_tell_the_mass() {
     );
 }
 
-/// I2, I3. A start, or steps of speed, tell it to every regression.
+/// I2, I3. Every regression finds it from a start, or from steps of speed.
 #[test]
 fn a_start_or_steps_of_speed_on_the_level_tell_the_mass_to_all() {
     for speed in [start, steps] {
@@ -273,7 +273,7 @@ fn mass_and_slope_from_one_force_balance_chase_each_other() {
 }
 
 /// Differences rid the balance of μ, b and a slope that stays; one that changes passes for acceleration, unless the
-/// accelerometer is asked.
+/// accelerometer is used.
 #[test]
 fn differences_need_a_slope_that_stays_or_an_accelerometer() {
     let differenced =

@@ -1,5 +1,5 @@
 //! A real recording: 50 s of a robot on a level indoor floor (`tests/data/real/husky`, norlab-ulaval/BorealTC, CC0
-//! 1.0). Nobody measured its slope; gravity and gyro say that the robot pitched by 4.5° for some ten seconds of it.
+//! 1.0). Nobody measured its slope; by gravity and gyro the robot pitched by 4.5° for some ten seconds of it.
 #![allow(clippy::unwrap_used)] // a test's panic is its verdict
 
 use std::fs;

@@ -1,5 +1,5 @@
-//! Running resistance of a train of known mass: what the identification finds, and what an error of what it is told
-//! does to it.
+//! Running resistance of a train of known mass: what the identification finds, and the effect of wrong parameters on
+//! it.
 #![allow(clippy::unwrap_used)]
 
 mod common;

@@ -464,7 +464,7 @@ fn long_run(speed_mps: Real, dt: Real, steps: usize) {
         let fresh = estimator;
         let mut crane = Crane::new(vehicle(2), 18_000.0, 5);
         crane.speed_mps = speed_mps;
-        // What it starts from is what it says before any sample.
+        // The estimate before any sample is the prior.
         let unknowing = { fresh }.step(&Measurements::default(), &Command::default(), dt);
         let prior_sd = learnt_sd(name, &unknowing.unwrap());
         let mut most_sd: Real = 0.0;

@@ -115,7 +115,7 @@ fn each_named_estimator_strays_little() {
             grade.sqrt().to_degrees(),
             100.0 * beyond
         );
-        // Of ours the rounding must not be seen: a hundredth of the smallest standard deviation that it tells.
+        // In our estimators the rounding must not be seen: a hundredth of the smallest standard deviation reported.
         let ours = ["rail_fusion", "attitude"].contains(&name);
         let strays = ours && (grade.sqrt() > 3e-6 || mass.sqrt() > 1e-3);
         if end > 0.01 || beyond > 0.01 || strays {

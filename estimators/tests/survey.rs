@@ -1,4 +1,4 @@
-//! Laws of what the attitude filter tells of the rail behind the IMU: the grade with a fixed lag, and the heading, each
+//! Laws of the attitude filter's results for the rail behind the IMU: the grade with a fixed lag, and the heading, each
 //! with its standard deviation.
 #![allow(clippy::unwrap_used)]
 

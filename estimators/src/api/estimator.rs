@@ -55,7 +55,7 @@ impl Internal {
 pub trait Estimator {
     /// One step of `dt` seconds with the samples that came since the last one. On an error the estimator is as it was.
     ///
-    /// `dt` is what filters integrate over, the stamps in `z` tell what is fresh. The two clocks are checked against
+    /// Filters integrate over `dt`; the stamps in `z` show which samples are fresh. The two clocks are checked against
     /// each other: `dt` may not be more than twice the time since the last step (which leaves room for jitter). Less is
     /// a pause.
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error>;
@@ -85,7 +85,7 @@ pub trait Estimator {
         Err(SnapshotError::NotKept)
     }
 
-    /// Becomes what the snapshot tells, to the last bit. Refused, and unchanged, unless the snapshot is whole and of
+    /// Restores the state of the snapshot, to the last bit. Refused, and unchanged, unless the snapshot is whole and of
     /// the same estimator, built with the same vehicle and parameters. The clock must go on from where it was.
     fn restore(&mut self, _snapshot: &[u8]) -> Result<(), SnapshotError> {
         Err(SnapshotError::NotKept)

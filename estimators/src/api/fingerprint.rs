@@ -1,4 +1,4 @@
-//! Fingerprints of parameters and vehicles, by which a snapshot knows what it belongs to.
+//! Fingerprints of parameters and vehicles: a snapshot keeps those of its origin.
 
 use crate::Real;
 use crate::api::params::{Parameters, Setting};

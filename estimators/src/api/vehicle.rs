@@ -12,7 +12,7 @@ use crate::api::signals::MAX_DRIVES;
 const MAX_LENGTH_M: Real = 1e3;
 
 /// Speed, m/s, below which a vehicle counts as standing, on a rail and on a road: friction there is not the running
-/// resistance, and a road vehicle's wheel speed tells less.
+/// resistance, and a road vehicle's wheel speed is less exact.
 const STANDSTILL_MPS: [Real; 2] = [0.05, 0.3];
 
 /// A vehicle's nominal values, not yet checked. Fields may be added: end a literal with `..VehicleData::default()`.

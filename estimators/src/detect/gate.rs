@@ -1,5 +1,5 @@
-//! Gate, the second layer of a measurement source: whether a measurement enters, what its consistency test gets, what
-//! its status says.
+//! Gate, the second layer of a measurement source: it decides whether a measurement enters, and prepares its
+//! consistency test and its status.
 
 use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};

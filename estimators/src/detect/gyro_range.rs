@@ -1,4 +1,4 @@
-//! Gyro range check: whether a vehicle on wheels can turn as fast as its gyro says.
+//! Gyro range check: compares the gyro's rates with the fastest turn of a vehicle on wheels.
 
 use crate::Real;
 use crate::api::snapshot::state;

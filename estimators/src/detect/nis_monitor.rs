@@ -17,7 +17,7 @@ const MAX_NIS: Real = 25.0;
 /// degrees of freedom. The limit is the quantile of that over n, by Wilson & Hilferty (1931): (1 − 2/(9 n) + z √(2/(9
 /// n)))³.
 ///
-/// The noise must be that told or learnt at the start, not that adapted to the innovations, or the test tests nothing.
+/// The noise must be that given or learnt at the start, not that adapted to the innovations, or the test tests nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NisMonitor {
     on: bool,

@@ -227,8 +227,8 @@ impl<const N: usize> Gaussian<N> {
         Some(gain.correction(y, S))
     }
 
-    /// [`Gaussian::correct`] by one number, for callers that need nothing but the belief: innovation `y`, Jacobian row `h`,
-    /// noise variance `r`.
+    /// [`Gaussian::correct`] by one number, for callers that need nothing but the belief: innovation `y`, Jacobian row
+    /// `h`, noise variance `r`.
     #[inline]
     pub(crate) fn update_scalar(&mut self, y: Real, h: &SVector<Real, N>, r: Real) -> Option<()> {
         self.update_known(y, h, &self.covariance_with(h), r)
@@ -330,8 +330,8 @@ impl<const N: usize> Gaussian<N> {
         }
     }
 
-    /// [`Gaussian::correct`] for who has a factor `L` of P = L Lᵀ and knows the measurement by `G` = H L: the Joseph form is then
-    /// P⁺ = (L − K G)(L − K G)ᵀ + K R Kᵀ, and H is not needed.
+    /// [`Gaussian::correct`] from a factor `L` of P = L Lᵀ and the measurement as `G` = H L: the Joseph form is then P⁺
+    /// = (L − K G)(L − K G)ᵀ + K R Kᵀ, and H is not needed.
     #[inline(always)]
     pub(crate) fn correct_factored<const M: usize>(
         &mut self,

@@ -13,10 +13,10 @@
 //! regressors, poor excitation, long runs, single precision. [`Rls::in_square_root_form`] chooses the other form. A
 //! regression with one parameter needs none, and neither does multiple forgetting, which keeps variances only.
 //!
-//! Beside it run two averages of the normalised residual n = e/√(r + hᵀ P h), P before forgetting, over m = min(50, k +
-//! 1) at update k = 1, 2, …: s² ← s² + (min(n², 25 s²) − s²)/m from s² = 1, the [`Rls::spread`] that makes σ of dynamic
-//! forgetting free of units; and c of n times the n before it (held within ±25 s²), of which
-//! [`Rls::correlation_factor`] tells.
+//! Beside it run two averages of the normalised residual n = e/√(r + hᵀ P h), P before forgetting, over m samples, m
+//! the lesser of 50 and k + 1, at update k = 1, 2, …. The first is s² ← s² + (min(n², 25 s²) − s²)/m from s² = 1, the
+//! [`Rls::spread`] that makes σ of dynamic forgetting free of units. The second is c, the mean of n times the n before
+//! it (held within ±25 s²), from which [`Rls::correlation_factor`] follows.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -228,8 +228,8 @@ impl<const N: usize> Rls<N> {
     }
 
     /// Keeps the numbers usable where samples make no sense: parameters, scaled so that they should be about 1, stop at
-    /// a thousand. Limits of what is plausible do not belong here but where the parameters are told: a parameter cut
-    /// back without those it hangs together with contradicts all samples before.
+    /// a thousand. Limits of what is plausible do not belong here but where the parameters are reported: a parameter
+    /// cut back without the parameters correlated with it contradicts all samples before.
     pub fn clamp_usable(&mut self) {
         self.belief.x = self
             .belief

@@ -12,8 +12,8 @@
 //! 1, 2, …:
 //! [`SageHusa::unlimited`].)
 //!
-//! Adapt one of R and Q, never both: one innovation cannot tell them apart. Each variance stays within limits around
-//! its start, and at each step each off-diagonal number shrinks by a millionth: one huge residual would make R all but
+//! Adapt one of R and Q, never both: one innovation cannot separate them. Each variance stays within limits around its
+//! start, and at each step each off-diagonal number shrinks by a millionth: one huge residual would make R all but
 //! singular.
 
 use nalgebra::{SMatrix, SVector};

@@ -5,8 +5,8 @@
 //! - λ = tr(V − H Q Hᵀ − β R) / tr(H F P Fᵀ Hᵀ), at least 1: what P must be multiplied by to explain it
 //!
 //! The traces are taken after whitening by S = H F P Fᵀ Hᵀ + H Q Hᵀ + R, so that speeds and accelerations in one
-//! measurement count alike; with one measurement that changes nothing. λ has an upper limit, and the caller says which
-//! states fade: a state known well need not pay for a jump of another (multiple fading).
+//! measurement count alike; with one measurement that changes nothing. λ has an upper limit, and the caller chooses the
+//! states that fade: a state known well need not pay for a jump of another (multiple fading).
 
 use nalgebra::{SMatrix, SVector};
 

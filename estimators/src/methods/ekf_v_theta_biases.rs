@@ -195,7 +195,7 @@ impl EkfVThetaBiases {
         self.wheel_speed = judgement.status(correction.map(|c| (c.y.x, c.S.x)));
     }
 
-    /// No track is steeper than the limit, whatever an instrument says.
+    /// Holds the grade within the steepest that a track can have, whatever an instrument reads.
     fn clamp(&mut self) {
         let theta = &mut self.ekf.belief.x.y;
         let inside = theta.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);

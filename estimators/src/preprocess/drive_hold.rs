@@ -261,7 +261,7 @@ impl DriveHold {
         }
     }
 
-    /// The same with everything told to the units.
+    /// Returns a copy in which the units have all changes and arrivals.
     fn told(&self) -> Self {
         let mut told = *self;
         told.tell_changes();

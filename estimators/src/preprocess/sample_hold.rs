@@ -6,8 +6,8 @@ use crate::detect::stuck_detector::StuckDetector;
 use crate::preprocess::arrivals::Arrivals;
 use crate::{Real, Time};
 
-/// Sample and hold of one channel: its last sample, fresh for a time that the gaps between its samples tell, unless the
-/// sensor is stuck.
+/// Sample and hold of one channel: its last sample, fresh for a time that follows from the gaps between its samples,
+/// unless the sensor is stuck.
 ///
 /// The timeout is three mean gaps between arrivals and four mean deviations of them, over 16 gaps, and never less than
 /// 0.1 s.

@@ -9,7 +9,7 @@
 //!   every element
 //! - R ← (1 − d) R + d (ε² − H P⁻ Hᵀ)
 //!
-//! Q and R are differences, and noise makes them negative; one innovation cannot tell Q from R, nor q from r.
+//! Q and R are differences, and noise makes them negative; one innovation cannot separate Q from R, nor q from r.
 
 use nalgebra::{Matrix2, Vector2, matrix, vector};
 
@@ -63,7 +63,7 @@ struct State {
     x: Vector2<Real>,
     P: Matrix2<Real>,
     q: Vector2<Real>,
-    /// Of one step; `None` until the first step tells its length.
+    /// Of one step; `None` until the first step gives its length.
     Q: Option<Matrix2<Real>>,
     r: Real,
     R: Real,

@@ -206,9 +206,9 @@ impl DistributedTrain {
         }
     }
 
-    /// By how much sin θ at the IMU is above that of the effective grade `theta`, rad, and its standard deviation.
-    /// While the rail under the train has been seen it is the difference of what has been read, from which the bias
-    /// drops out; else what the instrument reads now less the bias known from before.
+    /// Offset of sin θ at the IMU from that of the effective grade `theta`, rad, and its standard deviation. While the
+    /// rail under the train has been seen it is the difference of what has been read, from which the bias drops out;
+    /// else what the instrument reads now less the bias known from before.
     pub fn imu_offset(&self, mass_kg: Real, theta: Real) -> (Real, Real) {
         let ahead = self.ahead(mass_kg);
         match self.now {

@@ -1,5 +1,5 @@
-//! Grade map: the grade by place on the rail, so that a long train knows the mean under its masses and not only that at
-//! its accelerometer.
+//! Grade map: the grade by place on the rail. From it a long train has the mean under its masses, and not only the
+//! grade at its accelerometer.
 //!
 //! On an 18 m train that runs onto a ramp, the accelerometer at the front reads the whole ramp while most of the mass
 //! still stands on the level. The force balance then holds with the mean over the mass in place of the grade at the
@@ -37,8 +37,8 @@ const END_M: Real = 1.0;
 const MAX_DELAY_M: Real = 2.0;
 /// Length beyond an end of the known rail over which its gradient is extrapolated, m.
 const ONWARD_M: Real = 3.0;
-/// By how much u may change per metre of unseen rail although the end of the seen rail is straight, m/s² per m (1
-/// mrad/m: the undulation of a roadway).
+/// Largest change of u per metre of unseen rail although the end of the seen rail is straight, m/s² per m (1 mrad/m:
+/// the undulation of a roadway).
 const UNSEEN_MPS2_PER_M: Real = 0.01;
 
 /// Signals of a place: u = g sin θ + b, m/s², and the horizontal curvature without its sign, 1/m.
@@ -215,7 +215,7 @@ impl GradeMap {
         Some(mean)
     }
 
-    /// By how much u grows per metre outwards at an end of the known rail, m/s² per m; 0 while too little is known.
+    /// Growth of u per metre outwards at an end of the known rail, m/s² per m; 0 while too little is known.
     fn gradient(&self, known: [i64; 2], end: i64, inward: i64) -> Real {
         let [low, high] = known;
         let way = floor(END_M / self.cell_m).max(1.0);

@@ -5,8 +5,8 @@ use crate::api::real::within;
 use crate::api::signals::Vehicle;
 use crate::api::snapshot::state;
 
-/// By how much the grade may change per metre of rail that nothing has read, rad/m: transitions turn by one to two
-/// degrees a metre.
+/// Largest change of the grade per metre of rail that nothing has read, rad/m: transitions turn by one to two degrees a
+/// metre.
 const RAD_PER_M: Real = 0.02;
 /// Longest gap that counts, m.
 const MAX_M: Real = 50.0;

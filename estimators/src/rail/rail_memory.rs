@@ -1,8 +1,8 @@
 //! Rail memory: what was read of the rail, at evenly spaced nodes along the way run, over the last stretch.
 //!
-//! Kept of a place are u = sin θ + b/g as the accelerometer reads it, b the bias of its time, and the horizontal
-//! curvature without its sign. u is the sum that is observed well: whoever wants the grade takes today's bias off, so
-//! old nodes get better as the bias does.
+//! Each node holds u = sin θ + b/g as the accelerometer reads it, b the bias of its time, and the horizontal curvature
+//! without its sign. u is the sum that is observed well. A reader takes off today's estimate of the bias, so old nodes
+//! get better as that estimate does.
 //!
 //! Nodes are written by linear interpolation where the middle of the unit passes them. A node takes three bytes: u in
 //! steps of 2 × 10⁻⁵ (0.001°), curvature in steps of 0.001 1/m. The way run is a whole number of nodes and a rest,
@@ -170,7 +170,7 @@ impl RailMemory {
             .map_or([0.0; 2], |node| node.value())
     }
 
-    /// By how much u grows per metre at the front end.
+    /// Growth of u per metre at the front end.
     pub fn end_gradient(&self) -> Real {
         let Some([low, high]) = self.known else {
             return 0.0;

@@ -174,8 +174,8 @@ impl DifferencedMass {
         }
     }
 
-    /// By how much grades are ahead of the effective one. How tare and load share in that goes by the mass: what it is
-    /// uncertain by is in it.
+    /// Offsets of other grades from the effective one. The shares of tare and load in it depend on the mass, so its
+    /// standard deviation contains that of the mass.
     pub fn ahead(&self) -> GradeOffset {
         let ([low, high], Value { value, sd, .. }) = (self.range_kg, self.mass_kg());
         let at = |kg: Real| self.train.ahead(within(kg, low, high));

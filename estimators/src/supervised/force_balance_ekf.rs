@@ -6,7 +6,7 @@
 //! What this structure cannot do, whatever its tuning: it sees the slope only through traction, so an error of mass,
 //! running resistance, torque or brake force is an error of slope (1 % of μ = 0.02 is 0.01°; 1 % of mass on a 10° grade
 //! is 0.1°); it lags a change of slope by about a second, as a slope must first change the speed; standing or braking
-//! it knows nothing new. The accelerometer, which reads the slope directly, is not used.
+//! there is no new information. The accelerometer, which reads the slope directly, is not used.
 
 use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 
@@ -133,7 +133,7 @@ pub struct ForceBalanceEkf {
     /// Innovation and NIS of the last measurement.
     last: Option<(Real, Real)>,
     gate: Gate,
-    /// Standard deviation of wheel speed that was told, and the one in use before any adaptation, m/s.
+    /// Standard deviation of wheel speed from the parameters, and the one in use before any adaptation, m/s.
     told_sd: Real,
     unadapted_sd: Real,
 }
@@ -200,8 +200,8 @@ impl ForceBalanceEkf {
         }
     }
 
-    /// Carries the belief over `dt`. Without a `drive` (standing, braking, torque unknown) the force balance says
-    /// nothing: the slope is kept and its tie to the speed is cut.
+    /// Carries the belief over `dt`. Without a `drive` (standing, braking, torque unknown) there is no force balance:
+    /// the slope is kept and its tie to the speed is cut.
     pub fn predict(&mut self, drive: Option<Drive>, dt: Real) {
         self.gate.tick(dt);
         let Ekf { model, belief } = &mut self.aekf.filter;
@@ -226,8 +226,8 @@ impl ForceBalanceEkf {
 
     /// Corrects by a wheel speed, if the innovation gate lets it. `adapt` lets the measurement noise learn from it.
     ///
-    /// What the gate says, and what the measurement did: `None`, if it was rejected or the numbers allowed no
-    /// correction.
+    /// Returns the judgement of the gate and the correction: `None`, if the measurement was rejected or the numbers
+    /// allowed no correction.
     pub fn update(
         &mut self,
         wheel_speed_mps: Real,

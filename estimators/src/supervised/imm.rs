@@ -5,7 +5,7 @@
 //!
 //! State [v, a, i], i = sin θ; measurements: specific force a + g i, wheel speed v.
 //!
-//! - kinematic model (eq. 8–13): a and i walk at random; knows nothing of forces, works standing and braking
+//! - kinematic model (eq. 8–13): a and i walk at random; needs no forces, works standing and braking
 //! - dynamic model (eq. 14–17): a = (F/M − b − g (i + s μ c))/(1 + J/M) from the force balance; i walks at random
 //!
 //! F is the traction less air drag, b what a bend takes ([`Bends`](crate::models::single_track::Bends): nothing on a

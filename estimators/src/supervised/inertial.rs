@@ -242,7 +242,7 @@ impl CurvatureSlope {
         learnt.filter(|sd| *sd > 4.0 * told).unwrap_or(0.0)
     }
 
-    /// No rail is steeper than the limit, whatever an instrument says.
+    /// Holds the grade within the steepest that a rail can have, whatever an instrument reads.
     fn limit(&mut self) {
         let x = &mut self.slope.filter.belief_mut().x;
         let inside = x.y.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
@@ -319,7 +319,7 @@ impl Pipeline for CurvatureSlope {
             && reading.specific_force_mps2.is_some()
             && reading.speed_mps.is_some()
             && !self.saturated;
-        // It knows no mass: the spread of the effective grade over all masses possible is added to the doubt.
+        // It has no mass: the spread of the effective grade over all masses possible is added to the doubt.
         let ahead = self.train.ahead(self.mass.value);
         let [light, heavy] = self.mass_range_kg.map(|kg| self.train.ahead(kg).unit);
         let spread = (heavy - light) / sqrt(12.0);

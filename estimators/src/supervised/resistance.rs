@@ -3,9 +3,9 @@
 //!
 //! y = h μ,  y = (F − J v̇)/M − f,  h = sgn(v) g cos θ,  f = v̇ + g sin θ
 //!
-//! The paper takes the slope from a survey; f is then put together from v̇ and θ ([`Surveyed`], for callers who know
-//! the slope). The pipeline needs no map: an accelerometer reads f. What is not known shows in μ and is counted in its
-//! standard deviation:
+//! The paper takes the slope from a survey; f is then put together from v̇ and θ ([`Surveyed`], for callers with a
+//! surveyed slope). The pipeline needs no map: an accelerometer reads f. What is not known shows in μ and is counted in
+//! its standard deviation:
 //!
 //! - the accelerometer's bias b: μ is off by −sgn(v) b/g (0.00978 m/s² is 0.001), and a run in the other direction by
 //!   as much the
@@ -292,7 +292,7 @@ impl Pipeline for Resistance {
     }
 }
 
-/// The same with a slope that the caller knows, as in the paper, in place of the accelerometer.
+/// The same with a slope from the caller, as in the paper, in place of the accelerometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surveyed {
     front_end: FrontEnd,

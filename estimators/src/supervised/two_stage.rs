@@ -84,7 +84,7 @@ pub trait MassEstimator: Copy {
     /// balance with the traction of `steady`.
     fn slope_sd_rad(&self, steady: &SteadyTraction, train: &DistributedTrain) -> Real;
 
-    /// Standard deviation of what its force balance leaves out beyond the noise it was told, m/s²: an error of the
+    /// Standard deviation of the errors of its force balance beyond the noise of the parameters, m/s²: an error of the
     /// slope by this over g.
     fn unmodelled_mps2(&self) -> Real {
         0.0

@@ -29,7 +29,7 @@ pub struct Target {
     /// Standard deviation of the mass, kg, and of the grades, rad, where they are references of a recorded drive;
     /// else 0. Its square adds to the reported variance in the normalised square of an error.
     pub mass_sd_kg: f64,
-    /// See above.
+    /// Standard deviation of the grades, rad, as that of the mass.
     pub grade_sd_rad: f64,
     /// The Cramér-Rao bound now; none where there is none, as of a recorded drive.
     pub bound: Option<BoundSample>,

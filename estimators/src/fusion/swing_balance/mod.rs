@@ -275,7 +275,7 @@ impl SwingMass {
             return;
         }
         let kept_from = (self.written + SPARE_BLOCKS).saturating_sub(BLOCKS as u64);
-        // A second search that has lost the start would know less than the first.
+        // A second search that has lost the start would have less data than the first.
         if self.searched && kept_from > self.roll_back.next {
             return;
         }
