@@ -152,7 +152,7 @@ impl<P: Pipeline, Q: Parameters + Copy> Estimator for Runner<P, Q> {
     }
 }
 
-/// The front end that a pipeline asks for.
+/// The front end that a pipeline needs.
 fn front_end<P: Pipeline>(pipeline: &P, vehicle: &Vehicle) -> FrontEnd {
     match pipeline.conditioning() {
         Some(params) => FrontEnd::conditioned(vehicle, params),

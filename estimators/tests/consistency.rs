@@ -109,7 +109,7 @@ const NOTHING: u8 = 0;
 const NOISE: u8 = 1;
 const FADING: u8 = 2;
 
-/// Constant velocity, position measured; the filter believes `BELIEVED`/100 of the true process noise, and may adapt.
+/// Constant velocity, position measured; the filter assumes `BELIEVED`/100 of the true process noise, and may adapt.
 struct Kalman<const BELIEVED: usize, const ADAPTS: u8 = NOTHING> {
     random: Random,
     noise: SageHusa<1>,

@@ -709,7 +709,7 @@ fn any(random: &mut Random) -> Real {
     }
 }
 
-/// A print may break down, and says so; nothing that is not finite gets out, and a refused step changes nothing.
+/// A print may break down, and counts it; nothing that is not finite gets out, and a refused step changes nothing.
 #[test]
 fn nonsense_in_never_makes_infinities_out() {
     for name in PRINTED_NAMES {

@@ -18,7 +18,7 @@ pub struct Internal {
 }
 
 impl Internal {
-    /// With name and unit.
+    /// Builds the quantity from its name and unit.
     pub const fn new(name: &'static str, unit: &'static str) -> Self {
         Self { name, unit }
     }
@@ -32,7 +32,7 @@ impl Internal {
 /// ```
 /// use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements, Real, Value};
 ///
-/// /// Takes the mean of the wheels for the speed and knows nothing else.
+/// /// Takes the mean of the wheels for the speed and estimates nothing else.
 /// struct MeanSpeed;
 ///
 /// impl Estimator for MeanSpeed {

@@ -7,7 +7,7 @@ use crate::api::params::{Parameters, Setting};
 pub(crate) struct Fingerprint(u64);
 
 impl Fingerprint {
-    /// Of nothing.
+    /// Builds the fingerprint of no data.
     pub fn new() -> Self {
         Self(0xcbf2_9ce4_8422_2325)
     }

@@ -30,7 +30,7 @@ pub struct Judgement {
 }
 
 impl Gate {
-    /// With the parameters of the innovation gates.
+    /// Builds the gate with the parameters of the innovation gates.
     pub fn new(integrity: &Integrity) -> Self {
         Self {
             gate: integrity.gate(),

@@ -369,7 +369,7 @@ mod tests {
         assert_eq!(drive(|_| (), false), (true, true));
     }
 
-    /// The wheels are not heard while the vehicle gathers speed: the step across the gap is no acceleration that the
+    /// Wheel speeds are missing while the vehicle gathers speed: the step across the gap is no acceleration that the
     /// accelerometer lacks.
     #[test]
     fn a_gap_in_the_wheel_speed_is_no_acceleration() {

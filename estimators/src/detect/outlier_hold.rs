@@ -37,7 +37,7 @@ pub struct OutlierHold {
 }
 
 impl OutlierHold {
-    /// With its limits.
+    /// Builds the outlier hold with its limits.
     pub fn new(limits: HoldLimits) -> Self {
         Self {
             limits,

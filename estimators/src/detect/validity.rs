@@ -91,7 +91,7 @@ pub struct Validity {
 }
 
 impl Validity {
-    /// For an estimate that uses these instruments beside the wheels.
+    /// Builds the rule for an estimate that uses these instruments beside the wheels.
     pub fn new(vehicle: &Vehicle, params: Integrity, uses: Instruments) -> Self {
         let [state_hz, regression_hz] = INDEPENDENT_HZ;
         let monitor = |window_s: Real, hz: Real| {

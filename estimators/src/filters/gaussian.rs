@@ -330,8 +330,8 @@ impl<const N: usize> Gaussian<N> {
         }
     }
 
-    /// [`Gaussian::correct`] from a factor `L` of P = L Lᵀ and the measurement as `G` = H L: the Joseph form is then P⁺
-    /// = (L − K G)(L − K G)ᵀ + K R Kᵀ, and H is not needed.
+    /// [`Gaussian::correct`] from a factor `L` of P = L Lᵀ and the measurement as `G` = H L: by the Joseph form, P⁺ =
+    /// (L − K G)(L − K G)ᵀ + K R Kᵀ, and H is not needed.
     #[inline(always)]
     pub(crate) fn correct_factored<const M: usize>(
         &mut self,

@@ -30,7 +30,7 @@ pub struct StrongTracking<const M: usize> {
 }
 
 impl<const M: usize> StrongTracking<M> {
-    /// With memory ρ, weakening β and the largest λ.
+    /// Builds the fading of strong tracking from memory ρ, weakening β and the largest λ.
     pub fn new(memory: Real, weakening: Real, most: Real) -> Self {
         Self {
             memory,

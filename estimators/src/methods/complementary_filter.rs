@@ -70,7 +70,7 @@ pub struct ComplementaryFilter {
     aids: [AidStatus; 2],
 }
 
-/// From the vehicle's nominal values and the parameters.
+/// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> ComplementaryFilter {
     let own = params.own;
     let filter = MatchedFilter::new(own.cutoff_hz);

@@ -136,7 +136,7 @@ pub struct EkfVThetaBiases {
     wheel_speed: AidStatus,
 }
 
-/// From the vehicle's nominal values and the parameters.
+/// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> EkfVThetaBiases {
     let own = params.own;
     let rad = PI / 180.0;

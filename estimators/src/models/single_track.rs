@@ -72,7 +72,7 @@ pub struct Bends {
 }
 
 impl Bends {
-    /// For a vehicle, with filters of corner `cutoff_hz`.
+    /// Builds the bend signals for a vehicle, with filters of corner `cutoff_hz`.
     pub fn new(vehicle: &Vehicle, cutoff_hz: Real) -> Self {
         Self {
             road: vehicle.road,

@@ -84,7 +84,7 @@ pub struct Nominal {
 }
 
 impl Nominal {
-    /// From the vehicle's nominal values.
+    /// Takes the nominal values of the model from the vehicle's nominal values.
     pub fn new(
         vehicle: &Vehicle,
         layout: &MassLayout,

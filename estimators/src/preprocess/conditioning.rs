@@ -92,7 +92,7 @@ pub struct Conditioning {
 }
 
 impl Conditioning {
-    /// For a vehicle.
+    /// Builds the conditioning for a vehicle.
     pub fn new(vehicle: &Vehicle, params: ConditioningParams) -> Self {
         let [rail, road] = SPEED_LIMITS;
         let speed = if vehicle.road.is_some() { road } else { rail };

@@ -57,7 +57,7 @@ pub struct Before {
 }
 
 impl DriveHold {
-    /// Of the first `count` units.
+    /// Builds the hold of the first `count` units.
     pub fn new(count: usize) -> Self {
         Self {
             count: count.min(MAX_DRIVES),

@@ -132,7 +132,7 @@ pub struct Checkpoint {
 }
 
 impl FrontEnd {
-    /// For a train of `vehicle.drives` drive units.
+    /// Builds the front end for a train of `vehicle.drives` drive units.
     pub fn new(vehicle: &Vehicle) -> Self {
         let drives = vehicle.drives.min(MAX_DRIVES);
         Self {

@@ -148,7 +148,7 @@ pub struct DffrlsAukfPrinted {
     breakdowns: Real,
 }
 
-/// From the vehicle's nominal values and the parameters.
+/// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAukfPrinted {
     let own = params.own;
     let [low, high] = vehicle.mass_range_kg;

@@ -82,7 +82,7 @@ pub struct DffrlsAekfPrinted {
     breakdowns: Real,
 }
 
-/// From the vehicle's nominal values and the parameters.
+/// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAekfPrinted {
     let own = params.own;
     let mu = vehicle.running_resistance;

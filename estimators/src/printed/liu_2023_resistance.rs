@@ -59,7 +59,7 @@ pub struct ResistancePrinted {
     breakdowns: Real,
 }
 
-/// From the vehicle's nominal values and the parameters.
+/// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> ResistancePrinted {
     let own = params.own;
     let filter = MatchedFilter::new(own.cutoff_hz);

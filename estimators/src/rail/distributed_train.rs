@@ -80,7 +80,7 @@ impl LastKnown {
 }
 
 impl DistributedTrain {
-    /// From the vehicle's nominal values.
+    /// Builds the distributed train from the vehicle's nominal values.
     pub fn new(vehicle: &Vehicle, standstill_mps: Option<Real>) -> Self {
         Self {
             train: MappedTrain::new(vehicle),

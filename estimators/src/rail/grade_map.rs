@@ -294,7 +294,7 @@ impl LoadedGrade {
 }
 
 impl MappedTrain {
-    /// From the vehicle's nominal values.
+    /// Builds the mapped train from the vehicle's nominal values.
     pub fn new(vehicle: &Vehicle) -> Self {
         let ([a, b], [c, d]) = (vehicle.tare_span_m, vehicle.load_span_m);
         let span_m = b.max(d).max(0.0) - a.min(c).min(0.0);

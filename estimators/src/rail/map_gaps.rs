@@ -23,7 +23,7 @@ pub struct MapGaps {
 }
 
 impl MapGaps {
-    /// For a train of the vehicle's length, before the first reading.
+    /// Builds the gaps for a train of the vehicle's length, before the first reading.
     pub fn new(vehicle: &Vehicle) -> Self {
         let ([a, b], [c, d]) = (vehicle.tare_span_m, vehicle.load_span_m);
         Self {

@@ -85,7 +85,7 @@ pub struct RailMemory {
 }
 
 impl RailMemory {
-    /// For a train that reaches over `span_m`.
+    /// Builds the rail memory for a train that reaches over `span_m`.
     pub fn new(span_m: Real) -> Self {
         Self {
             pitch_m: ((span_m + SPARE_M) / NODES as Real).max(MIN_PITCH_M),

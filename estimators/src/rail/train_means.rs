@@ -56,7 +56,7 @@ struct Ends {
 }
 
 impl TrainOnRail {
-    /// For a layout; `deep`: with the depths of the masses.
+    /// Builds the train on its rail for a layout; `deep`: with the depths of the masses.
     pub fn new(layout: &MassLayout, deep: bool) -> Self {
         let mut train = Self {
             masses: Default::default(),

@@ -74,7 +74,7 @@ pub struct Curvature {
 }
 
 impl Curvature {
-    /// From the vehicle, its parameters and the way to forget.
+    /// Builds the regression of the curvature from the vehicle, its parameters and the way to forget.
     pub fn new(vehicle: &Vehicle, params: CurvatureParams, policy: Forgetting<1>) -> Self {
         let calm = params.smoothing_hz;
         let prior = Gaussian::independent(vector![0.0], vector![params.curvature_sd_per_m]);

@@ -67,7 +67,7 @@ pub struct DifferencedMass {
 }
 
 impl DifferencedMass {
-    /// From the vehicle and the parameters; `grade_map`: the train is not a point.
+    /// Builds the mass estimator from the vehicle and the parameters; `grade_map`: the train is not a point.
     pub fn new(vehicle: &Vehicle, params: DifferencedParams, grade_map: bool) -> Self {
         let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
         Self {

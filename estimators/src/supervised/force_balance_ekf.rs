@@ -139,8 +139,8 @@ pub struct ForceBalanceEkf {
 }
 
 impl ForceBalanceEkf {
-    /// From the balance, the parameters, the way to adapt and the innovation gate. The adapted variance of wheel speed
-    /// stays between a hundredth and a hundred times the nominal one.
+    /// Builds the filter from the balance, the parameters, the way to adapt and the innovation gate. The adapted
+    /// variance of wheel speed stays between a hundredth and a hundred times the nominal one.
     pub fn new(
         balance: ForceBalance,
         params: GradeParams,

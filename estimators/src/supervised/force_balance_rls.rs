@@ -94,7 +94,7 @@ pub struct ForceBalanceRls {
 }
 
 impl ForceBalanceRls {
-    /// From the vehicle, the parameters and the way to forget.
+    /// Builds the regression from the vehicle, the parameters and the way to forget.
     pub fn new(vehicle: &Vehicle, params: MassParams, policy: Forgetting<4>) -> Self {
         let mass0_kg = vehicle.first_mass_kg(params.mass0_kg);
         let mu0 = vehicle.running_resistance;

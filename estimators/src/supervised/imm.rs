@@ -188,7 +188,7 @@ impl Model<3, 2> for SlopeModel {
 }
 
 impl SlopeModels {
-    /// From the vehicle's nominal values and the parameters.
+    /// Builds the filters of the slope from the vehicle's nominal values and the parameters.
     pub fn new(
         vehicle: &Vehicle,
         params: ModelParams,

@@ -54,7 +54,7 @@ params! {
 /// Inputs of [`InertialModel`] for a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// Specific force f along the train, m/s²; `None` while the accelerometer is not heard.
+    /// Specific force f along the train, m/s²; `None` while the accelerometer is stale.
     pub specific_force_mps2: Option<Real>,
     /// Change of the grade angle.
     pub turn: Turn,
@@ -170,8 +170,8 @@ fn prior(params: &InertialParams) -> Gaussian<2> {
 }
 
 impl CurvatureSlope {
-    /// From the vehicle, the parameters, the regression of the curvature, the sigma points, and the `fading` factor of
-    /// Sage & Husa (`None`: the noise of wheel speed is known).
+    /// Builds the estimator from the vehicle, the parameters, the regression of the curvature, the sigma points, and
+    /// the `fading` factor of Sage & Husa (`None`: the noise of wheel speed is known).
     pub fn new(
         vehicle: &Vehicle,
         params: InertialParams,

@@ -85,7 +85,7 @@ pub struct MultiModelMass {
 }
 
 impl MultiModelMass {
-    /// From the vehicle and the parameters.
+    /// Builds the mass estimator from the vehicle and the parameters.
     pub fn new(vehicle: &Vehicle, params: MultiModelParams) -> Self {
         let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
         let rls = Rls::new(

@@ -94,7 +94,7 @@ pub struct Resistance {
     aids: [AidStatus; 2],
 }
 
-/// From the vehicle's nominal values and the parameters.
+/// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> Resistance {
     let own = params.resistance;
     let prior = Gaussian::independent(vector![own.resistance0], vector![own.resistance0_sd]);
@@ -300,7 +300,7 @@ pub struct Surveyed {
 }
 
 impl Surveyed {
-    /// From the vehicle's nominal values and the parameters.
+    /// Builds the estimator from the vehicle's nominal values and the parameters.
     pub fn new(vehicle: &Vehicle, params: &Params) -> Self {
         Self {
             front_end: FrontEnd::new(vehicle),

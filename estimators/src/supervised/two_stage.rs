@@ -137,7 +137,7 @@ pub struct TwoStage<M> {
 }
 
 impl<M: MassEstimator> TwoStage<M> {
-    /// From the signals of the regression, the two stages, and which supervisors are on.
+    /// Builds the estimator from the signals of the regression, the two stages, and which supervisors are on.
     pub fn new(
         vehicle: &Vehicle,
         signals: Resampler,

@@ -304,7 +304,7 @@ impl Observer for ErrorSeries {
 mod tests {
     use super::*;
 
-    /// The variance of a reference adds to that which the estimator says: an error of 3 with 4 and 3 is 9/25.
+    /// The variance of a reference adds to that of the estimator: an error of 3 with 4 and 3 is 9/25.
     #[test]
     fn the_variance_of_the_reference_counts() {
         assert_eq!(normalised(3.0, 4.0, 3.0), 9.0 / 25.0);

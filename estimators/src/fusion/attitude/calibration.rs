@@ -24,7 +24,8 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Of an instrument with these standard deviations of the biases of accelerometer, m/s², and gyro, rad/s.
+    /// Builds the calibration of an instrument with these standard deviations of the biases of accelerometer, m/s², and
+    /// gyro, rad/s.
     pub fn new(bias_sd: [Real; 2]) -> Self {
         let [accel_bias_sd_mps2, _] = bias_sd;
         Self {

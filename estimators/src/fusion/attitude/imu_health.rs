@@ -125,7 +125,7 @@ pub struct ImuHealth {
 }
 
 impl ImuHealth {
-    /// With the gate on |f|, and that for spikes, on or off.
+    /// Builds the health check with the gate on |f|, and that for spikes, on or off.
     pub fn new(gate: bool, spike_gate: bool) -> Self {
         Self {
             gate,

@@ -138,7 +138,7 @@ impl AttitudeFilter {
     pub const AID_SOURCES: &'static [&'static str] =
         &["wheel_speed", "lateral_force", "vertical_force"];
 
-    /// From the vehicle's nominal values and the sensor sheet.
+    /// Builds the attitude filter from the vehicle's nominal values and the sensor sheet.
     pub fn new(
         vehicle: &Vehicle,
         params: AttitudeParams,

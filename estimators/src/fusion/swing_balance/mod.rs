@@ -118,7 +118,7 @@ pub struct SwingMass {
 }
 
 impl SwingMass {
-    /// From the train's nominal values.
+    /// Builds the mass estimator from the train's nominal values.
     pub fn new(
         nominal: Nominal,
         train: TrainOnRail,

@@ -40,7 +40,7 @@ pub struct TorqueMonitor {
 }
 
 impl TorqueMonitor {
-    /// From the vehicle's nominal values and the sensor sheet.
+    /// Builds the torque monitor from the vehicle's nominal values and the sensor sheet.
     pub fn new(vehicle: &Vehicle, params: &SwingBalanceParams, on: bool) -> Self {
         Self {
             on,
