@@ -1,8 +1,8 @@
 //! Estimators by name, behind the cargo feature `registry`: names, parameter keys, construction.
 //!
-//! What firmware does not need: it names one pipeline and its parameters in code ([`Runner::new`]), and pays for that
-//! one. To add a name: write its file with `Params`, a pipeline type and `new`, and give it a line in `registry!` with
-//! the cargo feature of its source.
+//! Firmware does not need it: firmware names one pipeline and its parameters in code ([`Runner::new`]), and pays for
+//! that one. To add a name: write its file with `Params`, a pipeline type and `new`, and give it a line in `registry!`
+//! with the cargo feature of its source.
 
 use crate::api::aid::AidStatus;
 use crate::api::estimator::{Estimator, Internal};

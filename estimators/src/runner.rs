@@ -1,4 +1,4 @@
-//! What every pipeline gets for free: checked input, all-or-nothing steps, reset.
+//! Common frame of every pipeline: checked input, all-or-nothing steps, reset.
 
 use crate::api::aid::AidStatus;
 pub use crate::api::estimator::copy_into;

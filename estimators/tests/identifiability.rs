@@ -1,5 +1,5 @@
-//! What can be known from torque, wheel speed and accelerometer, and what cannot: laws and orders, on a crane of one
-//! degree of freedom that is written from the physics (`common/world.rs`).
+//! Limits of what torque, wheel speed and accelerometer can identify: laws and orders, on a crane of one degree of
+//! freedom that is written from the physics (`common/world.rs`).
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -131,8 +131,8 @@ fn a_steady_slope_tells_the_mass_only_where_the_resistance_is_known() {
     assert!(known < 0.01 && free > 5.0 * known, "{known} {free}");
 }
 
-/// I6. A torque that reads e too much is a mass e too large, whatever the regression; a slope that needs no torque
-/// never notices.
+/// I6. A torque that reads e too much is a mass e too large, whatever the regression; a slope that needs no torque does
+/// not change.
 #[test]
 fn a_torque_gain_is_a_mass_gain() {
     let (e, right) = (0.03, world(hills, steps));

@@ -313,7 +313,7 @@ mod huainan {
             &settings,
         ) {
             let ratio = printed.of("curvature_per_m") / right.of("curvature_per_m");
-            // The regression remembers the last few metres.
+            // The regression averages over the last few metres.
             assert!(
                 ratio > arc(19.0).cos() && ratio < arc(14.0).cos(),
                 "{ratio}"
@@ -322,7 +322,7 @@ mod huainan {
         }
     }
 
-    /// (1 − Γₐ/Γ) m₀ is 0 just where motion sets in, and a difference with its sign never sees a fall.
+    /// (1 − Γₐ/Γ) m₀ is 0 just where motion sets in, and a difference with its sign does not react to a fall.
     #[test]
     fn eq_9_freezes_at_the_onset_of_motion() {
         let smoother = Smoother::new(false, 0.15, 0.1, 0.02);

@@ -73,7 +73,7 @@ fn kind(error: &Error) -> Kind {
 const NOT_FINITE: [Real; 3] = [Real::NAN, Real::INFINITY, Real::NEG_INFINITY];
 const HUGE: [Real; 3] = [1e300, -1e300, 1e7];
 
-/// Spoils one number of a good step. Tells how it must be refused; `None` if it must be borne.
+/// Spoils one number of a good step. Returns the refusal that must follow; `None` if the step must be accepted.
 fn spoil(
     random: &mut Random,
     z: &mut Measurements,

@@ -1,4 +1,4 @@
-//! What became of each measurement: one status per source, so that a plot shows why an estimate moved or did not.
+//! Status of each measurement source, one per source, so that a plot shows why an estimate moved or did not.
 
 use crate::Real;
 use crate::api::snapshot::{Archive, State, state};

@@ -79,8 +79,8 @@ pub trait Estimator {
     /// Writes what became of the last measurement of each source, in that order, into `status`; as many as fit.
     fn aid_status(&self, _status: &mut [AidStatus]) {}
 
-    /// Writes all it remembers into `bytes` and returns how many it took. Take one between steps, as often as the
-    /// memory it goes to bears.
+    /// Writes its state into `bytes` and returns the number of bytes it took. Take a snapshot between steps, as often
+    /// as the memory it goes to bears.
     fn snapshot(&self, _bytes: &mut [u8]) -> Result<usize, SnapshotError> {
         Err(SnapshotError::NotKept)
     }

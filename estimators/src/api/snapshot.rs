@@ -1,8 +1,8 @@
 //! State to bytes and back, to survive a power cycle.
 //!
-//! What a part of an estimator remembers from step to step is its [`State`]; what it was built with is not, and never
-//! comes from a snapshot. The macro `state!` lists both, field by field, so that none can be forgotten. The bytes are
-//! little-endian numbers in that order, between a header and a check sum.
+//! The [`State`] of a part of an estimator is all that it keeps from step to step. The data it was built with are no
+//! state, and never come from a snapshot. The macro `state!` lists both, field by field, so that none can be forgotten.
+//! The bytes are little-endian numbers in that order, between a header and a check sum.
 
 use core::fmt;
 
@@ -270,8 +270,8 @@ pub fn visit_built<T: State>(part: &mut Option<T>, archive: &mut Archive) {
     }
 }
 
-/// `state!(Type { what it remembers; what it was built with })`, all fields of it. With `where |this| condition` the
-/// state must meet the condition.
+/// `state!(Type { fields of the state; fields it was built with })`, all fields of it. With `where |this| condition`
+/// the state must meet the condition.
 macro_rules! state {
     ($(@[$($generics:tt)*])? $type:ty { $($state:ident),*; $($built:ident),* } $(where |$this:ident| $good:expr)?) => {
         impl$(<$($generics)*>)? $crate::api::snapshot::State for $type {
@@ -291,7 +291,7 @@ pub(crate) struct Origin {
     pub settings: u64,
 }
 
-/// Writes a snapshot: format, origin, state, check sum. Tells how many bytes it took.
+/// Writes a snapshot: format, origin, state, check sum. Returns the number of bytes it took.
 pub(crate) fn write(
     bytes: &mut [u8],
     origin: &Origin,

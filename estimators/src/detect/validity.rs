@@ -2,9 +2,8 @@
 //!
 //! A value is valid while
 //!
-//! 1. it is initialised: its filter has had a measurement, and what it rests on (a mass, an observable grade, wheels
-//!   that do not slip) is
-//!    there
+//! 1. it is initialised: its filter has had a measurement, and its foundations are there (a mass, an observable grade,
+//!    wheels that do not slip)
 //! 2. its inputs are fresh ([`SampleHold`](crate::preprocess::sample_hold::SampleHold))
 //! 3. its standard deviation is below the limit of its quantity (`mass_sd_max`, `grade_sd_max_deg`, `speed_sd_max_mps`)
 //! 4. no clamp acts on it: range of the mass, steepest grade

@@ -1,4 +1,4 @@
-//! How recursive least squares forgets.
+//! Forgetting of recursive least squares.
 //!
 //! | policy | forgetting | source |
 //! |---|---|---|

@@ -368,7 +368,7 @@ impl<const N: usize> Gaussian<N> {
     }
 
     /// Limits each variance to `most`, keeping every correlation (P ← D P D with a diagonal D ≤ 1).
-    /// Tells whether a limit acted.
+    /// Returns true if a limit acted.
     #[inline]
     pub fn limit_variance(&mut self, most: &SVector<Real, N>) -> bool {
         let variance = self.P.diagonal();

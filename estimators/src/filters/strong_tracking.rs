@@ -110,7 +110,7 @@ const CALM_SAMPLES: u32 = 20;
 /// Correlation of successive innovations above which they are not noise.
 const TIED: Real = 0.5;
 
-/// Says when the state has jumped, with hysteresis: strong tracking that is always on follows noise.
+/// Detects a jump of the state, with hysteresis: strong tracking that is always on follows noise.
 ///
 /// Innovations too large for the assumed noise can mean a jump or a noisier sensor. After a jump they keep to one side;
 /// noise changes sides. So the alarm rings when yᵀ S⁻¹ y is too large *and* successive innovations are tied: the very
@@ -139,7 +139,7 @@ impl<const M: usize> Alarm<M> {
         }
     }
 
-    /// One innovation with its covariance. Tells whether the alarm rings.
+    /// Takes one innovation with its covariance. Returns true while the alarm is on.
     #[inline]
     pub fn active(&mut self, y: &SVector<Real, M>, S: &SMatrix<Real, M, M>) -> bool {
         let Some(factor) = S.cholesky() else {

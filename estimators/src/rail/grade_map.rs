@@ -7,11 +7,11 @@
 //!
 //! M g sin θ → Σ mᵢ g sin θ(s − dᵢ),  s chainage of the instrument, dᵢ how far behind it mass mᵢ rests
 //!
-//! What the accelerometer has read the wheels will carry over the same rail a little later: u(s) = f − v̇ = g sin θ(s)
-//! + b is kept by place ([`GradeMap`]) and averaged over where the tare and the load rest. The accelerometer's bias b
-//! stays what it was, as it is the same at every place. Rail that the instrument has not seen (ahead of it; behind it
-//! at the start of a run) is taken to go on as what it has seen ends, and its standard deviation grows with the
-//! distance. Samples of the regression need no answer at once: they wait until it has been seen.
+//! The wheels will pass a little later over the rail that the accelerometer has read. So u(s) = f − v̇ = g sin θ(s) + b
+//! is kept by place ([`GradeMap`]) and averaged over where the tare and the load rest. The accelerometer's bias b stays
+//! in the mean, as it is the same at every place. Rail that the instrument has not read (ahead of it; behind it at the
+//! start of a run) is extrapolated from the end of the rail read, and its standard deviation grows with the distance.
+//! Samples of the regression need no answer at once: they wait until the rail has been read.
 //!
 //! The instrument pitches with the unit that carries it, and that unit is suspended at two stations: it reads the grade
 //! under the unit's middle, not under itself.

@@ -3,7 +3,7 @@
 //!
 //! v⁻ = v + dt v̇(F, M, θ, μ),  θ⁻ = θ,  z = v + noise
 //!
-//! What this structure cannot do, whatever its tuning: it sees the slope only through traction, so an error of mass,
+//! Limits of this structure, whatever its tuning: it observes the slope only through traction, so an error of mass,
 //! running resistance, torque or brake force is an error of slope (1 % of μ = 0.02 is 0.01°; 1 % of mass on a 10° grade
 //! is 0.1°); it lags a change of slope by about a second, as a slope must first change the speed; standing or braking
 //! there is no new information. The accelerometer, which reads the slope directly, is not used.
@@ -268,7 +268,7 @@ impl ForceBalanceEkf {
         Some(correction)
     }
 
-    /// Strong tracking, where it is on and the innovations call for it: fades the slope. Tells whether it is active.
+    /// Strong tracking, where it is on and the innovations call for it: fades the slope. Returns true if it is active.
     fn track(&mut self, wheel_speed_mps: Real) -> bool {
         let Some((tracking, alarm)) = self.tracking.as_mut() else {
             return false;

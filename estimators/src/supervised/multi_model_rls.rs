@@ -197,7 +197,8 @@ impl MassEstimator for MultiModelMass {
         };
         let acceleration = now.acceleration_mps2;
         let direction = if now.speed_mps < 0.0 { -1.0 } else { 1.0 };
-        // f with the slope as the load feels it; what the tare feels otherwise is known and goes to the other side.
+        // f with the slope under the load; the difference of the slope under the tare is known and goes to the other
+        // side.
         let ([tare_u, _], [load_u, _]) = (felt.tare.value, felt.load.value);
         let f = acceleration + load_u;
         let tare_kg = train.tare_kg();

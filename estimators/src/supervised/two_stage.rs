@@ -1,4 +1,4 @@
-//! What the two-stage pipelines share: signals → mass regression → slope filter with that mass → estimate.
+//! Common part of the two-stage pipelines: signals → mass regression → slope filter with that mass → estimate.
 
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;

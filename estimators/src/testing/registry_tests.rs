@@ -1,4 +1,4 @@
-//! What holds for every named estimator.
+//! Laws that hold for every named estimator.
 
 use crate::Time;
 use crate::api::estimator::Estimator;

@@ -1,4 +1,5 @@
-//! What the integration tests and the bench share: random numbers, a χ² band, a small crane that makes measurements.
+//! Common parts of the integration tests and the bench: random numbers, a χ² band, a small crane that makes
+//! measurements.
 #![allow(dead_code)] // each target uses a part of it
 
 pub mod regression;
