@@ -8,8 +8,8 @@
 //! Not in the band by construction, and measured here against the theory instead:
 //!
 //! - least squares with constant forgetting λ: P is what a random walk of the parameters would need; for constant
-//!   parameters the error
-//!   covariance is P/(1 + λ) once the start is forgotten (sums of geometric series), so NEES is 1/(1 + λ)
+//!   parameters the error covariance is P/(1 + λ) once the start is forgotten (sums of geometric series), so NEES is
+//!   1/(1 + λ)
 //! - Sage-Husa: R is an estimate from some hundred samples and errs by a tenth, more often upwards; NEES lies a few
 //!   percent below 1
 //! - strong tracking: each false alarm makes P too large for a while; they are rare, and NEES stays near 1

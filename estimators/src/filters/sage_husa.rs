@@ -4,8 +4,7 @@
 //! Here the two forms that cannot:
 //!
 //! - [`SageHusa::observe_residual`], for R, from the residual *after* the update: R ← (1−d) R + d (ε εᵀ + H P⁺ Hᵀ),
-//!   since
-//!   E[ε εᵀ] = R − H P⁺ Hᵀ (Akhlaghi, Zhou & Huang 2017);
+//!   since E[ε εᵀ] = R − H P⁺ Hᵀ (Akhlaghi, Zhou & Huang 2017);
 //! - [`SageHusa::observe_correction`], for Q, from the correction made: Q ← (1−d) Q + d diag(K y yᵀ Kᵀ).
 //!
 //! d = (1 − b)/(1 − bʲ) at j = J, J + 1, …, where J = 1/(1 − b): the start counts as one memory length. (In print j =

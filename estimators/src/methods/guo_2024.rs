@@ -6,8 +6,7 @@
 //! The published method with its errata corrected and nothing else:
 //!
 //! - eq. 1: η = |a_x|/√(a_x² + a_y²) only while |a_y| > 0.5 and |a_x| > 0.3 m/s²; else 1 (in print it is 0/0 at steady
-//!   speed and 0 in steady
-//!   cornering). That the side force scales the traction is the method, and stays
+//!   speed and 0 in steady cornering). That the side force scales the traction is the method, and stays
 //! - eq. 3: the rotating masses J taken off; differences only while the slope stays, |Δ(f − v̇)| small (dθ/dv̇ = 0 is
 //!   otherwise false)
 //! - eq. 4: differences of a quarter of a second of low-passed signals; of one sample they are noise

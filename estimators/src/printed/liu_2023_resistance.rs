@@ -3,8 +3,7 @@
 //!
 //! - `eq9`: rotating masses times g
 //! - `eq14`: K = P h (φ + hᵀ P h), the inverse missing. Then P ← (1 − K h) P/φ turns negative as soon as P h² > 0.62
-//!   (the root of
-//!   x² + φ x = 1), that is P > 0.0065 at h = g.
+//!   (the root of x² + φ x = 1), that is P > 0.0065 at h = g.
 
 use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};

@@ -5,8 +5,7 @@
 //!
 //! - q ← (1 − d) q + d (x⁺ − f(x)), r ← (1 − d) r + d (z − x⁻₁)
 //! - Q ← (1 − d) Q + d (K ε² Kᵀ + P⁺ − A P Aᵀ); in print ξ ψ ξᵀ is subtracted, one number from a matrix, which an array
-//!   language takes from
-//!   every element
+//!   language takes from every element
 //! - R ← (1 − d) R + d (ε² − H P⁻ Hᵀ)
 //!
 //! Q and R are differences, and noise makes them negative; one innovation cannot separate Q from R, nor q from r.

@@ -1,11 +1,10 @@
 //! Mass from two models weighed by how well they explain the traction (patent CN 111507019 B, step 2 ①).
 //!
 //! - straight: F − J v̇ = M a, a = f + s μ g cos θ (their eq. 20; F is the traction less air drag; a long train feels
-//!   the f of where
-//!   its masses rest, as in [`crate::supervised::force_balance_rls`])
+//!   the f of where its masses rest, as in [`crate::supervised::force_balance_rls`])
 //! - turning, on a road only: F + F_f (1/cos δ − 1) − J v̇ = M (a + (l_r/L) a_y tan δ) (eq. 12–22, single-track model):
-//!   the side force
-//!   of the steered tyres takes part of the traction, and a straight model takes that for mass ([`Bends`])
+//!   the side force of the steered tyres takes part of the traction, and a straight model takes that for mass
+//!   ([`Bends`])
 //!
 //! Each by recursive least squares with λ(k) = 1 − 0.05 · 0.98ᵏ; the weights are the likelihoods of their residuals.
 //!

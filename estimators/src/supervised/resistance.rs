@@ -8,8 +8,7 @@
 //! its standard deviation:
 //!
 //! - the accelerometer's bias b: μ is off by −sgn(v) b/g (0.00978 m/s² is 0.001), and a run in the other direction by
-//!   as much the
-//!   other way; in a survey an error of the slope does the same (0.1° is 0.0017)
+//!   as much the other way; in a survey an error of the slope does the same (0.1° is 0.0017)
 //! - an error e of mass or torque: μ is off by e F/(M g), so that on a climb of 5° one percent is 0.001
 //!
 //! Against the print: the gain is divided by φ + hᵀ P h (eq. 14 lacks the inverse), the rotating masses have no g (eq.
