@@ -38,8 +38,7 @@
 //! ```
 //!
 //! By name, with parameters from a file: [`registry::build`]. An estimator of your own: [`Estimator`], with parameters
-//! of
-//! [`params!`].
+//! of [`params!`].
 //!
 //! # Map
 //!

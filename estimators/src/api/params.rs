@@ -255,8 +255,7 @@ impl fmt::Display for ParamError {
 impl core::error::Error for ParamError {}
 
 /// The parameters of an estimator: set by name, listed for checks and documentation. Made by [`params!`](crate::params)
-/// and
-/// [`param_groups!`](crate::param_groups).
+/// and [`param_groups!`](crate::param_groups).
 pub trait Parameters: Default {
     /// All keys, group by group.
     const GROUPS: &'static [&'static [Key]];

@@ -8,8 +8,7 @@
 //! - [`SageHusa::observe_correction`], for Q, from the correction made: Q ← (1−d) Q + d diag(K y yᵀ Kᵀ).
 //!
 //! d = (1 − b)/(1 − bʲ) at j = J, J + 1, …, where J = 1/(1 − b): the start counts as one memory length. (In print j =
-//! 1, 2, …:
-//! [`SageHusa::unlimited`].)
+//! 1, 2, …: [`SageHusa::unlimited`].)
 //!
 //! Adapt one of R and Q, never both: one innovation cannot separate them. Each variance stays within limits around its
 //! start, and at each step each off-diagonal number shrinks by a millionth: one huge residual would make R all but
