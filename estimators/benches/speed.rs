@@ -59,7 +59,7 @@ fn time<S: Clone, Z: Clone>(state: &S, samples: &[Z], step: impl Fn(&mut S, &Z))
 
 /// Prints the table and counts missed bars.
 struct Table {
-    /// What is wanted; everything without words.
+    /// Words that select rows by name; without words all rows run.
     words: Vec<String>,
     missed: usize,
 }

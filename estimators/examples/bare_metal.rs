@@ -13,7 +13,7 @@ use monorig_estimators::{
 const STEP_NS: i64 = 5_000_000;
 const DT: Real = 0.005;
 
-/// What the board measures at step `k`: a train of 12 t that starts and stops on a level rail.
+/// Measurements of the board at step `k`: a train of 12 t starts and stops on a level rail.
 fn sensors(k: i64) -> Measurements {
     let t = Time::from_ns(k * STEP_NS);
     let phase = 0.5 * k as Real * DT;

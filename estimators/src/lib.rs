@@ -38,15 +38,14 @@
 //! ```
 //!
 //! By name, with parameters from a file: [`registry::build`]. An estimator of your own: [`Estimator`], with parameters
-//! of
-//! [`params!`].
+//! of [`params!`].
 //!
 //! # Map
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`api`] | what crosses the border: signals, vehicle, trait, parameters, errors, snapshots, time |
-//! | [`filters`] | algorithms, one a file; none knows what a crane is |
+//! | [`filters`] | algorithms, one a file; none depends on the vehicle |
 //! | [`preprocess`] | from samples to signals: input check, sample and hold, wheel-speed vote, resampler |
 //! | [`models`] | attitude of a body with an IMU, force balance, bends, slope force, swing of the load |
 //! | [`aiding`] | measurements of a state that many instruments see, one a file, and the one way to fuse them |

@@ -1,8 +1,8 @@
 //! Estimators by name, behind the cargo feature `registry`: names, parameter keys, construction.
 //!
-//! What firmware does not need: it names one pipeline and its parameters in code ([`Runner::new`]), and pays for that
-//! one. To add a name: write its file with `Params`, a pipeline type and `new`, and give it a line in `registry!` with
-//! the cargo feature of its source.
+//! Firmware does not need it: firmware names one pipeline and its parameters in code ([`Runner::new`]), and pays for
+//! that one. To add a name: write its file with `Params`, a pipeline type and `new`, and give it a line in `registry!`
+//! with the cargo feature of its source.
 
 use crate::api::aid::AidStatus;
 use crate::api::estimator::{Estimator, Internal};
@@ -45,7 +45,7 @@ use crate::supervised::patent::mmrls_sh_stf_robust;
 use crate::supervised::resistance as resistance_robust;
 use crate::{Error, Real};
 
-/// What a named estimator claims to be.
+/// Kind of a named estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Made for use: its marks go by the validity rule ([`crate::detect::validity`]).
@@ -63,10 +63,10 @@ macro_rules! registry {
         as printed:
         { $($(#[doc = $print_about:literal])* $print_name:literal => $print_module:ident::$print:ident,)* }
     ) => {
-        /// Names [`build`] knows.
+        /// Names that [`build`] accepts.
         pub const NAMES: &[&str] = &[$(#[cfg(feature = $family)] $name),*];
 
-        /// Names it also knows with the feature `printed`: methods as printed, slips and all. None without it.
+        /// Names it also accepts with the feature `printed`: methods as printed, slips and all. None without it.
         pub const PRINTED_NAMES: &[&str] = &[$(#[cfg(feature = "printed")] $print_name),*];
 
         /// The parameters of a named estimator, in groups; `None` if there is no such estimator.
@@ -78,7 +78,7 @@ macro_rules! registry {
             }
         }
 
-        /// Of which kind a named estimator is; `None` if there is no such estimator.
+        /// Returns the kind of a named estimator; `None` if there is no such estimator.
         pub fn kind(name: &str) -> Option<Kind> {
             match name {
                 $(#[cfg(feature = $family)] $name => Some(Kind::$kind),)*
@@ -87,7 +87,7 @@ macro_rules! registry {
             }
         }
 
-        /// What a named estimator is, in a sentence; `None` if there is no such estimator.
+        /// Describes a named estimator in a sentence; `None` if there is no such estimator.
         pub fn about(name: &str) -> Option<&'static str> {
             match name {
                 $(#[cfg(feature = $family)] $name => Some(concat!($($about),*).trim()),)*

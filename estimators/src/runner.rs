@@ -1,4 +1,4 @@
-//! What every pipeline gets for free: checked input, all-or-nothing steps, reset.
+//! Common frame of every pipeline: checked input, all-or-nothing steps, reset.
 
 use crate::api::aid::AidStatus;
 pub use crate::api::estimator::copy_into;
@@ -31,10 +31,10 @@ pub trait Pipeline: Copy {
     /// Sources of measurements it uses.
     const AID_SOURCES: &'static [&'static str] = &[];
 
-    /// What became of the last measurement of each source, written to `status`; as many as fit.
+    /// Writes the status of the last measurement of each source to `status`; as many as fit.
     fn aid_status(&self, _status: &mut [AidStatus]) {}
 
-    /// Its state, for a snapshot. A pipeline that does not say keeps none.
+    /// Its state, for a snapshot. A pipeline without this method keeps none.
     fn visit(&mut self, archive: &mut Archive) {
         archive.refuse(SnapshotError::NotKept);
     }
@@ -152,7 +152,7 @@ impl<P: Pipeline, Q: Parameters + Copy> Estimator for Runner<P, Q> {
     }
 }
 
-/// The front end that a pipeline asks for.
+/// The front end that a pipeline needs.
 fn front_end<P: Pipeline>(pipeline: &P, vehicle: &Vehicle) -> FrontEnd {
     match pipeline.conditioning() {
         Some(params) => FrontEnd::conditioned(vehicle, params),

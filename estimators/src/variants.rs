@@ -23,7 +23,7 @@ macro_rules! variants {
                 /// The pipeline.
                 pub type $pipeline = $type;
 
-                /// From the vehicle's nominal values and the parameters.
+                /// Builds the estimator from the vehicle's nominal values and the parameters.
                 pub fn new(vehicle: &Vehicle, params: &Params) -> $pipeline {
                     let build: fn(&Vehicle, &Params) -> $pipeline = $build;
                     build(vehicle, params)

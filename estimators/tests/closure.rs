@@ -1,5 +1,4 @@
-//! What a published method stands on: filters, models, the public types and one interface, and nothing else of the
-//! crate.
+//! A published method depends on filters, models, the public types and one interface, and on nothing else of the crate.
 #![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeSet;

@@ -1,15 +1,15 @@
-//! Filters on data of their own model: errors and innovations are as large as the filters say (Bar-Shalom, Li &
+//! Filters on data of their own model: errors and innovations are as large as the filters predict (Bar-Shalom, Li &
 //! Kirubarajan 2001, ch. 5.4), filters that must agree agree, and covariances stay covariances.
 //!
 //! NEES eᵀ P⁻¹ e is averaged over runs at each of twenty instants. A correct filter leaves the 95 % band at one instant
 //! in twenty; more than three of twenty happens to it with probability 0.016. NIS is averaged over all runs and
 //! instants.
 //!
-//! Not in the band by construction, and measured here against what theory says instead:
+//! Not in the band by construction, and measured here against the theory instead:
 //!
 //! - least squares with constant forgetting λ: P is what a random walk of the parameters would need; for constant
-//!   parameters the error
-//!   covariance is P/(1 + λ) once the start is forgotten (sums of geometric series), so NEES is 1/(1 + λ)
+//!   parameters the error covariance is P/(1 + λ) once the start is forgotten (sums of geometric series), so NEES is
+//!   1/(1 + λ)
 //! - Sage-Husa: R is an estimate from some hundred samples and errs by a tenth, more often upwards; NEES lies a few
 //!   percent below 1
 //! - strong tracking: each false alarm makes P too large for a while; they are rare, and NEES stays near 1
@@ -82,7 +82,7 @@ fn settled<R: Run>(seed: u64) -> (Real, Real) {
     (nees, nis)
 }
 
-/// How many of the instants are in the NEES band, and whether the mean NIS is in its band.
+/// Number of the instants in the NEES band, and true if the mean NIS is in its band.
 fn consistency<R: Run>(seed: u64) -> (usize, bool) {
     let (nees, nis) = averages::<R>(seed);
     let (low, high) = chi_square_band(RUNS * R::STATES);
@@ -104,12 +104,12 @@ fn assert_consistent<R: Run>(seed: u64) {
 /// Variance of the measured position.
 const POSITION_NOISE: Real = 0.04;
 
-/// What a filter adapts.
+/// Noises that a filter adapts.
 const NOTHING: u8 = 0;
 const NOISE: u8 = 1;
 const FADING: u8 = 2;
 
-/// Constant velocity, position measured; the filter believes `BELIEVED`/100 of the true process noise, and may adapt.
+/// Constant velocity, position measured; the filter assumes `BELIEVED`/100 of the true process noise, and may adapt.
 struct Kalman<const BELIEVED: usize, const ADAPTS: u8 = NOTHING> {
     random: Random,
     noise: SageHusa<1>,

@@ -58,7 +58,7 @@ fn vehicle() -> Vehicle {
     .unwrap()
 }
 
-/// What a row of the drive sends.
+/// Measurements and command of a row of the drive.
 fn samples(row: &[f64; 12]) -> (Measurements, Command) {
     let [
         t,

@@ -1,5 +1,5 @@
-//! What can be known from torque, wheel speed and accelerometer, and what cannot: laws and orders, on a crane of one
-//! degree of freedom that is written from the physics (`common/world.rs`).
+//! Limits of what torque, wheel speed and accelerometer can identify: laws and orders, on a crane of one degree of
+//! freedom that is written from the physics (`common/world.rs`).
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -77,7 +77,7 @@ fn constant_speed_on_the_level_does_not_tell_the_mass() {
     );
 }
 
-/// I2, I3. A start, or steps of speed, tell it to every regression.
+/// I2, I3. Every regression finds it from a start, or from steps of speed.
 #[test]
 fn a_start_or_steps_of_speed_on_the_level_tell_the_mass_to_all() {
     for speed in [start, steps] {
@@ -131,8 +131,8 @@ fn a_steady_slope_tells_the_mass_only_where_the_resistance_is_known() {
     assert!(known < 0.01 && free > 5.0 * known, "{known} {free}");
 }
 
-/// I6. A torque that reads e too much is a mass e too large, whatever the regression; a slope that needs no torque
-/// never notices.
+/// I6. A torque that reads e too much is a mass e too large, whatever the regression; a slope that needs no torque does
+/// not change.
 #[test]
 fn a_torque_gain_is_a_mass_gain() {
     let (e, right) = (0.03, world(hills, steps));
@@ -273,7 +273,7 @@ fn mass_and_slope_from_one_force_balance_chase_each_other() {
 }
 
 /// Differences rid the balance of μ, b and a slope that stays; one that changes passes for acceleration, unless the
-/// accelerometer is asked.
+/// accelerometer is used.
 #[test]
 fn differences_need_a_slope_that_stays_or_an_accelerometer() {
     let differenced =

@@ -61,7 +61,7 @@ fn road() -> Vehicle {
     .unwrap()
 }
 
-/// What a row of a recorded drive sends: torque and wheel speed only where it is fresh.
+/// Measurements and command of a row of a recorded drive: torque and wheel speed only where it is fresh.
 fn samples(row: &[f64; 11]) -> (Measurements, Command) {
     let [
         fresh,

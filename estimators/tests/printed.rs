@@ -26,7 +26,7 @@ const J: Real = 1_045.0;
 
 type Settings = [(&'static str, Setting<'static>)];
 
-/// What a run ended with.
+/// Results of a run.
 struct Outcome {
     mass_kg: Real,
     /// Root mean square of the grade error in the second half, deg.
@@ -313,7 +313,7 @@ mod huainan {
             &settings,
         ) {
             let ratio = printed.of("curvature_per_m") / right.of("curvature_per_m");
-            // The regression remembers the last few metres.
+            // The regression averages over the last few metres.
             assert!(
                 ratio > arc(19.0).cos() && ratio < arc(14.0).cos(),
                 "{ratio}"
@@ -322,7 +322,7 @@ mod huainan {
         }
     }
 
-    /// (1 − Γₐ/Γ) m₀ is 0 just where motion sets in, and a difference with its sign never sees a fall.
+    /// (1 − Γₐ/Γ) m₀ is 0 just where motion sets in, and a difference with its sign does not react to a fall.
     #[test]
     fn eq_9_freezes_at_the_onset_of_motion() {
         let smoother = Smoother::new(false, 0.15, 0.1, 0.02);
@@ -709,7 +709,7 @@ fn any(random: &mut Random) -> Real {
     }
 }
 
-/// A print may break down, and says so; nothing that is not finite gets out, and a refused step changes nothing.
+/// A print may break down, and counts it; nothing that is not finite gets out, and a refused step changes nothing.
 #[test]
 fn nonsense_in_never_makes_infinities_out() {
     for name in PRINTED_NAMES {

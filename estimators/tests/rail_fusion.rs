@@ -17,12 +17,12 @@ const G: Real = 9.81;
 const TARE_KG: Real = 9_000.0;
 const CHAIN_M: Real = 0.6;
 const MU: Real = 0.02;
-/// Of a calibrated IMU, as the estimators take it where nothing is told.
+/// Of a calibrated IMU, as the estimators take it where the vehicle gives none.
 const BIAS_SD: Real = 0.00978;
 const VRW: Real = 6.94e-4;
 const ARW: Real = 4.072e-5;
 
-/// A train whose masses all rest at the IMU: what is asked here is not where they are.
+/// A train whose masses all rest at the IMU: their places do not matter in these tests.
 fn vehicle() -> Vehicle {
     let mut layout = MassLayout::even(TARE_KG, [0.0; 2], [0.0; 2]);
     layout.load.chain_m = CHAIN_M;
@@ -186,9 +186,10 @@ fn internal(estimator: &AnyEstimator, name: &str) -> Real {
 
 #[test]
 fn the_bias_is_observable_on_a_slope_and_not_on_the_level() {
-    // |f| = g: f_z tells b_z on the level, and on a slope of 8° with it cos θ, at a sensitivity of sin θ = 0.14. On the level nothing tells b_x
-    // from θ. Without f_z nothing does anywhere. Told that biases are constant: with n = √5 · 6.94e-4 m/s/√s of noise
-    // in f_z, 12 s on the level and 27 s on the slope make n √(1/12 + 1/27)/0.14 = 0.0039 m/s², 0.40 of the prior.
+    // By the law |f| = g, f_z measures b_z on the level, and on a slope of 8° with it cos θ, at a sensitivity of sin θ
+    // = 0.14. On the level nothing separates b_x from θ. Without f_z nothing does anywhere. With biases that are
+    // constant by the parameters and n = √5 · 6.94e-4 m/s/√s of noise in f_z, 12 s on the level and 27 s on the slope
+    // make n √(1/12 + 1/27)/0.14 = 0.0039 m/s², 0.40 of the prior.
     let bias_sd = |ramp_deg: Real, settings: &[(&'static str, Setting<'static>)]| {
         let constant = ("accel_bias_walk", Setting::Number(0.0));
         let settings: Vec<_> = settings.iter().copied().chain([constant]).collect();
@@ -209,8 +210,8 @@ fn the_bias_is_observable_on_a_slope_and_not_on_the_level() {
     assert!(without > 0.9 * BIAS_SD, "without f_z {without}");
 }
 
-/// Of an instrument that is not calibrated the mount may be as askew as its bias is large, for which |f| = g tells
-/// nothing: the grade stays as uncertain as it was at the start, on the slope too.
+/// The mount of an instrument that is not calibrated may be as askew as its bias is large, and |f| = g does not show
+/// it: the grade stays as uncertain as it was at the start, on the slope too.
 #[test]
 fn a_mount_that_may_be_askew_is_said_in_the_standard_deviation() {
     for name in ["rail_fusion", "attitude"] {

@@ -1,5 +1,5 @@
 //! A real recording: 50 s of a robot on a level indoor floor (`tests/data/real/husky`, norlab-ulaval/BorealTC, CC0
-//! 1.0). Nobody measured its slope; gravity and gyro say that the robot pitched by 4.5° for some ten seconds of it.
+//! 1.0). Nobody measured its slope; by gravity and gyro the robot pitched by 4.5° for some ten seconds of it.
 #![allow(clippy::unwrap_used)] // a test's panic is its verdict
 
 use std::fs;
@@ -9,7 +9,7 @@ use monorig_estimators::api::signals::{Command, Measurements, Sample, Vehicle, V
 use monorig_estimators::registry::build;
 use monorig_estimators::{Estimate, Estimator, Time};
 
-/// What goes by accelerometer, gyro and wheels: the recording has no torque in N·m.
+/// Estimators that use only accelerometer, gyro and wheels: the recording has no torque in N·m.
 const NAMES: [&str; 4] = [
     "ekf_v_theta_biases",
     "complementary_filter",

@@ -1,5 +1,5 @@
-//! Running resistance of a train of known mass: what the identification finds, and what an error of what it is told
-//! does to it.
+//! Running resistance of a train of known mass: what the identification finds, and the effect of wrong parameters on
+//! it.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -15,7 +15,7 @@ use monorig_estimators::{Real, registry};
 const GRAVITY: Real = 9.81;
 const DT: Real = 0.01;
 const MASS_KG: Real = 50_000.0;
-/// What the truth has; no estimator here is told it.
+/// True running resistance; no estimator here is given it.
 const MU: Real = 0.024;
 
 fn train() -> Vehicle {
@@ -27,7 +27,7 @@ fn train() -> Vehicle {
     .unwrap()
 }
 
-/// What the estimators are told: everything but the resistance.
+/// Vehicle that the estimators are built with: everything but the resistance.
 fn told() -> Vehicle {
     Vehicle::new(VehicleData {
         running_resistance: 0.0,

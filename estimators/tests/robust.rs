@@ -21,7 +21,7 @@ fn all(drives: usize) -> impl Iterator<Item = (&'static str, AnyEstimator)> {
         .map(move |name| (*name, registry::build(name, &vehicle(drives), []).unwrap()))
 }
 
-/// What every accepted step must give, whatever went in.
+/// Asserts what every accepted step must give, whatever went in.
 fn assert_sane(name: &str, estimator: &AnyEstimator, estimate: &Estimate) {
     assert!(estimate.is_finite(), "{name}: {estimate:?}");
     let [low, high] = vehicle(8).mass_range_kg;
@@ -73,7 +73,7 @@ fn kind(error: &Error) -> Kind {
 const NOT_FINITE: [Real; 3] = [Real::NAN, Real::INFINITY, Real::NEG_INFINITY];
 const HUGE: [Real; 3] = [1e300, -1e300, 1e7];
 
-/// Spoils one number of a good step. Tells how it must be refused; `None` if it must be borne.
+/// Spoils one number of a good step. Returns the refusal that must follow; `None` if the step must be accepted.
 fn spoil(
     random: &mut Random,
     z: &mut Measurements,
@@ -295,7 +295,7 @@ fn a_sample_from_the_far_future_silences_its_sensor_for_a_second_only() {
     }
 }
 
-/// What is wrong with the sensors at the moment.
+/// Faults of the sensors at the moment.
 #[derive(Clone, Default)]
 struct Faults {
     /// Drive units whose torque, whose speed is missing; the sensors that hang at a value.
@@ -418,9 +418,9 @@ const DAY: usize = 24 * 3600 * 2;
 /// Estimators that learn 1/M, so that the prior bounds the standard deviation of 1/M, sd/M², and not that of M.
 const BY_INVERSE_MASS: [&str; 4] = ["dffrls_aekf", "rls_ekf", "ffrls", "joint_ekf"];
 
-/// Whether the estimator is made to be used. The published methods are not supervised: they go on learning where
-/// nothing can be learnt, and their mass after that is part of the method. Only what holds for every estimator is asked
-/// of them: finite, and no more uncertain than at the start.
+/// Returns true if the estimator is made to be used. The published methods are not supervised: they go on learning
+/// where nothing can be learnt, and their mass after that is part of the method. They only have to stay finite and no
+/// more uncertain than at the start.
 fn supervised(name: &str) -> bool {
     registry::kind(name) == Some(registry::Kind::Supervised)
 }
@@ -464,7 +464,7 @@ fn long_run(speed_mps: Real, dt: Real, steps: usize) {
         let fresh = estimator;
         let mut crane = Crane::new(vehicle(2), 18_000.0, 5);
         crane.speed_mps = speed_mps;
-        // What it starts from is what it says before any sample.
+        // The estimate before any sample is the prior.
         let unknowing = { fresh }.step(&Measurements::default(), &Command::default(), dt);
         let prior_sd = learnt_sd(name, &unknowing.unwrap());
         let mut most_sd: Real = 0.0;

@@ -1,5 +1,5 @@
-//! How far the single-precision build strays from the double-precision one on the same measurements, and where it needs
-//! the square-root form. The figures it prints stand in the book, `methods/single_precision.md`.
+//! Differences of the single-precision build from the double-precision one on the same measurements, and the places
+//! where it needs the square-root form. The figures it prints stand in the book, `methods/single_precision.md`.
 #![allow(clippy::unwrap_used)]
 
 mod common;
@@ -115,7 +115,7 @@ fn each_named_estimator_strays_little() {
             grade.sqrt().to_degrees(),
             100.0 * beyond
         );
-        // Of ours the rounding must not be seen: a hundredth of the smallest standard deviation that it tells.
+        // In our estimators the rounding must not be seen: a hundredth of the smallest standard deviation reported.
         let ours = ["rail_fusion", "attitude"].contains(&name);
         let strays = ours && (grade.sqrt() > 3e-6 || mass.sqrt() > 1e-3);
         if end > 0.01 || beyond > 0.01 || strays {
@@ -126,8 +126,8 @@ fn each_named_estimator_strays_little() {
 }
 
 /// Least squares for two parameters of scales as in `ffrls` written in N and kg: regressors of 10⁴ and 1, hardly
-/// excited. Tells the smallest eigenvalue of the scaled covariance met in any step and the error of the first parameter
-/// at the end, in its units.
+/// excited. Returns the smallest eigenvalue of the scaled covariance met in any step and the error of the first
+/// parameter at the end, in its units.
 macro_rules! long_regression {
     ($crate_name:ident, $real:ty, $square_root:expr) => {{
         use $crate_name::filters::{forgetting::Forgetting, gaussian::Gaussian, rls::Rls};

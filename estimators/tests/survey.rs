@@ -1,4 +1,4 @@
-//! Laws of what the attitude filter tells of the rail behind the IMU: the grade with a fixed lag, and the heading, each
+//! Laws of the attitude filter's results for the rail behind the IMU: the grade with a fixed lag, and the heading, each
 //! with its standard deviation.
 #![allow(clippy::unwrap_used)]
 
@@ -12,7 +12,7 @@ use monorig_estimators::{Real, Time, Vehicle, VehicleData};
 
 const DT: Real = 0.005;
 const G: Real = 9.81;
-/// How far the IMU is ahead of the middle of its unit, m.
+/// Distance of the IMU ahead of the middle of its unit, m.
 const ARM_M: Real = 0.3;
 const SECONDS: usize = 90;
 

@@ -76,7 +76,7 @@ fn every_course_is_driven_to_its_end() {
     }
 }
 
-/// Grades, radii and loads lie where the file of ranges says.
+/// Grades, radii and loads lie within the ranges of the file.
 #[test]
 fn what_is_drawn_lies_within_its_range() {
     let folder = tempfile::tempdir().unwrap();

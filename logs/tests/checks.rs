@@ -69,7 +69,7 @@ channels:
 estimators: {ekf_v_theta_biases: {}}
 ";
 
-/// What the checks say of the drive, broken by `row`, with this map.
+/// Findings of the checks on the drive, broken by `row`, with this map.
 fn told(map: &str, header: &str, mut row: impl FnMut(&mut Row)) -> Vec<(String, String)> {
     let dir = tempfile::tempdir().unwrap();
     let mut text = format!("{header}\n");
@@ -174,7 +174,7 @@ fn a_column_that_is_not_there_is_named() {
     );
 }
 
-/// What is not known is found by calibration: the bias of the gyro, and how the box sits, to within what noise allows.
+/// Calibration finds what is not known: the bias of the gyro, and how the box sits, to within what noise allows.
 #[test]
 fn calibration_finds_what_was_planted() {
     let dir = tempfile::tempdir().unwrap();

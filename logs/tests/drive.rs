@@ -1,4 +1,4 @@
-//! Rows into steps: latency, several samples in a step, gaps, clocks, orders; and what a map file must not say.
+//! Rows into steps: latency, several samples in a step, gaps, clocks, orders; and what a map file must not contain.
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 

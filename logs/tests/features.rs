@@ -122,7 +122,7 @@ fn commands_are_those_of_the_log() {
     assert_eq!(seen[9], (900, -8.0, 12.0, 0.5));
 }
 
-/// Each fault does to the samples of its window what it says, and nothing outside of it.
+/// Each fault changes the samples of its window as described, and nothing outside of it.
 #[test]
 fn faults_of_a_log() {
     let log = Log::new(&[("log.csv", &ramp())]);
@@ -263,7 +263,7 @@ fn estimates_made_elsewhere_are_played_at_their_times() {
 }
 
 /// White noise on a speed that changes slowly is found, given to the estimators that the map does not set it for, and
-/// said.
+/// reported.
 #[test]
 fn noise_of_a_log_is_given_by_name() {
     let mut noise = monorig_sim::sensors::stream::Stream::new(3, "test");

@@ -52,7 +52,7 @@ fn every_sample_is_delivered_once() {
 }
 
 /// On the level floor the slope is that by which the IMU is pitched or biased, 2.0° by the mean of its readings, within
-/// what the estimators say of themselves; never NaN.
+/// the standard deviations that the estimators report; never NaN.
 #[test]
 fn the_slope_of_a_level_floor() {
     let map = Map::load(&map(HUSKY)).unwrap();

@@ -33,7 +33,7 @@ pub struct ForceNoise {
     pub lateral_sd_mps2: Real,
     /// Factor on the variance of f_z: bounce.
     pub vertical_factor: Real,
-    /// Whether the noise is never below that seen.
+    /// True if the noise is never smaller than the noise seen in the samples.
     pub learns: bool,
 }
 

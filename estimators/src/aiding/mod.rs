@@ -34,7 +34,7 @@ pub trait Aid<const N: usize> {
     fn R(&self) -> Real;
 }
 
-/// What is done with an innovation that is larger than expected.
+/// Rule for an innovation that is larger than expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GateRule {
     /// It counts as any other.

@@ -96,8 +96,8 @@ pub struct WheelGate {
 }
 
 impl WheelGate {
-    /// For `drives` wheels whose speeds have the standard deviation `sd_mps`, with a gate of `gate_sd` of them unless
-    /// it is not `gated`.
+    /// Builds the gate for `drives` wheels whose speeds have the standard deviation `sd_mps`, with a gate of `gate_sd`
+    /// of them unless it is not `gated`.
     pub fn new(drives: usize, sd_mps: Real, gate_sd: Real, gated: bool) -> Self {
         Self {
             drives: drives.min(MAX_DRIVES),
@@ -108,7 +108,7 @@ impl WheelGate {
         }
     }
 
-    /// Whether wheels beyond the gate are rejected.
+    /// Returns true if wheels beyond the gate are rejected.
     pub fn is_gated(&self) -> bool {
         self.gated
     }

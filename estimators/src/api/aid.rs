@@ -1,4 +1,4 @@
-//! What became of each measurement: one status per source, so that a plot shows why an estimate moved or did not.
+//! Status of each measurement source, one per source, so that a plot shows why an estimate moved or did not.
 
 use crate::Real;
 use crate::api::snapshot::{Archive, State, state};
@@ -12,7 +12,7 @@ pub struct AidStatus {
     pub innovation_variance: Real,
     /// Innovation squared over variance, over the gate's threshold: above 1 the gate acts. 0 where there is no gate.
     pub test_ratio: Real,
-    /// What was done with it.
+    /// Outcome: fused, deweighted, rejected or stale.
     pub outcome: AidOutcome,
 }
 
@@ -32,7 +32,7 @@ impl AidStatus {
     }
 }
 
-/// What was done with a measurement.
+/// Outcome of a measurement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum AidOutcome {

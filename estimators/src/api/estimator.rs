@@ -18,7 +18,7 @@ pub struct Internal {
 }
 
 impl Internal {
-    /// With name and unit.
+    /// Builds the quantity from its name and unit.
     pub const fn new(name: &'static str, unit: &'static str) -> Self {
         Self { name, unit }
     }
@@ -32,7 +32,7 @@ impl Internal {
 /// ```
 /// use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements, Real, Value};
 ///
-/// /// Takes the mean of the wheels for the speed and knows nothing else.
+/// /// Takes the mean of the wheels for the speed and estimates nothing else.
 /// struct MeanSpeed;
 ///
 /// impl Estimator for MeanSpeed {
@@ -55,7 +55,7 @@ impl Internal {
 pub trait Estimator {
     /// One step of `dt` seconds with the samples that came since the last one. On an error the estimator is as it was.
     ///
-    /// `dt` is what filters integrate over, the stamps in `z` tell what is fresh. The two clocks are checked against
+    /// Filters integrate over `dt`; the stamps in `z` show which samples are fresh. The two clocks are checked against
     /// each other: `dt` may not be more than twice the time since the last step (which leaves room for jitter). Less is
     /// a pause.
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error>;
@@ -79,13 +79,13 @@ pub trait Estimator {
     /// Writes what became of the last measurement of each source, in that order, into `status`; as many as fit.
     fn aid_status(&self, _status: &mut [AidStatus]) {}
 
-    /// Writes all it remembers into `bytes` and returns how many it took. Take one between steps, as often as the
-    /// memory it goes to bears.
+    /// Writes its state into `bytes` and returns the number of bytes it took. Take a snapshot between steps, as often
+    /// as the memory it goes to bears.
     fn snapshot(&self, _bytes: &mut [u8]) -> Result<usize, SnapshotError> {
         Err(SnapshotError::NotKept)
     }
 
-    /// Becomes what the snapshot tells, to the last bit. Refused, and unchanged, unless the snapshot is whole and of
+    /// Restores the state of the snapshot, to the last bit. Refused, and unchanged, unless the snapshot is whole and of
     /// the same estimator, built with the same vehicle and parameters. The clock must go on from where it was.
     fn restore(&mut self, _snapshot: &[u8]) -> Result<(), SnapshotError> {
         Err(SnapshotError::NotKept)

@@ -1,4 +1,4 @@
-//! Fingerprints of parameters and vehicles, by which a snapshot knows what it belongs to.
+//! Fingerprints of parameters and vehicles: a snapshot keeps those of its origin.
 
 use crate::Real;
 use crate::api::params::{Parameters, Setting};
@@ -7,7 +7,7 @@ use crate::api::params::{Parameters, Setting};
 pub(crate) struct Fingerprint(u64);
 
 impl Fingerprint {
-    /// Of nothing.
+    /// Builds the fingerprint of no data.
     pub fn new() -> Self {
         Self(0xcbf2_9ce4_8422_2325)
     }

@@ -13,7 +13,7 @@ pub struct CarriedMass {
     pub places_m: [Real; 2],
     /// kg.
     pub mass_kg: Real,
-    /// How far its centre of mass is below the rail's line, m.
+    /// Depth of its centre of mass below the rail's line, m.
     pub depth_m: Real,
 }
 
@@ -26,7 +26,7 @@ pub struct SuspendedLoad {
     pub swinging_tare_kg: Real,
     /// Depth of the upper ends of the chains below the rail's line, m.
     pub hook_depth_m: Real,
-    /// How far the load's centre of mass is below the lower ends of the chains, m.
+    /// Depth of the load's centre of mass below the lower ends of the chains, m.
     pub below_chains_m: Real,
     /// Length of the chains, m; 0 for a load that does not swing.
     pub chain_m: Real,
@@ -42,7 +42,7 @@ pub struct MassLayout {
     pub masses: [CarriedMass; MAX_MASSES],
     /// The load.
     pub load: SuspendedLoad,
-    /// How far the IMU is below the rail's line, m.
+    /// Depth of the IMU below the rail's line, m.
     pub imu_depth_m: Real,
     /// Share of the nominal running resistance that grows with the load (that of the running wheels), 0…1.
     pub load_share_of_resistance: Real,
@@ -148,7 +148,7 @@ impl MassLayout {
         Some(layout)
     }
 
-    /// Whether the numbers can be.
+    /// Returns true if the numbers are physically possible.
     pub(crate) fn is_possible(&self) -> bool {
         let length = |m: Real| m.abs() < MAX_LENGTH_M;
         let places = |[front, rear]: [Real; 2]| front <= rear && length(front) && length(rear);

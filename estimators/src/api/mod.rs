@@ -1,4 +1,4 @@
-//! What crosses the border of the crate: signals in, estimates out, parameters, errors, snapshots.
+//! Interface of the crate: signals in, estimates out, parameters, errors, snapshots.
 
 pub mod aid;
 pub mod error;

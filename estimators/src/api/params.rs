@@ -10,7 +10,7 @@ use crate::Real;
 pub struct Key {
     /// Name in scenario files.
     pub name: &'static str,
-    /// What it is, one sentence.
+    /// Description of the parameter, one sentence.
     pub doc: &'static str,
     /// Which values it may have.
     pub kind: Kind,
@@ -105,7 +105,7 @@ impl Key {
         }
     }
 
-    /// Whether the parameter may have this value.
+    /// Checks that the parameter may have this value.
     pub fn check(&'static self, value: Setting) -> Result<(), ParamError> {
         match (self.kind, value) {
             (
@@ -255,8 +255,7 @@ impl fmt::Display for ParamError {
 impl core::error::Error for ParamError {}
 
 /// The parameters of an estimator: set by name, listed for checks and documentation. Made by [`params!`](crate::params)
-/// and
-/// [`param_groups!`](crate::param_groups).
+/// and [`param_groups!`](crate::param_groups).
 pub trait Parameters: Default {
     /// All keys, group by group.
     const GROUPS: &'static [&'static [Key]];

@@ -1,8 +1,8 @@
 //! State to bytes and back, to survive a power cycle.
 //!
-//! What a part of an estimator remembers from step to step is its [`State`]; what it was built with is not, and never
-//! comes from a snapshot. The macro `state!` lists both, field by field, so that none can be forgotten. The bytes are
-//! little-endian numbers in that order, between a header and a check sum.
+//! The [`State`] of a part of an estimator is all that it keeps from step to step. The data it was built with are no
+//! state, and never come from a snapshot. The macro `state!` lists both, field by field, so that none can be forgotten.
+//! The bytes are little-endian numbers in that order, between a header and a check sum.
 
 use core::fmt;
 
@@ -92,7 +92,7 @@ impl<'a> Archive<'a> {
         }
     }
 
-    /// How many bytes it took.
+    /// Returns the number of bytes read or written, or the first refusal.
     pub fn finish(self) -> Result<usize, SnapshotError> {
         match (self.fault, self.bytes) {
             (Some(SnapshotError::Room(_)), _) => Err(SnapshotError::Room(self.at)),
@@ -102,7 +102,7 @@ impl<'a> Archive<'a> {
         }
     }
 
-    /// Refuses what is read or written; the first refusal is the one that is told.
+    /// Refuses what is read or written; only the first refusal is kept.
     pub fn refuse(&mut self, fault: SnapshotError) {
         self.fault.get_or_insert(fault);
     }
@@ -133,7 +133,7 @@ impl<'a> Archive<'a> {
     }
 }
 
-/// What changes from step to step.
+/// State that changes from step to step.
 pub trait State {
     /// Hands each number to `archive`, which writes it or replaces it.
     fn visit(&mut self, archive: &mut Archive);
@@ -270,8 +270,8 @@ pub fn visit_built<T: State>(part: &mut Option<T>, archive: &mut Archive) {
     }
 }
 
-/// `state!(Type { what it remembers; what it was built with })`, all fields of it. With `where |this| condition` the
-/// state must meet the condition.
+/// `state!(Type { fields of the state; fields it was built with })`, all fields of it. With `where |this| condition`
+/// the state must meet the condition.
 macro_rules! state {
     ($(@[$($generics:tt)*])? $type:ty { $($state:ident),*; $($built:ident),* } $(where |$this:ident| $good:expr)?) => {
         impl$(<$($generics)*>)? $crate::api::snapshot::State for $type {
@@ -285,13 +285,13 @@ macro_rules! state {
 }
 pub(crate) use state;
 
-/// What a snapshot belongs to, as fingerprints: the estimator, and vehicle and parameters it was built with.
+/// Origin of a snapshot, as fingerprints: the estimator, and the vehicle and parameters it was built with.
 pub(crate) struct Origin {
     pub estimator: u64,
     pub settings: u64,
 }
 
-/// Writes a snapshot: format, origin, state, check sum. Tells how many bytes it took.
+/// Writes a snapshot: format, origin, state, check sum. Returns the number of bytes it took.
 pub(crate) fn write(
     bytes: &mut [u8],
     origin: &Origin,

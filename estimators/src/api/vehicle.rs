@@ -1,4 +1,4 @@
-//! What an estimator is told about the vehicle, checked once where it is made.
+//! Data of the vehicle that an estimator is built with, checked once where they are made.
 
 use core::ops::Deref;
 
@@ -12,7 +12,7 @@ use crate::api::signals::MAX_DRIVES;
 const MAX_LENGTH_M: Real = 1e3;
 
 /// Speed, m/s, below which a vehicle counts as standing, on a rail and on a road: friction there is not the running
-/// resistance, and a road vehicle's wheel speed tells less.
+/// resistance, and a road vehicle's wheel speed is less exact.
 const STANDSTILL_MPS: [Real; 2] = [0.05, 0.3];
 
 /// A vehicle's nominal values, not yet checked. Fields may be added: end a literal with `..VehicleData::default()`.
@@ -42,7 +42,7 @@ pub struct VehicleData {
     pub tare_span_m: [Real; 2],
     /// The same for where the load's weight comes onto the rail, m.
     pub load_span_m: [Real; 2],
-    /// How far ahead of that middle the IMU sits, m. It pitches with its unit, so it reads the grade under the middle.
+    /// Distance of the IMU ahead of that middle, m. It pitches with its unit, so it reads the grade under the middle.
     pub imu_arm_m: Real,
     /// Where the masses sit by the drawings, for estimators that use more than the spans; `None` if only those are
     /// known.
@@ -54,7 +54,7 @@ pub struct VehicleData {
     /// Standard deviation of the gyro's biases at switch-on, rad/s: 0.01 to 0.07 of an uncalibrated MEMS. `None`: not
     /// known.
     pub gyro_bias_sd_radps: Option<Real>,
-    /// What only a road vehicle has; `None` for a train.
+    /// Data that only a road vehicle has; `None` for a train.
     pub road: Option<RoadVehicle>,
 }
 
@@ -80,7 +80,7 @@ impl Default for VehicleData {
     }
 }
 
-/// What a road vehicle has beyond what a train has: drag, and a single-track model for bends.
+/// Data that a road vehicle has beyond those of a train: drag, and a single-track model for bends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoadVehicle {
     /// Drag coefficient times frontal area, m².
@@ -97,8 +97,7 @@ pub struct RoadVehicle {
     pub rear_cornering_npr: Real,
 }
 
-/// What an estimator is told about the vehicle when it is built: nominal values that can be, checked. The truth may
-/// differ.
+/// Data of the vehicle that an estimator is built with: nominal values, checked to be possible. The truth may differ.
 ///
 /// ```
 /// use monorig_estimators::{Vehicle, VehicleData, ParamError};
@@ -211,7 +210,7 @@ impl Vehicle {
         given_mps.unwrap_or(if self.road.is_some() { road } else { rail })
     }
 
-    /// Whether its masses are at one place, so that its effective grade is that under it.
+    /// Returns true if its masses are at one place, so that its effective grade is the grade under that place.
     pub fn is_point(&self) -> bool {
         self.tare_span_m == [0.0; 2] && self.load_span_m == [0.0; 2]
     }

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Error of the grade, deg, after a minute of a steady turn up a grade, with the mass told and held.
+/// Error of the grade, deg, after a minute of a steady turn up a grade, with the mass given and held.
 fn error(name: &str, turn: &Turn) -> Real {
     let hold = [("mass0_kg", 2_170.0.into()), ("mass_sd", 0.01.into())];
     let mut estimator = build(name, &car(), hold).unwrap();

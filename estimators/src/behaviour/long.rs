@@ -1,4 +1,4 @@
-//! A train of 18 m on ramps: what it is worth to know that it is long.
+//! A train of 18 m on ramps: the gain from a model of its length.
 
 use super::*;
 use crate::api::signals::VehicleData;
@@ -27,7 +27,7 @@ struct Errors {
     ahead: Real,
 }
 
-/// Mean over seeds, for an estimator that knows the spans or takes a point.
+/// Mean over seeds, for an estimator built with the spans or with a point.
 fn errors(name: &str, settings: &[(&str, Setting)], told: bool) -> Errors {
     let vehicle = if told {
         Vehicle::new(VehicleData {

@@ -65,7 +65,7 @@ fn a_torque_gain_error_is_a_mass_error_and_hardly_a_slope_error() {
 
 #[test]
 fn without_excitation_the_mass_stays_near_its_prior_and_says_so() {
-    // Rolling at constant speed on the level: the force tells M only as well as the running resistance is known.
+    // Rolling at constant speed on the level: the force measures M only as well as the running resistance is known.
     let (_, rms, normalised) = mass_statistics("dffrls_aekf_robust", |seed| {
         let mut random = Random::new(700 + seed);
         World {

@@ -1,5 +1,5 @@
-//! What the named estimators can and cannot do, on a simulated crane of one degree of freedom. Here: what these tests
-//! share.
+//! Tests of the abilities and limits of the named estimators, on a simulated crane of one degree of freedom. This file
+//! holds the common parts of the tests.
 
 mod bend;
 mod faults;

@@ -31,8 +31,8 @@ fn plain_least_squares_is_as_good_while_the_load_stays_and_the_coupled_baselines
     let (coupled, joint) = (rms("ffrls", &[], &world), rms("joint_ekf", &[], &world));
     assert!(plain.0 < 0.01 && plain.1 < 0.3);
     assert!(plain.0 < 1.2 * dynamic.0);
-    // What the structure forbids: a slope that changes at steady speed ruins the coupled regression, and speed alone
-    // cannot tell mass from slope.
+    // A limit of the structure: a slope that changes at steady speed ruins the coupled regression, and speed alone
+    // cannot separate mass and slope.
     assert!(coupled.0 > 10.0 * dynamic.0, "{coupled:?}");
     assert!(joint.0 > 10.0 * dynamic.0, "{joint:?}");
     assert!(joint.1 > plain.1);
@@ -48,7 +48,7 @@ fn the_inertial_slope_needs_no_mass_and_gains_by_gyro_and_by_adaptation_when_mis
         world,
     );
     assert!(2.0 * gyro < right, "{gyro} {right}");
-    // Noise told ten times too large: adaptation takes most of the loss back.
+    // Noise set ten times too large: adaptation takes most of the loss back.
     let wrong = [("wheel_speed_sd_mps", 0.05.into())];
     let fixed = [
         wrong[0],
@@ -87,7 +87,7 @@ fn the_inertial_slope_needs_no_mass_and_gains_by_gyro_and_by_adaptation_when_mis
 fn interacting_models_survive_a_wrong_mass_and_differences_teach_the_mass_when_driven_jerkily() {
     let slope = grade_rms("imm_stf_robust", &[("mass0_kg", 15_000.0.into())], world);
     assert!(slope < 0.25, "{slope}");
-    // A mass told wrongly misleads the dynamic model; the kinematic one keeps the slope.
+    // A wrong mass misleads the dynamic model; the kinematic one keeps the slope.
     let misled = grade_rms(
         "imm_stf_robust",
         &[
@@ -134,7 +134,7 @@ fn a_slope_that_jumps_calls_strong_tracking_and_a_noisy_tachometer_calls_sage_hu
         let rows = world.run(&mut watched);
         (watched.values, rows)
     };
-    // A step of the slope, for a filter told that it hardly moves.
+    // A step of the slope, for a filter whose process noise allows hardly any change.
     let step = |s: Real| if s < 20.0 { 0.0 } else { 5f64.to_radians() };
     let (fading, rows) = watch(
         World {
@@ -162,7 +162,7 @@ fn a_slope_that_jumps_calls_strong_tracking_and_a_noisy_tachometer_calls_sage_hu
     );
     assert!(active > 0 && active < fading.len() / 10, "{active}");
     assert!(2 * late(&rows) < late(&plain_rows));
-    // A tachometer four times as noisy as told, on the level: the noise is learnt and the slope does not fade.
+    // A tachometer four times as noisy as the parameter, on the level: the noise is learnt and the slope does not fade.
     let noisy = World {
         grade: |_| 0.0,
         speed_sd: 0.04,

@@ -1,10 +1,9 @@
 //! Standard deviation of the grade: consistent in both directions.
 //!
-//! Each case draws worlds that are the estimator's own model, with the noises, biases and errors of parameters that it
-//! is told, and asks for the normalised estimation error squared (NEES) of the published grade to be χ² distributed: a
-//! standard deviation of 0, or one that is too small by the cosine of the grade, is above the band, one that is too
-//! large is below. In each case another term of the variance is the large one. The grades are steep (25 to 30°), where
-//! a cosine counts.
+//! Each case draws worlds that are the estimator's own model, with the noises, biases and errors of its parameters. The
+//! normalised estimation error squared (NEES) of the published grade must be χ² distributed: a standard deviation of 0,
+//! or one that is too small by the cosine of the grade, is above the band, one that is too large is below. In each case
+//! another term of the variance is the large one. The grades are steep (25 to 30°), where a cosine counts.
 
 use super::*;
 use crate::Time;
@@ -25,7 +24,7 @@ fn single() -> Vehicle {
     .unwrap()
 }
 
-/// What the instruments read in one step.
+/// Readings of the instruments in one step.
 struct Instruments {
     torque_nm: Real,
     speed_mps: Real,
@@ -60,7 +59,7 @@ fn assert_consistent(case: &str, run: impl Fn(u64) -> (Value, Real)) {
 }
 
 /// (M + J) v̇ = F − M g (sin θ + μ cos θ) plus white noise, θ a random walk. F keeps the speed and goes by measured
-/// speed alone: a force that knew the grade would tell the filter what it does not expect to be told.
+/// speed alone: a force computed from the true grade would carry information that the filter's model does not have.
 struct Traction {
     mass_kg: Real,
     mu: Real,
@@ -139,7 +138,7 @@ fn two_stage(
 
 #[test]
 fn grade_of_the_force_balance_by_noise_by_mass_and_by_resistance() {
-    // Mass and resistance stay as they were told: no sample counts.
+    // Mass and resistance stay at their parameters: no sample counts.
     let regression = [
         ("excitation_mps2", Setting::Number(10.0)),
         ("unexcited_weight", 0.0.into()),
@@ -174,7 +173,7 @@ fn inertial(name: &str, accel_bias_sd: Real, seed: u64) -> (Value, Real) {
         ("wheel_speed_sd_mps", wheel_speed_sd.into()),
         ("accel_bias_sd_mps2", accel_bias_sd.into()),
         ("grade0_deg", grade0_deg.into()),
-        // The rail is straight in the mean, and told to be.
+        // The rail is straight in the mean, and the parameter is set so.
         ("curvature_sd_per_m", 1e-4.into()),
         ("jerk_sd_mps3", 100.0.into()),
     ];

@@ -271,7 +271,7 @@ fn every_supervised_estimator_has_a_status_of_its_wheel_speed() {
     }
 }
 
-/// A sample taken without excitation has less weight, and the status says so.
+/// A sample taken without excitation has less weight, and the status shows it.
 #[test]
 fn the_mass_regression_says_when_it_gives_a_sample_less_weight() {
     let count = |speed: fn(Real) -> Real, outcome: AidOutcome| {

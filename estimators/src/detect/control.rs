@@ -6,7 +6,7 @@ use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::filters::rls::Outcome;
 use crate::preprocess::front_end::Reading;
 
-/// What a step brings of a measurement source.
+/// Measurement of a source in one step, if there is one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Control<T> {
     /// A new measurement, for gate and fusion.

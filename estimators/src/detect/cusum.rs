@@ -34,7 +34,7 @@ impl Cusum {
         alarm
     }
 
-    /// Whether both sums are 0: the signal keeps to no side.
+    /// Returns true if both sums are 0: the signal keeps to no side.
     pub fn at_rest(&self) -> bool {
         self.up == 0.0 && self.down == 0.0
     }

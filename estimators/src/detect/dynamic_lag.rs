@@ -14,7 +14,7 @@ const MEMORY: Real = 2.0;
 
 /// Dynamic lag of one estimate.
 ///
-/// The covariance of a filter whose state is a random walk knows nothing of how fast the state moves now: on a ramp the
+/// The covariance of a filter whose state is a random walk does not depend on the rate of the state now: on a ramp the
 /// estimate trails by its rate times the settling time, and after a step (a jerk, a start, an instrument that is back)
 /// it is on its way from somewhere else (the dynamic lag, or bias, of a manoeuvring target: Bar-Shalom, Li &
 /// Kirubarajan 2001, section 11.2). With d the estimate less its low-pass of the settling time, of which the largest is
@@ -33,7 +33,8 @@ pub struct DynamicLag {
 }
 
 impl DynamicLag {
-    /// With the settling time of the filter, s, and the share c of what it has moved by that is uncertain; 0: none.
+    /// Builds the dynamic lag from the settling time of the filter, s, and the share c of what it has moved by that is
+    /// uncertain; 0: none.
     pub fn new(settling_s: Real, share: Real) -> Self {
         Self {
             settling_s,

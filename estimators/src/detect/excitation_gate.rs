@@ -46,7 +46,7 @@ impl ExcitationGate {
         self.excited = false;
     }
 
-    /// Whether it is open.
+    /// Returns true if the gate is open.
     pub fn excited(&self) -> bool {
         self.excited
     }

@@ -1,5 +1,5 @@
-//! Gate, the second layer of a measurement source: whether a measurement enters, what its consistency test gets, what
-//! its status says.
+//! Gate, the second layer of a measurement source: it decides whether a measurement enters, and prepares its
+//! consistency test and its status.
 
 use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
@@ -14,10 +14,10 @@ pub struct Gate {
     since_s: Real,
 }
 
-/// What the gate says of a measurement.
+/// Decision of the gate on a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judgement {
-    /// Whether it enters.
+    /// Passage of the measurement: fused, rejected, or fused after the gate has reopened.
     pub passage: Passage,
     /// Innovation, in the unit of the source, and its variance on the un-adapted noise.
     pub innovation: (Real, Real),
@@ -30,7 +30,7 @@ pub struct Judgement {
 }
 
 impl Gate {
-    /// With the parameters of the innovation gates.
+    /// Builds the gate with the parameters of the innovation gates.
     pub fn new(integrity: &Integrity) -> Self {
         Self {
             gate: integrity.gate(),

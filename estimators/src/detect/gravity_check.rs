@@ -47,7 +47,7 @@ impl GravityCheck {
         self.plausible = (least..=most).contains(&size) && z > MIN_UPRIGHT * GRAVITY;
     }
 
-    /// Whether the accelerometer may be one in m/s², upright; so too in the first second.
+    /// Returns true if the accelerometer may be one in m/s², upright; also in the first second.
     pub fn plausible(&self) -> bool {
         self.plausible || self.seen_s < WINDOW_S
     }

@@ -1,4 +1,4 @@
-//! Gyro range check: whether a vehicle on wheels can turn as fast as its gyro says.
+//! Gyro range check: compares the gyro's rates with the fastest turn of a vehicle on wheels.
 
 use crate::Real;
 use crate::api::snapshot::state;
@@ -11,7 +11,7 @@ const WINDOW_S: Real = 0.5;
 const MAX_CURVATURE_PER_M: Real = 0.5;
 const MAX_ACCELERATION_MPS2: Real = 10.0;
 
-/// What an uncalibrated gyro may be off by, rad/s: 9 °/s.
+/// Largest bias of an uncalibrated gyro, rad/s: 9 °/s.
 const MAX_BIAS_RADPS: Real = 0.15;
 
 /// Gyro range check: the mean rate of pitch and yaw is at most that of the tightest curve at the speed, min(v ρ, a/v),
@@ -41,7 +41,7 @@ impl GyroRange {
         self.implausible = self.mean.iter().any(|rate| rate.abs() > most);
     }
 
-    /// Whether the gyro may be one in rad/s.
+    /// Returns true if the gyro may be one in rad/s.
     pub fn plausible(&self) -> bool {
         !self.implausible
     }

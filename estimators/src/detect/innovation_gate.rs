@@ -8,7 +8,7 @@ use crate::api::snapshot::state;
 const SCALE_MEMORY: Real = 100.0;
 const SCALE_CLIP: Real = 4.0;
 
-/// What becomes of a measurement.
+/// Passage of a measurement through the gate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passage {
     /// It enters.
@@ -25,9 +25,9 @@ pub enum Passage {
 ///
 /// The test ratio is y²/(k² s² S), S the innovation variance on the un-adapted noise, k the threshold, s² ≥ 1 a running
 /// scale: the mean of y²/S, each term clipped at four times the mean. So a gate does not starve a filter whose noise
-/// was told too small (that is for the
-/// [`NisMonitor`](crate::detect::nis_monitor::NisMonitor) to find), and single outliers do not open it. The timeout is that of the
-/// EKF2 estimator of PX4: a filter that rejects a source for longer is reset to it.
+/// was set too small (that is for the [`NisMonitor`](crate::detect::nis_monitor::NisMonitor) to find), and single
+/// outliers do not open it. The timeout is that of the EKF2 estimator of PX4: a filter that rejects a source for longer
+/// is reset to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InnovationGate {
     on: bool,
@@ -115,7 +115,7 @@ mod tests {
             let count = Real::from(count.unwrap());
             assert!(count >= least && count <= least + 2.0, "{count}");
         }
-        // Noise told ten times too small: few are rejected once the scale is known.
+        // Noise set ten times too small: few are rejected once the scale is known.
         let mut gate = InnovationGate::new(true, 5.0, 0.5);
         let mut random = Random::new(92);
         let mut passes = |count: usize| {

@@ -18,8 +18,8 @@
 //! | gyro in °/s | 1 | 0.017 |
 //! | gyro of the wrong sign, or pitch taken from another axis | 1 | −1, undefined |
 //!
-//! A gain b of 0 is a forward axis that is another one, or a gyro that is. The left axis tells: what it reads beside
-//! the centripetal acceleration is regressed on v̇ + g Θ, and must have nothing of it.
+//! A gain b of 0 means that the forward axis, or the gyro's axis, is a wrong one. The left axis decides: its reading
+//! less the centripetal acceleration is regressed on v̇ + g Θ, and the gain must be 0.
 //!
 //! Beside it a step of the wheel speed is compared with the specific force over the same 0.6 s: at steady speed the
 //! unit of the wheels shows in nothing else. What is beyond 0.8 m/s and half the speed before is no scale error; the
@@ -59,7 +59,7 @@ const GAIN_SD: Real = 0.5;
 const TOLERANCE: Real = 0.4;
 /// Standard deviations of a gain that an error must exceed beyond that.
 const SIGNIFICANT: Real = 3.0;
-/// Forgetting, per sample, of the gain that the sample tells about.
+/// Forgetting, per sample, of the gain that the sample informs.
 const FORGETTING: Real = 0.97;
 /// The same of the gain of the left axis.
 const CROSS_FORGETTING: Real = 0.93;
@@ -75,7 +75,7 @@ const CROSS_SIGNIFICANT: Real = 2.0;
 /// s; and the smallest step that is wrong: in m/s, and as a share of the speed before.
 const STEP_MEMORY_S: Real = 0.6;
 const BEFORE_S: Real = 2.0;
-/// Pitch rate that no track asks for, rad/s: a gyro that reads more speaks against itself and not against the wheels.
+/// Largest pitch rate of any track, rad/s: a gyro that reads more is itself in doubt, and the wheels are not.
 const MAX_PITCH_RADPS: Real = 0.3;
 const STEP_MPS: Real = 0.4;
 const STEP_SHARE: Real = 0.25;
@@ -135,7 +135,7 @@ pub struct KinematicConsistency {
     force: HighPass,
     acceleration: HighPass,
     across: HighPass,
-    /// What is slow of the left axis, and of the acceleration forward, behind all that.
+    /// Slow parts of the left axis, and of the acceleration forward, behind the filters above.
     cross_slow: [Real; 2],
     /// Pitch rate behind the low-pass, rad/s, and its integral, which leaks like the first high-pass: the same as the
     /// integral behind it.
@@ -143,7 +143,7 @@ pub struct KinematicConsistency {
     pitch: Real,
     pitch_leaked: Real,
     gains: Gaussian<2>,
-    /// Whether each gain has been found wrong, and not right since.
+    /// True for each gain that has been found wrong, and not right since.
     wrong: [bool; 2],
     /// Gain of the left axis on the acceleration forward, its variance, and whether it has been found to be there.
     cross: [Real; 2],
@@ -305,19 +305,19 @@ impl KinematicConsistency {
         }
     }
 
-    /// Whether wheels and accelerometer agree on accelerations: the gain has not been found wrong, or has been found
-    /// right since.
+    /// Returns true if wheels and accelerometer agree on accelerations: the gain has not been found wrong, or has been
+    /// found right since.
     pub fn acceleration_consistent(&self) -> bool {
         let [wrong, _] = self.wrong;
         !wrong
     }
 
-    /// Whether what the train does along the rail shows on the left axis.
+    /// Returns true if the acceleration along the rail appears on the left axis.
     pub fn axes_swapped(&self) -> bool {
         self.swapped
     }
 
-    /// Whether gyro and accelerometer agree on changes of slope.
+    /// Returns true if gyro and accelerometer agree on changes of slope.
     pub fn slope_consistent(&self) -> bool {
         let [_, wrong] = self.wrong;
         !wrong
@@ -369,7 +369,7 @@ mod tests {
         assert_eq!(drive(|_| (), false), (true, true));
     }
 
-    /// The wheels are not heard while the vehicle gathers speed: the step across the gap is no acceleration that the
+    /// Wheel speeds are missing while the vehicle gathers speed: the step across the gap is no acceleration that the
     /// accelerometer lacks.
     #[test]
     fn a_gap_in_the_wheel_speed_is_no_acceleration() {

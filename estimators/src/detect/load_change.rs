@@ -33,12 +33,12 @@ impl LoadChangeDetector {
         changed
     }
 
-    /// Whether residuals keep to no side: nothing has hinted at another load since the last such time.
+    /// Returns true if residuals keep to no side: nothing has hinted at another load since the last such time.
     pub fn at_rest(&self) -> bool {
         self.sum.at_rest()
     }
 
-    /// How often the load was another one.
+    /// Number of load changes found.
     pub fn changes(&self) -> u32 {
         self.changes
     }

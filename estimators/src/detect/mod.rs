@@ -8,11 +8,11 @@
 //! | rail memory ([`DistributedTrain`](crate::rail::distributed_train::DistributedTrain)) | `grade_map` | means of the grade over where a long train rests | the train is a point |
 //! | [`GradeObservability`](observability::GradeObservability) | – | a grade carried on by dead reckoning is not valid | – |
 //! | [`InnovationGate`](crate::detect::innovation_gate::InnovationGate) | `innovation_gate` | keeps outliers out of the filters, and reopens | all measurements enter |
-//! | [`NisMonitor`](nis_monitor::NisMonitor) | `nis_monitor` | nothing is valid while innovations are larger than the noise told | validity does not ask |
-//! | [`Plausibility`](plausibility::Plausibility) | `plausibility` | nothing is valid while instruments contradict gravity, geometry or each other | validity does not ask |
+//! | [`NisMonitor`](nis_monitor::NisMonitor) | `nis_monitor` | nothing is valid while innovations are larger than the noise allows | no part of validity |
+//! | [`Plausibility`](plausibility::Plausibility) | `plausibility` | nothing is valid while instruments contradict gravity, geometry or each other | no part of validity |
 //! | [`DynamicLag`](dynamic_lag::DynamicLag) | `lag_share` | adds to the standard deviation of a grade what it moves by while its filter settles | it does not |
 //! | [`Validity`](validity::Validity) | `validity_gate` | marks only values that meet the validity rule as valid | all estimated values are |
-//! | [`Conditioning`](crate::preprocess::conditioning::Conditioning) | `outlier_hold`, `gyro_calibration`, `noise` | holds out jumps, learns gyro biases and noise | samples as they come, noise as told |
+//! | [`Conditioning`](crate::preprocess::conditioning::Conditioning) | `outlier_hold`, `gyro_calibration`, `noise` | holds out jumps, learns gyro biases and noise | samples as they come, noise of the parameters |
 //!
 //! Measurements pass three layers: [`control`] (new, held, or out of use), gate (whether and with what weight it
 //! enters), and fuse (the filter's update). What became of the last one is published for each source as

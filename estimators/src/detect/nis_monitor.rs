@@ -6,7 +6,7 @@ use crate::api::real::sqrt;
 use crate::api::snapshot::state;
 use crate::filters::lag_share::LagShare;
 
-/// What one innovation counts for at most: a bump of one or two samples is for the gate and does not end validity.
+/// Limit of the NIS of one innovation: a bump of one or two samples is for the gate and does not end validity.
 const MAX_NIS: Real = 25.0;
 
 /// NIS monitor: exponentially windowed mean of the NIS of one source, against the limit that the mean of a consistent
@@ -17,7 +17,7 @@ const MAX_NIS: Real = 25.0;
 /// degrees of freedom. The limit is the quantile of that over n, by Wilson & Hilferty (1931): (1 − 2/(9 n) + z √(2/(9
 /// n)))³.
 ///
-/// The noise must be that told or learnt at the start, not that adapted to the innovations, or the test tests nothing.
+/// The noise must be that given or learnt at the start, not that adapted to the innovations, or the test tests nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NisMonitor {
     on: bool,
@@ -61,7 +61,7 @@ impl NisMonitor {
         self.limit
     }
 
-    /// Whether the mean is within its limit.
+    /// Returns true if the mean is within its limit.
     pub fn consistent(&self) -> bool {
         !self.on || self.mean <= self.limit
     }

@@ -24,7 +24,7 @@ impl GradeObservability {
         self.dead_reckoning &= grade_variance > OBSERVABLE_SD_RAD * OBSERVABLE_SD_RAD;
     }
 
-    /// Whether the grade has been found since the train last moved by dead reckoning.
+    /// Returns true if the grade has been found since the train last moved by dead reckoning.
     pub fn grade_observable(&self) -> bool {
         !self.dead_reckoning
     }

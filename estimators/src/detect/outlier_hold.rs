@@ -14,7 +14,7 @@ const MEMORY: Real = 64.0;
 pub struct HoldLimits {
     /// Steps up to this are never outliers.
     pub floor: Real,
-    /// What the channel can move in a second.
+    /// Largest change of the channel in a second.
     pub rate: Real,
     /// Time that samples may be held out for, s; what has stayed for longer is real.
     pub longest_s: Real,
@@ -37,7 +37,7 @@ pub struct OutlierHold {
 }
 
 impl OutlierHold {
-    /// With its limits.
+    /// Builds the outlier hold with its limits.
     pub fn new(limits: HoldLimits) -> Self {
         Self {
             limits,

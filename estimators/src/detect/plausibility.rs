@@ -8,7 +8,7 @@ use crate::detect::gyro_range::GyroRange;
 use crate::detect::kinematic_consistency::KinematicConsistency;
 use crate::preprocess::front_end::Reading;
 
-/// What an estimate rests on.
+/// Instruments that an estimate uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Instruments {
     /// Accelerometer.
@@ -63,8 +63,8 @@ impl Plausibility {
         }
     }
 
-    /// Whether the wheels, and the instruments used beside them, can be what they are taken for. Wheels and
-    /// accelerometer are found against each other: which of the two is wrong is not asked, and an estimate without the
+    /// Returns true if the wheels, and the instruments used beside them, are plausible. Wheels and accelerometer are
+    /// compared with each other. The comparison does not show which of the two is wrong, so an estimate without the
     /// accelerometer is marked too.
     pub fn plausible(&self) -> bool {
         if !self.on {

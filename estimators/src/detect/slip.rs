@@ -21,8 +21,8 @@ impl SlipDetector {
         Self { on }
     }
 
-    /// Whether wheel speed, of an adapted over un-adapted standard deviation, follows the force balance about as
-    /// closely as its noise says.
+    /// Returns true if wheel speed follows the force balance about as closely as its noise allows, by the ratio of
+    /// adapted to un-adapted standard deviation.
     pub fn wheel_speed_consistent(&self, adapted_ratio: Real) -> bool {
         !self.on || adapted_ratio < MAX_SD_RATIO
     }

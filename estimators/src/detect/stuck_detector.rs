@@ -46,13 +46,13 @@ impl StuckDetector {
         self.changed = now;
     }
 
-    /// Whether the last sample was a repetition.
+    /// Returns true if the last sample was a repetition.
     #[inline]
     pub fn repeats(&self) -> bool {
         self.run > 0
     }
 
-    /// Whether the channel is stuck.
+    /// Returns true if the channel is stuck.
     #[inline]
     pub fn is_stuck(&self, now: Time) -> bool {
         if self.run < MAX_REPEATS {
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
     use crate::testing::Random;
 
-    /// Whether it is found stuck after `count` samples at 100 Hz, then `held` more of the last value.
+    /// Returns true if it is found stuck after `count` samples at 100 Hz, then `held` more of the last value.
     fn stuck(mut signal: impl FnMut(u32) -> Real, count: u32, held: u32) -> bool {
         let at = |k: u32| Time::from_ns(10_000_000 * i64::from(k));
         let (mut repeats, mut last) = (StuckDetector::default(), signal(0));

@@ -2,15 +2,13 @@
 //!
 //! A value is valid while
 //!
-//! 1. it is initialised: its filter has had a measurement, and what it rests on (a mass, an observable grade, wheels
-//!   that do not slip) is
-//!    there
+//! 1. it is initialised: its filter has had a measurement, and its foundations are there (a mass, an observable grade,
+//!    wheels that do not slip)
 //! 2. its inputs are fresh ([`SampleHold`](crate::preprocess::sample_hold::SampleHold))
 //! 3. its standard deviation is below the limit of its quantity (`mass_sd_max`, `grade_sd_max_deg`, `speed_sd_max_mps`)
 //! 4. no clamp acts on it: range of the mass, steepest grade
-//! 5. the windowed NIS of each of its sources, on the noise told or learnt and not on the noise adapted, is within its
-//!   χ² limit
-//!    ([`NisMonitor`])
+//! 5. the windowed NIS of each of its sources, on the noise given or learnt and not on the noise adapted, is within its
+//!    χ² limit ([`NisMonitor`])
 //! 6. its instruments are plausible ([`Plausibility`])
 //!
 //! The standard deviation that is published and compared is that of the filter times the root of its windowed NIS where
@@ -92,7 +90,7 @@ pub struct Validity {
 }
 
 impl Validity {
-    /// For an estimate that uses these instruments beside the wheels.
+    /// Builds the rule for an estimate that uses these instruments beside the wheels.
     pub fn new(vehicle: &Vehicle, params: Integrity, uses: Instruments) -> Self {
         let [state_hz, regression_hz] = INDEPENDENT_HZ;
         let monitor = |window_s: Real, hz: Real| {
@@ -140,7 +138,7 @@ impl Validity {
             .unwrap_or(1.0)
     }
 
-    /// Whether all sources are consistent and all instruments plausible.
+    /// Returns true if all sources are consistent and all instruments plausible.
     pub fn consistent(&self) -> bool {
         self.consistent_in(&[
             Source::WheelSpeed,
@@ -154,7 +152,7 @@ impl Validity {
         self.plausibility.plausible() && sources.iter().filter_map(of).all(NisMonitor::consistent)
     }
 
-    /// The mass with its mark by the rule; `valid` says so far whether it is initialised, fresh and not clamped.
+    /// Marks the mass by the rule; `valid` is true on entry if the mass is initialised, fresh and not clamped.
     pub fn mass(&self, mass_kg: Value) -> Value {
         let most = self.params.mass_sd_max * mass_kg.value;
         let consistent = self.consistent_in(&[Source::ForceBalance]);

@@ -17,7 +17,7 @@ use crate::filters::model::{Filter, Model};
 pub struct Ekf<T, const N: usize> {
     /// The model.
     pub model: T,
-    /// What is known of its state.
+    /// State and covariance.
     pub belief: Gaussian<N>,
 }
 
@@ -55,7 +55,7 @@ impl<T, const N: usize> Ekf<T, N> {
     }
 }
 
-/// What the next measurement would show, before the step to it: for strong tracking.
+/// Expected innovation of the next measurement, before the step to it: for strong tracking.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Preview<const M: usize> {
     /// Innovation z − h(f(x)).
@@ -67,7 +67,7 @@ pub struct Preview<const M: usize> {
 }
 
 impl<T, const N: usize> Ekf<T, N> {
-    /// What the measurement `z` would show after a step of `dt` seconds. Nothing is changed.
+    /// Returns the innovation that the measurement `z` would have after a step of `dt` seconds. Nothing is changed.
     #[inline]
     pub fn preview<const M: usize>(&self, z: SVector<Real, M>, u: &T::Input, dt: Real) -> Preview<M>
     where

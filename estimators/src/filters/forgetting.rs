@@ -1,4 +1,4 @@
-//! How recursive least squares forgets.
+//! Forgetting of recursive least squares.
 //!
 //! | policy | forgetting | source |
 //! |---|---|---|
@@ -15,7 +15,7 @@ use crate::api::real::{exp, pow};
 /// Updates after which running statistics of the residual are trusted.
 pub const SPREAD_KNOWN: u32 = 10;
 
-/// How old samples lose weight.
+/// Rule by which old samples lose weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Forgetting<const N: usize> {
     /// All samples weigh the same.
@@ -27,7 +27,7 @@ pub enum Forgetting<const N: usize> {
     Dynamic {
         /// Smallest λ (the paper's δ).
         floor: Real,
-        /// How fast λ falls with the residual (the paper's σ).
+        /// Rate at which λ falls with the residual (the paper's σ).
         sharpness: Real,
         /// λ while the running deviation of the residual is not yet known.
         first: Real,
@@ -37,7 +37,7 @@ pub enum Forgetting<const N: usize> {
     ByResidual {
         /// Smallest λ (the paper's δ).
         floor: Real,
-        /// How fast λ falls with the residual (the paper's σ).
+        /// Rate at which λ falls with the residual (the paper's σ).
         sharpness: Real,
         /// λ of the first sample.
         first: Real,

@@ -16,7 +16,7 @@ pub struct Gaussian<const N: usize> {
     pub P: SMatrix<Real, N, N>,
 }
 
-/// What a measurement of `M` numbers did to a belief about `N`.
+/// Correction of a belief about `N` numbers by a measurement of `M`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correction<const M: usize, const N: usize> {
     /// Innovation: measured minus predicted.
@@ -148,7 +148,7 @@ fn times_sparse<const N: usize>(A: &SMatrix<Real, N, N>, h: &SVector<Real, N>) -
     SVector::from(product)
 }
 
-/// Whether every number is finite: 0 times it is then 0, and four products run side by side.
+/// Returns true if every number is finite: 0 times it is then 0, and four products run side by side.
 #[inline]
 pub(crate) fn finite<const R: usize, const C: usize>(numbers: &SMatrix<Real, R, C>) -> bool {
     let (fours, rest) = numbers.data.0.as_flattened().as_chunks::<4>();
@@ -227,8 +227,8 @@ impl<const N: usize> Gaussian<N> {
         Some(gain.correction(y, S))
     }
 
-    /// [`Gaussian::correct`] by one number, for callers that need nothing but the belief: innovation `y`, Jacobian row `h`,
-    /// noise variance `r`.
+    /// [`Gaussian::correct`] by one number, for callers that need nothing but the belief: innovation `y`, Jacobian row
+    /// `h`, noise variance `r`.
     #[inline]
     pub(crate) fn update_scalar(&mut self, y: Real, h: &SVector<Real, N>, r: Real) -> Option<()> {
         self.update_known(y, h, &self.covariance_with(h), r)
@@ -330,8 +330,8 @@ impl<const N: usize> Gaussian<N> {
         }
     }
 
-    /// [`Gaussian::correct`] for who has a factor `L` of P = L Lᵀ and knows the measurement by `G` = H L: the Joseph form is then
-    /// P⁺ = (L − K G)(L − K G)ᵀ + K R Kᵀ, and H is not needed.
+    /// [`Gaussian::correct`] from a factor `L` of P = L Lᵀ and the measurement as `G` = H L: by the Joseph form, P⁺ =
+    /// (L − K G)(L − K G)ᵀ + K R Kᵀ, and H is not needed.
     #[inline(always)]
     pub(crate) fn correct_factored<const M: usize>(
         &mut self,
@@ -368,7 +368,7 @@ impl<const N: usize> Gaussian<N> {
     }
 
     /// Limits each variance to `most`, keeping every correlation (P ← D P D with a diagonal D ≤ 1).
-    /// Tells whether a limit acted.
+    /// Returns true if a limit acted.
     #[inline]
     pub fn limit_variance(&mut self, most: &SVector<Real, N>) -> bool {
         let variance = self.P.diagonal();
@@ -389,7 +389,7 @@ impl<const N: usize> Gaussian<N> {
         true
     }
 
-    /// Whether every number of it is finite.
+    /// Returns true if every number of it is finite.
     #[inline]
     pub fn is_finite(&self) -> bool {
         finite(&self.x) && finite(&self.P)
@@ -420,7 +420,7 @@ impl<const M: usize, const N: usize> Blank for Correction<M, N> {
 
 state!(@[const M: usize, const N: usize] Correction<M, N> { y, S, K, nis, log_likelihood; });
 
-/// Whether `P` can be a covariance: symmetric and positive semi-definite, to rounding.
+/// Returns true if `P` can be a covariance: symmetric and positive semi-definite, to rounding.
 pub(crate) fn is_covariance<const N: usize>(P: &SMatrix<Real, N, N>) -> bool {
     let sd = P.diagonal().map(sqrt);
     let rounding = sd * sd.transpose() * sqrt(Real::EPSILON);

@@ -1,8 +1,7 @@
 //! Interacting multiple models (Blom & Bar-Shalom 1988), with fixed or time-varying transition probabilities.
 //!
 //! One cycle: [`Imm::mix`] the beliefs, predict and correct each by its own model, [`Imm::weigh`] the models by their
-//! likelihoods,
-//! [`Imm::combined`].
+//! likelihoods, [`Imm::combined`].
 //!
 //! Time-varying transitions (Guo et al. 2024, eq. 36–38): π_ij ← π_ij λ_j / Σ_l π_il λ_l with λ_j = exp(μ_j(k) −
 //! μ_j(k−1)). The product telescopes, so π_ij(k) = π_ij(0) exp(μ_j(k) − μ_j(0)) / Σ_l π_il(0) exp(μ_l(k) − μ_l(0)): no

@@ -7,7 +7,7 @@ use crate::api::real::lag;
 /// The last two results of a function, by their arguments: steps of one length, computed as differences of times,
 /// alternate between two neighbouring numbers.
 ///
-/// It holds nothing that the arguments do not tell: any two are equal, and no snapshot needs it.
+/// It holds nothing that does not follow from the arguments: any two are equal, and no snapshot needs it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LastTwo<K, V> {
     newer: (K, V),
@@ -15,7 +15,7 @@ pub struct LastTwo<K, V> {
 }
 
 impl<K: Copy + PartialEq, V: Copy> LastTwo<K, V> {
-    /// What `function` gives for `argument`, which must not be that of [`Default`].
+    /// Returns `function(argument)`, computed or held; `argument` must not be that of [`Default`].
     #[inline]
     pub fn of(&mut self, argument: K, function: impl FnOnce(K) -> V) -> V {
         for (known, value) in [&self.newer, &self.older] {

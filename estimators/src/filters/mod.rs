@@ -1,4 +1,4 @@
-//! Algorithms of estimation, one a file; none knows what a crane is.
+//! Algorithms of estimation, one a file; none depends on the vehicle.
 
 pub mod adaptive_low_pass;
 pub mod ekf;

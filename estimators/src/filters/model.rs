@@ -16,7 +16,7 @@ use crate::filters::gaussian::{Correction, Gaussian};
 ///
 /// x' = f(x, u) + w, w ~ N(0, Q)
 pub trait Process<const N: usize> {
-    /// What drives a step: forces, rates, known parameters.
+    /// Inputs of a step: forces, rates, known parameters.
     type Input;
 
     /// State after `dt` seconds.

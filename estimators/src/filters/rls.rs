@@ -13,10 +13,10 @@
 //! regressors, poor excitation, long runs, single precision. [`Rls::in_square_root_form`] chooses the other form. A
 //! regression with one parameter needs none, and neither does multiple forgetting, which keeps variances only.
 //!
-//! Beside it run two averages of the normalised residual n = e/√(r + hᵀ P h), P before forgetting, over m = min(50, k +
-//! 1) at update k = 1, 2, …: s² ← s² + (min(n², 25 s²) − s²)/m from s² = 1, the [`Rls::spread`] that makes σ of dynamic
-//! forgetting free of units; and c of n times the n before it (held within ±25 s²), of which
-//! [`Rls::correlation_factor`] tells.
+//! Beside it run two averages of the normalised residual n = e/√(r + hᵀ P h), P before forgetting, over m samples, m
+//! the lesser of 50 and k + 1, at update k = 1, 2, …. The first is s² ← s² + (min(n², 25 s²) − s²)/m from s² = 1, the
+//! [`Rls::spread`] that makes σ of dynamic forgetting free of units. The second is c, the mean of n times the n before
+//! it (held within ±25 s²), from which [`Rls::correlation_factor`] follows.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -36,7 +36,7 @@ const SPREAD_MEMORY: Real = 50.0;
 /// The same of their mean weight.
 const WEIGHT_MEMORY: Real = 1000.0;
 
-/// What an update did.
+/// Results of an update.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
     /// A-priori residual y − hᵀχ, in the unit of y.
@@ -45,7 +45,7 @@ pub struct Outcome {
     pub normalised: Real,
     /// Forgetting factor used (the smallest, where there are several).
     pub lambda: Real,
-    /// Whether a variance was cut back to its prior (wind-up limit).
+    /// True if a variance was cut back to its prior (wind-up limit).
     pub limited: bool,
 }
 
@@ -64,7 +64,7 @@ pub struct Rls<const N: usize> {
     tie: Real,
     last: Real,
     updates: u32,
-    /// Whether samples are weighed by the residuals found, and the mean weight so far.
+    /// True if samples are weighed by the residuals found. `weight` is their mean weight so far.
     by_residuals: bool,
     weight: Real,
 }
@@ -201,8 +201,8 @@ impl<const N: usize> Rls<N> {
         sqrt(self.spread.max(1e-12))
     }
 
-    /// What the variance of slowly varying parameters must be multiplied by because successive residuals are not
-    /// independent: (1 + ρ)/(1 − ρ), ρ their correlation; 1 while they are, or while too few are known.
+    /// Factor on the variance of slowly varying parameters for the dependence of successive residuals: (1 + ρ)/(1 − ρ),
+    /// ρ their correlation; 1 while they are independent, or while too few are known.
     pub fn correlation_factor(&self) -> Real {
         if self.updates < SPREAD_KNOWN {
             return 1.0;
@@ -228,8 +228,8 @@ impl<const N: usize> Rls<N> {
     }
 
     /// Keeps the numbers usable where samples make no sense: parameters, scaled so that they should be about 1, stop at
-    /// a thousand. Limits of what is plausible do not belong here but where the parameters are told: a parameter cut
-    /// back without those it hangs together with contradicts all samples before.
+    /// a thousand. Limits of what is plausible do not belong here but where the parameters are reported: a parameter
+    /// cut back without the parameters correlated with it contradicts all samples before.
     pub fn clamp_usable(&mut self) {
         self.belief.x = self
             .belief

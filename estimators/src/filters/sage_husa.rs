@@ -4,16 +4,14 @@
 //! Here the two forms that cannot:
 //!
 //! - [`SageHusa::observe_residual`], for R, from the residual *after* the update: R ← (1−d) R + d (ε εᵀ + H P⁺ Hᵀ),
-//!   since
-//!   E[ε εᵀ] = R − H P⁺ Hᵀ (Akhlaghi, Zhou & Huang 2017);
+//!   since E[ε εᵀ] = R − H P⁺ Hᵀ (Akhlaghi, Zhou & Huang 2017);
 //! - [`SageHusa::observe_correction`], for Q, from the correction made: Q ← (1−d) Q + d diag(K y yᵀ Kᵀ).
 //!
 //! d = (1 − b)/(1 − bʲ) at j = J, J + 1, …, where J = 1/(1 − b): the start counts as one memory length. (In print j =
-//! 1, 2, …:
-//! [`SageHusa::unlimited`].)
+//! 1, 2, …: [`SageHusa::unlimited`].)
 //!
-//! Adapt one of R and Q, never both: one innovation cannot tell them apart. Each variance stays within limits around
-//! its start, and at each step each off-diagonal number shrinks by a millionth: one huge residual would make R all but
+//! Adapt one of R and Q, never both: one innovation cannot separate them. Each variance stays within limits around its
+//! start, and at each step each off-diagonal number shrinks by a millionth: one huge residual would make R all but
 //! singular.
 
 use nalgebra::{SMatrix, SVector};
@@ -69,7 +67,7 @@ impl<const M: usize> SageHusa<M> {
         &self.covariance
     }
 
-    /// Whether a limit acted at the last observation.
+    /// Returns true if a limit acted at the last observation.
     pub fn limited(&self) -> bool {
         self.limited
     }
@@ -165,7 +163,7 @@ impl<const M: usize> Noise<M> {
         }
     }
 
-    /// Whether a limit acted at the last observation.
+    /// Returns true if a limit acted at the last observation.
     pub fn limited(&self) -> bool {
         matches!(self, Noise::SageHusa(noise) if noise.limited())
     }

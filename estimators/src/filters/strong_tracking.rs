@@ -5,8 +5,8 @@
 //! - λ = tr(V − H Q Hᵀ − β R) / tr(H F P Fᵀ Hᵀ), at least 1: what P must be multiplied by to explain it
 //!
 //! The traces are taken after whitening by S = H F P Fᵀ Hᵀ + H Q Hᵀ + R, so that speeds and accelerations in one
-//! measurement count alike; with one measurement that changes nothing. λ has an upper limit, and the caller says which
-//! states fade: a state known well need not pay for a jump of another (multiple fading).
+//! measurement count alike; with one measurement that changes nothing. λ has an upper limit, and the caller chooses the
+//! states that fade: a state known well need not pay for a jump of another (multiple fading).
 
 use nalgebra::{SMatrix, SVector};
 
@@ -30,7 +30,7 @@ pub struct StrongTracking<const M: usize> {
 }
 
 impl<const M: usize> StrongTracking<M> {
-    /// With memory ρ, weakening β and the largest λ.
+    /// Builds the fading of strong tracking from memory ρ, weakening β and the largest λ.
     pub fn new(memory: Real, weakening: Real, most: Real) -> Self {
         Self {
             memory,
@@ -110,7 +110,7 @@ const CALM_SAMPLES: u32 = 20;
 /// Correlation of successive innovations above which they are not noise.
 const TIED: Real = 0.5;
 
-/// Says when the state has jumped, with hysteresis: strong tracking that is always on follows noise.
+/// Detects a jump of the state, with hysteresis: strong tracking that is always on follows noise.
 ///
 /// Innovations too large for the assumed noise can mean a jump or a noisier sensor. After a jump they keep to one side;
 /// noise changes sides. So the alarm rings when yᵀ S⁻¹ y is too large *and* successive innovations are tied: the very
@@ -139,7 +139,7 @@ impl<const M: usize> Alarm<M> {
         }
     }
 
-    /// One innovation with its covariance. Tells whether the alarm rings.
+    /// Takes one innovation with its covariance. Returns true while the alarm is on.
     #[inline]
     pub fn active(&mut self, y: &SVector<Real, M>, S: &SMatrix<Real, M, M>) -> bool {
         let Some(factor) = S.cholesky() else {

@@ -78,7 +78,7 @@ impl<const N: usize> Factors<N> {
         gain / S
     }
 
-    /// Limits each variance to `most`, keeping every correlation. Tells whether a limit acted.
+    /// Limits each variance to `most`, keeping every correlation. Returns true if a limit acted.
     pub fn limit_variance(&mut self, most: &SVector<Real, N>) -> bool {
         let variance = self.U.component_mul(&self.U) * self.D;
         if variance.iter().zip(most).all(|(now, most)| now <= most) {
@@ -103,7 +103,7 @@ impl<const N: usize> Factors<N> {
         true
     }
 
-    /// Whether every number of it is finite.
+    /// Returns true if every number of it is finite.
     pub fn is_finite(&self) -> bool {
         finite(&self.U) && finite(&self.D)
     }

@@ -53,7 +53,7 @@ impl SigmaParams {
 pub struct Ukf<T, const N: usize> {
     /// The model.
     pub model: T,
-    /// What is known of its state.
+    /// State and covariance.
     pub belief: Gaussian<N>,
     /// Where the sigma points lie.
     pub spread: Spread,
@@ -94,13 +94,13 @@ impl<T, const N: usize> State for Ukf<T, N> {
     }
 }
 
-/// What a function makes of a belief: mean, and covariance in two parts.
+/// Image of a belief under a function: mean, and covariance in two parts.
 struct Image<const M: usize, const N: usize> {
     mean: SVector<Real, M>,
     /// Central differences over the sigma points, scaled so that `linear` linearᵀ is the covariance of a linear
     /// function.
     linear: SMatrix<Real, M, N>,
-    /// What bends add to it.
+    /// Covariance that the curvature of the function adds to it.
     bent: SMatrix<Real, M, M>,
 }
 

@@ -46,7 +46,7 @@ pub struct AttitudePipeline {
     acceleration_mps2: Real,
 }
 
-/// From the vehicle's nominal values and the parameters.
+/// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> AttitudePipeline {
     AttitudePipeline {
         lean: params.lean,

@@ -66,7 +66,7 @@ pub struct RailFusion {
     brake: Real,
 }
 
-/// From the vehicle's nominal values and the parameters.
+/// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
     let layout = layout(vehicle);
     let train = TrainOnRail::new(&layout, params.balance_supervision.depth);

@@ -70,7 +70,7 @@ pub struct ComplementaryFilter {
     aids: [AidStatus; 2],
 }
 
-/// From the vehicle's nominal values and the parameters.
+/// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> ComplementaryFilter {
     let own = params.own;
     let filter = MatchedFilter::new(own.cutoff_hz);
@@ -134,7 +134,7 @@ impl ComplementaryFilter {
         }
     }
 
-    /// What is left of the error at the start, as a share.
+    /// Share of the error at the start that is left.
     fn start_share(&self) -> Real {
         exp(-(self.corrected_s / self.params.crossover_s).min(50.0))
     }

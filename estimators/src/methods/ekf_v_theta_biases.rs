@@ -54,7 +54,7 @@ param_groups! {
 /// Process noise of speed without an accelerometer, m²/s³, and of the grade angle without a gyro, rad²/s.
 const BLIND_Q: [Real; 2] = [1.0, 1e-4];
 
-/// What drives the model: specific force along the train, m/s², and pitch rate, rad/s; `None` while stale.
+/// Inputs of the model: specific force along the train, m/s², and pitch rate, rad/s; `None` while stale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inertial {
     /// Specific force f, m/s².
@@ -136,7 +136,7 @@ pub struct EkfVThetaBiases {
     wheel_speed: AidStatus,
 }
 
-/// From the vehicle's nominal values and the parameters.
+/// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> EkfVThetaBiases {
     let own = params.own;
     let rad = PI / 180.0;
@@ -195,7 +195,7 @@ impl EkfVThetaBiases {
         self.wheel_speed = judgement.status(correction.map(|c| (c.y.x, c.S.x)));
     }
 
-    /// No track is steeper than the limit, whatever an instrument says.
+    /// Holds the grade within the steepest that a track can have, whatever an instrument reads.
     fn clamp(&mut self) {
         let theta = &mut self.ekf.belief.x.y;
         let inside = theta.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);

@@ -6,8 +6,7 @@
 //! The published method with its errata corrected and nothing else:
 //!
 //! - eq. 1: η = |a_x|/√(a_x² + a_y²) only while |a_y| > 0.5 and |a_x| > 0.3 m/s²; else 1 (in print it is 0/0 at steady
-//!   speed and 0 in steady
-//!   cornering). That the side force scales the traction is the method, and stays
+//!   speed and 0 in steady cornering). That the side force scales the traction is the method, and stays
 //! - eq. 3: the rotating masses J taken off; differences only while the slope stays, |Δ(f − v̇)| small (dθ/dv̇ = 0 is
 //!   otherwise false)
 //! - eq. 4: differences of a quarter of a second of low-passed signals; of one sample they are noise
@@ -115,7 +114,7 @@ methods! {
         |vehicle, p| build(vehicle, &p.mass, &p.models, alone(Acceleration::Dynamic), Some(p.tracking));
 }
 
-/// What sets one method apart from another.
+/// Settings by which the methods differ from each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Choice<const K: usize> {
     models: [Acceleration; K],
@@ -140,7 +139,7 @@ fn alone(model: Acceleration) -> Choice<1> {
     }
 }
 
-/// How the acceleration goes on: at random, or by the force balance.
+/// Model of the acceleration: a random walk, or the force balance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Acceleration {
     /// Eq. 8–13.

@@ -38,7 +38,7 @@ methods! {
 /// M w, kg.
 pub const SCALE: Real = 1e4;
 
-/// What drives a step of [`JointModel`].
+/// Inputs of a step of [`JointModel`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Push {
     /// Traction at the rims less drag, N.
@@ -94,7 +94,7 @@ impl Model<3, 1> for JointModel {
     }
 }
 
-/// How many times the range of the mass the filter goes beyond it: further out its model has no sense.
+/// Factor by which the filter's mass may lie beyond the range of the mass: further out its model has no sense.
 const MAX_RATIO: Real = 100.0;
 
 /// One extended Kalman filter for both.

@@ -8,8 +8,8 @@
 //! - eq. 6: the rotating masses J have no g (also in 7, 17, 23, 24); they, gear and efficiency (eq. 2) are the
 //!   [`ForceBalance`](crate::models::force_balance::ForceBalance)'s
 //! - eq. 16: what an accelerometer reads is f = v̇ + g sin θ. Of the two readings the one with the paper's sensor: f on
-//!   the left, and χ₂ is
-//!   then sin θ_μ cos θ. `ffrls`, whose slope is χ₂ of eq. 18, needs the other: v̇ of the wheels on the left
+//!   the left, and χ₂ is then sin θ_μ cos θ. `ffrls`, whose slope is χ₂ of eq. 18, needs the other: v̇ of the wheels on
+//!   the left
 //! - eq. 19–22: λ of this step, from the residual before the update (in print that of the estimate it serves to find)
 //! - eq. 23: radians, with sin θ and cos θ; eq. 28: the Jacobian of the whole state
 //! - eq. 30: R alone, from the residual after the update, which keeps it positive ([`crate::filters::sage_husa`]); q, r

@@ -11,13 +11,13 @@ use crate::models::sample::ResampledSample;
 /// The signals of one step.
 #[derive(Clone, Copy, Debug)]
 pub struct Signals {
-    /// Speed of the wheels, m/s, and the same where a new sample of it has come.
+    /// Speed of the wheels, m/s.
     pub speed_mps: Option<Real>,
-    /// See above.
+    /// Speed of the wheels where a new sample of it has come, m/s.
     pub new_speed_mps: Option<Real>,
-    /// Specific force along the vehicle and across it, m/s².
+    /// Specific force along the vehicle, m/s².
     pub specific_force_mps2: Option<Real>,
-    /// See above.
+    /// Specific force across the vehicle, m/s².
     pub lateral_force_mps2: Option<Real>,
     /// Yaw rate, rad/s.
     pub yaw_rate_radps: Option<Real>,
@@ -45,7 +45,7 @@ pub struct Found {
     pub value: Real,
     /// Its standard deviation, same unit.
     pub sd: Real,
-    /// Whether measurements have changed it since the start.
+    /// True if measurements have changed it since the start.
     pub started: bool,
 }
 

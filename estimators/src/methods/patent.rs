@@ -6,8 +6,8 @@
 //! The formulas of the published text are pictures; their numbers are those of the reconstruction. With its errata
 //! corrected and nothing else:
 //!
-//! - eq. 20: the accelerometer in place of g i + a; i of the filter that inverts the same balance with this mass tells
-//!   nothing new
+//! - eq. 20: the accelerometer in place of g i + a; i of the filter that inverts the same balance with this mass brings
+//!   no new information
 //! - eq. 22: running resistance and slope in the turning model too, and no turning model below one degree of steering
 //!   or 1 m/s
 //! - eq. 26, 27: the size of the residual in its own standard deviations, tanh(|e|/2σ); in print the sigmoid of e in N,
@@ -154,7 +154,7 @@ pub struct Patent {
     turning: Mass,
     /// Weight of the straight model.
     weight: Real,
-    /// What turning takes off the traction, N, behind the low-pass of the force.
+    /// Traction lost by turning, N, behind the low-pass of the force.
     lost_n: MatchedFilter,
     steer_rad: Real,
     slope: Adaptive<Ekf<ClimbModel, 2>, 1>,

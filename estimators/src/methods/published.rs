@@ -113,7 +113,7 @@ impl<T: Method + fmt::Debug> Pipeline for Published<T> {
     }
 }
 
-/// The mass of a method that finds none: what the vehicle's range says (a uniform distribution), not valid.
+/// The mass of a method that finds none: a uniform distribution over the vehicle's range, not valid.
 pub fn no_mass(vehicle: &Vehicle) -> Value {
     let [low, high] = vehicle.mass_range_kg;
     Value {
@@ -123,10 +123,10 @@ pub fn no_mass(vehicle: &Vehicle) -> Value {
     }
 }
 
-/// What the wheels' speed is taken for where a method says nothing of it, m/s.
+/// Standard deviation of wheel speed for a method that gives none, m/s.
 const WHEEL_SPEED_SD_MPS: Real = 0.01;
 
-/// What has been found, cut to a range, and whether it had to be.
+/// Cuts an estimate to a range; the second value is true if it was cut.
 fn cut(found: Found, [low, high]: [Real; 2]) -> (Value, bool) {
     let inside = within(found.value, low, high);
     let limited = inside != found.value;

@@ -42,7 +42,7 @@ pub struct ForceBalance {
 }
 
 impl ForceBalance {
-    /// From the vehicle's nominal values.
+    /// Builds the force balance from the vehicle's nominal values.
     pub fn new(vehicle: &Vehicle) -> Self {
         Self {
             rim_per_motor: vehicle.gear_ratio / vehicle.wheel_radius_m,

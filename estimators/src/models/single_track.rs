@@ -35,7 +35,7 @@ const MAX_STEER: Real = 0.7;
 /// Steering angle, rad, and lateral acceleration, m/s², from which on a vehicle counts as turning.
 const TURNING: [Real; 2] = [PI / 180.0, 0.3];
 
-/// What a bend does to the force balance.
+/// Effects of a bend on the force balance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bend {
     /// F_f (1/cos δ − 1): what the steered traction pushes more along the body, N.
@@ -51,13 +51,13 @@ pub struct Bend {
 }
 
 impl Bend {
-    /// Whether it is more than a slight correction of the course.
+    /// Returns true if the bend is more than a slight correction of the course.
     pub fn turning(&self) -> bool {
         let [steer, across] = TURNING;
         self.steer_rad.abs() >= steer && self.across_mps2.abs() >= across
     }
 
-    /// What it takes from the traction of a vehicle of `mass_kg`, N.
+    /// Traction that the bend takes from a vehicle of `mass_kg`, N.
     pub fn force_n(&self, mass_kg: Real) -> Real {
         mass_kg * self.taken_mps2 - self.gained_n
     }
@@ -72,7 +72,7 @@ pub struct Bends {
 }
 
 impl Bends {
-    /// For a vehicle, with filters of corner `cutoff_hz`.
+    /// Builds the bend signals for a vehicle, with filters of corner `cutoff_hz`.
     pub fn new(vehicle: &Vehicle, cutoff_hz: Real) -> Self {
         Self {
             road: vehicle.road,

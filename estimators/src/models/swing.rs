@@ -31,7 +31,8 @@ pub struct SwingBlock {
 }
 
 impl SwingBlock {
-    /// For a pendulum of `length_m` under `accelerations` (m/s², each times cos θ), held for `substep_s` each.
+    /// Builds the block for a pendulum of `length_m` under `accelerations` (m/s², each times cos θ), held for
+    /// `substep_s` each.
     pub fn new(length_m: Real, accelerations: &[Real; SUBSTEPS], substep_s: Real) -> Self {
         let w = sqrt(GRAVITY / length_m.max(MIN_LENGTH_M));
         let h = substep_s;

@@ -71,7 +71,7 @@ pub struct Nominal {
     pub mu: Real,
     /// Part of it that grows with the load.
     pub mu_load: Real,
-    /// That part as a share of all.
+    /// Share of the running resistance that grows with the load.
     pub load_share: Real,
     /// Standard deviation of the accelerometer's bias, with that of its mounting times g, m/s².
     pub bias_sd_mps2: Real,
@@ -84,7 +84,7 @@ pub struct Nominal {
 }
 
 impl Nominal {
-    /// From the vehicle's nominal values.
+    /// Takes the nominal values of the model from the vehicle's nominal values.
     pub fn new(
         vehicle: &Vehicle,
         layout: &MassLayout,
@@ -122,7 +122,7 @@ impl Nominal {
 pub struct SwingModel {
     /// Nominal values of the train.
     pub nominal: Nominal,
-    /// Whether the load swings; else it is rigid.
+    /// True if the load swings; else it is rigid.
     pub swings: bool,
     /// Depth of the upper ends of the chains that counts, m.
     pub depth_m: Real,

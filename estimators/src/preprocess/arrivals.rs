@@ -45,14 +45,14 @@ impl Arrivals {
         self.gap_s
     }
 
-    /// How long the last sample had to be waited for, s.
+    /// Time between the last two samples, s.
     #[inline]
     pub fn waited_s(&self) -> Real {
         self.waited_s
     }
 
-    /// Whether a sample with this stamp is to be taken; then notes it. One not younger than the last is skipped, unless
-    /// nothing younger has come for so long that the sensor's clock must have been set back.
+    /// Returns true if a sample with this stamp is to be taken, and notes its arrival. A sample not younger than the
+    /// last is skipped, unless nothing younger has come for so long that the sensor's clock must have been set back.
     #[inline]
     pub fn take(&mut self, stamp: Time, now: Time, first: bool) -> bool {
         if !first {
@@ -84,7 +84,7 @@ impl Arrivals {
         TIMEOUT_GAPS * self.gap_s + TIMEOUT_DEVIATIONS * self.deviation_s
     }
 
-    /// Whether the last sample is still fresh.
+    /// Returns true if the last sample is still fresh.
     #[inline]
     pub fn fresh(&self, now: Time, dt_s: Real) -> bool {
         now.ns().saturating_sub(self.arrived.ns()) <= MIN_TIMEOUT_NS

@@ -28,7 +28,7 @@ params! {
     }
 }
 
-/// Standard deviation of a gyro's bias of which nothing is said, rad/s.
+/// Standard deviation of a gyro's bias that neither parameter nor vehicle gives, rad/s.
 const GYRO_BIAS_SD_RADPS: Real = 0.01;
 
 /// Outlier hold of wheel speed, by the largest acceleration of wheels that roll on a rail and on a road; longest jump
@@ -46,13 +46,13 @@ const SPEED_LIMITS: [HoldLimits; 2] = [
     },
 ];
 
-/// Samples further apart tell nothing of noise, s.
+/// Largest gap between samples from which noise can be learnt, s.
 const MAX_NOISE_PERIOD_S: Real = 0.3;
 
-/// Learnt over told standard deviation from which what is learnt counts, and largest.
+/// Ratio of the learnt standard deviation to the parameter from which the learnt one counts, and largest ratio.
 const NOISE_RATIOS: [Real; 2] = [2.0, 30.0];
 
-/// Noise learnt from the samples; `None` where it is told, or not yet known.
+/// Noise learnt from the samples; `None` where the parameters give it, or not yet known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LearntNoise {
     /// Standard deviation of wheel speed, m/s.
@@ -73,8 +73,9 @@ impl LearntNoise {
     }
 }
 
-/// Not below what is told: what the samples do not show (a median of wheels, a mean of samples) is no licence for more
-/// trust. Not by less than its double either: the vehicle's own motion is in what is learnt.
+/// Bounds the learnt standard deviation by the parameter `told`. It is never below `told`: samples do not show all of
+/// the noise (a median of wheels, a mean of samples). It counts only from twice `told` on, because it contains the
+/// vehicle's own motion, and up to thirty times `told`.
 fn bounded(learnt: Option<Real>, told: Real) -> Real {
     let [least, most] = NOISE_RATIOS;
     let counts = learnt.filter(|sd| *sd > least * told);
@@ -91,7 +92,7 @@ pub struct Conditioning {
 }
 
 impl Conditioning {
-    /// For a vehicle.
+    /// Builds the conditioning for a vehicle.
     pub fn new(vehicle: &Vehicle, params: ConditioningParams) -> Self {
         let [rail, road] = SPEED_LIMITS;
         let speed = if vehicle.road.is_some() { road } else { rail };

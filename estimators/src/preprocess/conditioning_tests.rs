@@ -11,7 +11,7 @@ fn conditioning(params: ConditioningParams) -> Conditioning {
 
 const PERIOD_S: Real = 0.01;
 
-/// Below the double of what is told the vehicle's own motion is in what is learnt.
+/// Noise learnt below the double of the parameter does not count: it contains the vehicle's own motion.
 #[test]
 fn noise_learnt_counts_from_the_double_of_what_is_told_to_thirty_times_that() {
     let at = |learnt| LearntNoise {

@@ -19,25 +19,25 @@ pub type UnitMask = u32;
 #[derive(Clone, Copy, Debug)]
 pub struct DriveHold {
     count: usize,
-    /// What every sample changes.
+    /// State that every sample changes.
     all: All,
     units: Units,
 }
 
-/// What all units have in common, and their values.
+/// State that all units have in common, and their values.
 #[derive(Clone, Copy, Debug)]
 pub struct All {
     /// Arrivals of all units while they have been the same for all.
     together: Option<Arrivals>,
-    /// Changes of all values that the stuck detectors have yet to be told of, and the instant of the last one.
+    /// Changes of all values that the stuck detectors have not counted yet, and the instant of the last one.
     changes: u32,
     changed: Time,
-    /// Whether a unit has repeated its last value.
+    /// True if a unit has repeated its last value.
     repeats: bool,
     values: [Real; MAX_DRIVES],
 }
 
-/// What each unit has for itself.
+/// State that each unit has for itself.
 pub type Units = [Unit; MAX_DRIVES];
 
 /// One unit. Its arrivals are out of date while those of all are kept together.
@@ -49,7 +49,7 @@ pub struct Unit {
     stuck: StuckDetector,
 }
 
-/// What a step may change of a [`DriveHold`]; the units only if it does.
+/// State of a [`DriveHold`] before a step, to undo it; the units only if the step changes them.
 #[derive(Clone, Copy, Debug)]
 pub struct Before {
     all: All,
@@ -57,7 +57,7 @@ pub struct Before {
 }
 
 impl DriveHold {
-    /// Of the first `count` units.
+    /// Builds the hold of the first `count` units.
     pub fn new(count: usize) -> Self {
         Self {
             count: count.min(MAX_DRIVES),
@@ -72,7 +72,7 @@ impl DriveHold {
         }
     }
 
-    /// What it was before a step, as [`DriveHold::take`] completes it.
+    /// Returns the state before a step, which [`DriveHold::take`] completes.
     #[inline]
     pub fn before(&self) -> Before {
         Before {
@@ -261,7 +261,7 @@ impl DriveHold {
         }
     }
 
-    /// The same with everything told to the units.
+    /// Returns a copy in which the units have all changes and arrivals.
     fn told(&self) -> Self {
         let mut told = *self;
         told.tell_changes();

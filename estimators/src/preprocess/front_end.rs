@@ -46,18 +46,18 @@ pub struct Reading {
     pub channels: Channels,
 }
 
-/// What the merged signals of a [`Reading`] are made of, for estimators that gate each channel themselves.
+/// Channels that the merged signals of a [`Reading`] are made of, for estimators that gate each channel themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Channels {
     /// Specific force in IMU axes, m/s².
     pub specific_force_mps2: Option<[Real; 3]>,
     /// Angular rate in IMU axes, rad/s.
     pub angular_rate_radps: Option<[Real; 3]>,
-    /// Whether the specific force, and the angular rate, is a new sample.
+    /// True for the specific force, and for the angular rate, that is a new sample.
     pub new: [bool; 2],
     /// Wheel speed of each drive unit with a new sample, m/s.
     pub new_wheel_speed_mps: [Option<Real>; MAX_DRIVES],
-    /// Whether wheel speeds are out of use because they are stuck.
+    /// True if wheel speeds are out of use because they are stuck.
     pub wheels_stuck: bool,
     /// Motor torque of each drive unit, N·m.
     pub motor_torque_nm: [Option<Real>; MAX_DRIVES],
@@ -78,7 +78,7 @@ pub struct FrontEnd {
     output: Output,
 }
 
-/// What every step changes: all but the channels of the drive units.
+/// State that every step changes: all but the channels of the drive units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Own {
     conditioning: Option<Conditioning>,
@@ -101,7 +101,7 @@ struct Output {
     voted_mps: Option<Real>,
     /// Drive units whose torque, and whose wheel speed, they are made of; `None` if all is to be written anew.
     fresh: Option<[UnitMask; 2]>,
-    /// Whether a wheel speed was new.
+    /// True if a wheel speed was new.
     new_speed: bool,
 }
 
@@ -123,7 +123,7 @@ impl PartialEq for Output {
     }
 }
 
-/// What a step may change.
+/// State that a step may change, to undo it.
 #[derive(Clone, Copy, Debug)]
 pub struct Checkpoint {
     own: Own,
@@ -132,7 +132,7 @@ pub struct Checkpoint {
 }
 
 impl FrontEnd {
-    /// For a train of `vehicle.drives` drive units.
+    /// Builds the front end for a train of `vehicle.drives` drive units.
     pub fn new(vehicle: &Vehicle) -> Self {
         let drives = vehicle.drives.min(MAX_DRIVES);
         Self {
@@ -168,7 +168,7 @@ impl FrontEnd {
         Ok(*self.take(z, u, dt, stamps, &mut before))
     }
 
-    /// What it was before a step, as [`FrontEnd::take`] completes it.
+    /// Returns the state before a step, which [`FrontEnd::take`] completes.
     #[inline]
     pub fn before(&self) -> Checkpoint {
         Checkpoint {
@@ -265,7 +265,7 @@ impl FrontEnd {
         self.output.new_speed
     }
 
-    /// What the drive units read: torque of each, sum of the torques, speed by the wheels.
+    /// Reads the drive units: torque of each, sum of the torques, speed by the wheels.
     fn read_drives(&mut self, fresh: [UnitMask; 2]) {
         let [torque, speed] = fresh;
         let torque_nm = self.total_torque(torque);
@@ -282,7 +282,7 @@ impl FrontEnd {
         reading.motor_torque_nm = torque_nm;
     }
 
-    /// What the IMU reads, less the biases learnt.
+    /// Reads the IMU, and takes the biases learnt off.
     #[inline]
     fn read_imu(&mut self, now: Time, dt: Real) {
         let reading = &mut self.output.reading;

@@ -28,7 +28,7 @@ pub struct GyroCalibration<const N: usize> {
 }
 
 impl<const N: usize> GyroCalibration<N> {
-    /// With the standard deviation of the biases at switch-on, rad/s.
+    /// Builds the gyro calibration with the standard deviation of the biases at switch-on, rad/s.
     pub fn new(prior_sd_radps: Real) -> Self {
         let most = prior_sd_radps * prior_sd_radps;
         Self {

@@ -81,7 +81,7 @@ const MAX_SPEED_MPS: Real = 1e2;
 const MAX_STEERING_RAD: Real = 1e1;
 const MAX_BRAKE: Real = 1e2;
 
-/// How the samples of one channel of all drive units have come.
+/// Stamps of the samples of one channel of all drive units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stamps {
     /// None has.
@@ -101,7 +101,7 @@ fn within(value: Real, limit: Real) -> bool {
     value.abs() <= limit
 }
 
-/// How the samples have come; `None` if one is not possible.
+/// Compares the stamps of the samples; `None` if a sample is not possible.
 #[inline]
 fn stamps(samples: &[Option<Sample<Real>>], limit: Real) -> Option<Stamps> {
     if missing(samples) {
@@ -117,7 +117,7 @@ fn stamps(samples: &[Option<Sample<Real>>], limit: Real) -> Option<Stamps> {
     all.then_some(Stamps::Differ)
 }
 
-/// Whether there is no sample: eight at a time, as mostly there is none.
+/// Returns true if there is no sample: eight at a time, as mostly there is none.
 #[inline]
 fn missing(samples: &[Option<Sample<Real>>]) -> bool {
     let (eights, rest) = samples.as_chunks::<8>();
@@ -126,8 +126,8 @@ fn missing(samples: &[Option<Sample<Real>>]) -> bool {
     !eights.iter().any(some) && rest.iter().all(Option::is_none)
 }
 
-/// How motor torques and wheel speeds have come; `None` if any number is not finite or not possible. Which one is not,
-/// [`numbers`] tells.
+/// Compares the stamps of motor torques and of wheel speeds; `None` if any number is not finite or not possible.
+/// [`numbers`] finds which one.
 #[inline]
 fn all_possible(z: &Measurements, u: &Command, drives: usize) -> Option<[Stamps; 2]> {
     let vector = |s: &Option<Sample<[Real; 3]>>, limit: Real| match s {
@@ -153,7 +153,7 @@ fn all_possible(z: &Measurements, u: &Command, drives: usize) -> Option<[Stamps;
     rest.then_some([torque, speed])
 }
 
-/// What the first number is that is not finite, or not possible.
+/// Refuses the first number that is not finite, or not possible.
 fn numbers(z: &Measurements, u: &Command) -> Result<(), Error> {
     for s in z.specific_force_mps2.iter() {
         check("specific force", s.t, &s.value, MAX_FORCE_MPS2)?;

@@ -12,7 +12,7 @@ const KNOWN_S: Real = 0.3;
 /// A deviation counts for at most this many times the mean one: joints and bumps are no noise.
 const CLIP: Real = 4.0;
 
-/// What is taken off a sample before its size counts.
+/// Trend that is taken off a sample before its size counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Trend {
     /// The line through its two predecessors: x − 2 x′ + x″, which has √6 times the deviation of white noise. For a

@@ -23,7 +23,7 @@ pub struct Resampler {
     settle_s: Real,
     running_s: Real,
     since_s: Real,
-    /// Whether wheel speed was fresh in the last step: without it the place is not known.
+    /// True if wheel speed was fresh in the last step: without it the place is not known.
     fresh: bool,
 }
 
@@ -94,7 +94,7 @@ impl Resampler {
         })
     }
 
-    /// What the rail at the instrument reads, delayed like the samples: u = f − v̇ = g sin θ + bias, m/s², and the
+    /// Returns the rail at the instrument, delayed like the samples: u = f − v̇ = g sin θ + bias, m/s², and the
     /// horizontal curvature without its sign, 1/m. `None` without an accelerometer or wheels.
     pub fn at_place(&self) -> Option<[Real; 2]> {
         self.fresh.then_some(())?;
@@ -112,7 +112,7 @@ impl Resampler {
         self.speed.rate()
     }
 
-    /// Whether the train has been running long enough for samples to count.
+    /// Returns true if the train has been running long enough for samples to count.
     pub fn settled(&self) -> bool {
         self.running_s > 0.0 && self.running_s >= self.settle_s
     }

@@ -6,8 +6,8 @@ use crate::detect::stuck_detector::StuckDetector;
 use crate::preprocess::arrivals::Arrivals;
 use crate::{Real, Time};
 
-/// Sample and hold of one channel: its last sample, fresh for a time that the gaps between its samples tell, unless the
-/// sensor is stuck.
+/// Sample and hold of one channel: its last sample, fresh for a time that follows from the gaps between its samples,
+/// unless the sensor is stuck.
 ///
 /// The timeout is three mean gaps between arrivals and four mean deviations of them, over 16 gaps, and never less than
 /// 0.1 s.
@@ -41,12 +41,12 @@ impl SampleHold {
         self.arrivals.gap_s()
     }
 
-    /// How long the value held had to be waited for, s.
+    /// Time from the sample before to the value held, s.
     pub fn waited_s(&self) -> Real {
         self.arrivals.waited_s()
     }
 
-    /// How many samples were dropped because a younger one had come before them.
+    /// Number of samples dropped because a younger one had come before them.
     pub fn late(&self) -> u32 {
         self.late
     }
@@ -56,7 +56,7 @@ impl SampleHold {
         self.value
     }
 
-    /// Whether the sensor is stuck.
+    /// Returns true if the sensor is stuck.
     pub fn is_stuck(&self, now: Time) -> bool {
         self.stuck.is_stuck(now)
     }
@@ -104,7 +104,7 @@ impl VectorHold {
         self.arrivals.gap_s()
     }
 
-    /// How long the value held had to be waited for, s.
+    /// Time from the sample before to the value held, s.
     pub fn waited_s(&self) -> Real {
         self.arrivals.waited_s()
     }

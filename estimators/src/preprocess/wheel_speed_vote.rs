@@ -3,8 +3,8 @@
 use crate::Real;
 use crate::api::signals::MAX_DRIVES;
 
-/// How far the speeds of wheels that roll may be apart beside their noise, as a share of the speed: worn wheels, errors
-/// of scale.
+/// Largest difference between the speeds of wheels that roll, beside their noise, as a share of the speed: worn wheels,
+/// errors of scale.
 const ROLLING_SHARE: Real = 0.03;
 
 /// Vote on the speed of a train, m/s: the median of its wheel speeds, guarded against wheels that slip together.
@@ -14,7 +14,7 @@ const ROLLING_SHARE: Real = 0.03;
 /// slipped even less than the winner, the winner slips too, and the speed is not known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelSpeedVote {
-    /// How far the speeds of wheels that roll may be apart at standstill, m/s.
+    /// Largest difference between the speeds of wheels that roll, at standstill, m/s.
     tolerance_mps: Real,
 }
 

@@ -89,7 +89,7 @@ pub struct ImmStfPrinted {
     breakdowns: Real,
 }
 
-/// From the vehicle's nominal values and the parameters.
+/// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> ImmStfPrinted {
     let own = params.own;
     let sd = own.grade0_sd_deg * PI / 180.0;

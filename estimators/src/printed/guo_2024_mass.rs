@@ -53,7 +53,7 @@ pub struct MassFromDifferences {
 }
 
 impl MassFromDifferences {
-    /// From the vehicle's nominal values and the parameters.
+    /// Builds the mass filter from the vehicle's nominal values and the parameters.
     pub fn new(vehicle: &Vehicle, own: DifferencesPrinted) -> Self {
         let first_kg = vehicle.first_mass_kg(own.mass0_kg);
         Self {
@@ -133,7 +133,7 @@ impl MassFromDifferences {
         (self.m, self.P)
     }
 
-    /// How often it started again.
+    /// Number of times that it started again.
     pub fn breakdowns(&self) -> Real {
         self.breakdowns
     }

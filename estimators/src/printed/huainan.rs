@@ -3,11 +3,9 @@
 //!
 //! - `eq6`: the cosine missing in the curvature model, a′ − v̇′ = g v ρ
 //! - `eq9`: smoothing with the gain (1 − Γₐ/Γ) m₀ once Γ passes the amplitude Γₐ of the noise at rest ([`Smoother`]);
-//!   `other`: eq. 10, whose last
-//!   branch adds to a gain that is never taken back
+//!   `other`: eq. 10, whose last branch adds to a gain that is never taken back
 //! - `eq14`: state [v̇, θ′] with the accelerometer as input where its derivative belongs; `other`: with the derivative.
-//!   Either way the curvature never
-//!   enters, and θ is the open sum of θ′
+//!   Either way the curvature never enters, and θ is the open sum of θ′
 //! - `eq19`: weight of the centre in covariances W_m0 + 1 − α² − β
 //! - `eq26`: mean of the predicted measurement with the weights of covariances
 //! - `eq34`: Sage-Husa for Q and R at once (eq. 32–36); q and r of the print go into no other equation
@@ -148,7 +146,7 @@ pub struct DffrlsAukfPrinted {
     breakdowns: Real,
 }
 
-/// From the vehicle's nominal values and the parameters.
+/// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAukfPrinted {
     let own = params.own;
     let [low, high] = vehicle.mass_range_kg;

@@ -2,8 +2,7 @@
 //!
 //! - `eq6`: inertia factor 1 + 4 J g/(R² M) (also in eq. 7, 17, 23, 24): the rotating masses count g times
 //! - `eq16`: what the accelerometer reads, v̇ + g sin θ, stands where v̇ belongs, on the left and in α₁; or v̇ of the
-//!   wheels in both
-//!   places (2); right is the specific force on the left and v̇ in α₁
+//!   wheels in both places (2); right is the specific force on the left and v̇ in α₁
 //! - `eq21`: λ of the step before in gain and covariance
 //! - `eq23`: sin θ ≈ θ, cos θ ≈ 1
 //! - `eq30`: Sage-Husa for q, Q, w and W at once ([`slope_ekf`](crate::printed::slope_ekf)); `other`: to the letter
@@ -82,7 +81,7 @@ pub struct DffrlsAekfPrinted {
     breakdowns: Real,
 }
 
-/// From the vehicle's nominal values and the parameters.
+/// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAekfPrinted {
     let own = params.own;
     let mu = vehicle.running_resistance;

@@ -3,8 +3,7 @@
 //!
 //! - `eq9`: rotating masses times g
 //! - `eq14`: K = P h (φ + hᵀ P h), the inverse missing. Then P ← (1 − K h) P/φ turns negative as soon as P h² > 0.62
-//!   (the root of
-//!   x² + φ x = 1), that is P > 0.0065 at h = g.
+//!   (the root of x² + φ x = 1), that is P > 0.0065 at h = g.
 
 use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
@@ -59,7 +58,7 @@ pub struct ResistancePrinted {
     breakdowns: Real,
 }
 
-/// From the vehicle's nominal values and the parameters.
+/// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> ResistancePrinted {
     let own = params.own;
     let filter = MatchedFilter::new(own.cutoff_hz);

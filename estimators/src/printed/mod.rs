@@ -70,7 +70,7 @@ impl PrintReading {
     }
 }
 
-/// Whether all are numbers that can still be used.
+/// Returns true if all are numbers that can still be used.
 fn usable<'a>(numbers: impl IntoIterator<Item = &'a Real>) -> bool {
     numbers.into_iter().all(|x| x.abs() <= USABLE)
 }

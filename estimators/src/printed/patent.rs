@@ -121,7 +121,7 @@ pub struct MmrlsShStfPrinted {
     breakdowns: Real,
 }
 
-/// From the vehicle's nominal values and the parameters.
+/// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> MmrlsShStfPrinted {
     let own = params.own;
     let first = Mass {

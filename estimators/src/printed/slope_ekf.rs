@@ -5,11 +5,10 @@
 //!
 //! - q ← (1 − d) q + d (x⁺ − f(x)), r ← (1 − d) r + d (z − x⁻₁)
 //! - Q ← (1 − d) Q + d (K ε² Kᵀ + P⁺ − A P Aᵀ); in print ξ ψ ξᵀ is subtracted, one number from a matrix, which an array
-//!   language takes from
-//!   every element
+//!   language takes from every element
 //! - R ← (1 − d) R + d (ε² − H P⁻ Hᵀ)
 //!
-//! Q and R are differences, and noise makes them negative; one innovation cannot tell Q from R, nor q from r.
+//! Q and R are differences, and noise makes them negative; one innovation cannot separate Q from R, nor q from r.
 
 use nalgebra::{Matrix2, Vector2, matrix, vector};
 
@@ -17,10 +16,10 @@ use crate::Real;
 use crate::api::real::{GRAVITY, PI, cos, pow, sin};
 use crate::printed::usable;
 
-/// How the noise is found.
+/// Method for the noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Noise {
-    /// As told, for ever.
+    /// As given, for ever.
     Fixed,
     /// Adapted as printed, with A P Aᵀ in place of the term whose dimension does not fit.
     Printed,
@@ -28,7 +27,7 @@ pub enum Noise {
     Literal,
 }
 
-/// What the filter is told at the start.
+/// Values that the filter is given at the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Told {
     /// Variance of wheel speed, m²/s².
@@ -39,7 +38,7 @@ pub struct Told {
     pub grade0_sd_deg: Real,
     /// Forgetting factor κ or b.
     pub fading: Real,
-    /// How the noise is found.
+    /// Method for the noise.
     pub noise: Noise,
     /// sin θ ≈ θ, cos θ ≈ 1.
     pub small_angles: bool,
@@ -63,7 +62,7 @@ struct State {
     x: Vector2<Real>,
     P: Matrix2<Real>,
     q: Vector2<Real>,
-    /// Of one step; `None` until the first step tells its length.
+    /// Of one step; `None` until the first step gives its length.
     Q: Option<Matrix2<Real>>,
     r: Real,
     R: Real,
@@ -206,7 +205,7 @@ impl SlopeEkf {
         (self.now.innovation, self.now.nis)
     }
 
-    /// How often it broke down, and in what share of all steps R was not positive or Q not positive semi-definite.
+    /// Number of breakdowns, and share of all steps in which R was not positive or Q not positive semi-definite.
     pub fn failures(&self) -> (Real, Real) {
         let share = Real::from(self.indefinite) / Real::from(self.steps.max(1));
         (Real::from(self.breakdowns), share)

@@ -19,7 +19,7 @@ pub struct DistributedTrain {
     train: MappedTrain,
     /// A point has no offset, and needs no map.
     point: bool,
-    /// What the accelerometer reads now.
+    /// Signals of the rail at the accelerometer now.
     here: Option<AtPlace>,
     /// Samples, each with its place, that wait until the rail under the front of the train has been read.
     waiting: RingBuffer<(ResampledSample, Real), 32>,
@@ -31,8 +31,8 @@ pub struct DistributedTrain {
     learnt_s: Real,
 }
 
-/// How far a train may reach beyond the mapped rail and still count as on it, m: that far the end of the map is
-/// extrapolated.
+/// Length of the train that may be beyond the mapped rail while it still counts as on it, m: the end of the map is
+/// extrapolated so far.
 const SEEN_M: Real = 4.0;
 /// Memory of the accelerometer's bias, s; the time after which it is known, s, and its standard deviation then, m/s².
 const BIAS_MEMORY_S: Real = 20.0;
@@ -80,7 +80,7 @@ impl LastKnown {
 }
 
 impl DistributedTrain {
-    /// From the vehicle's nominal values.
+    /// Builds the distributed train from the vehicle's nominal values.
     pub fn new(vehicle: &Vehicle, standstill_mps: Option<Real>) -> Self {
         Self {
             train: MappedTrain::new(vehicle),
@@ -139,7 +139,7 @@ impl DistributedTrain {
         }
     }
 
-    /// Whether samples wait.
+    /// Returns true if samples wait.
     pub fn is_waiting(&self) -> bool {
         self.waiting.first().is_some()
     }
@@ -171,7 +171,7 @@ impl DistributedTrain {
         Some(felt)
     }
 
-    /// How far grades are ahead of the effective one of a train of `mass_kg`.
+    /// Offsets of sin θ at the IMU and under its unit from that of the effective grade of a train of `mass_kg`.
     pub fn ahead(&self, mass_kg: Real) -> GradeOffset {
         let gaps_sd = match self.point {
             true => 0.0,
@@ -206,9 +206,9 @@ impl DistributedTrain {
         }
     }
 
-    /// By how much sin θ at the IMU is above that of the effective grade `theta`, rad, and its standard deviation.
-    /// While the rail under the train has been seen it is the difference of what has been read, from which the bias
-    /// drops out; else what the instrument reads now less the bias known from before.
+    /// Offset of sin θ at the IMU from that of the effective grade `theta`, rad, and its standard deviation. While the
+    /// rail under the train has been seen it is the difference of what has been read, from which the bias drops out;
+    /// else what the instrument reads now less the bias known from before.
     pub fn imu_offset(&self, mass_kg: Real, theta: Real) -> (Real, Real) {
         let ahead = self.ahead(mass_kg);
         match self.now {

@@ -21,7 +21,7 @@ fn long_vehicle() -> Vehicle {
     .unwrap()
 }
 
-/// How far behind the unit of the IMU the middle of all masses is, m.
+/// Distance of the middle of all masses behind the unit of the IMU, m.
 fn middle_m(mass_kg: Real) -> Real {
     (5_000.0 * 9.0 + (mass_kg - 5_000.0) * 7.0) / mass_kg
 }
@@ -96,7 +96,7 @@ fn before_the_rail_is_read_the_offset_is_uncertain() {
     assert!(start > 2.0 * later && later > 0.0, "{start} {later}");
 }
 
-/// What a gap of 6 m under 18 m of train does: 0.25 · 0.02 · 6 · 6/18 rad.
+/// Effect of a gap of 6 m under 18 m of train: 0.25 · 0.02 · 6 · 6/18 rad.
 #[test]
 fn a_gap_of_the_map_widens_offsets_and_samples() {
     let mut ride = Ride::new(&long_vehicle());

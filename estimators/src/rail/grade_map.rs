@@ -1,5 +1,5 @@
-//! Grade map: the grade by place on the rail, so that a long train knows the mean under its masses and not only that at
-//! its accelerometer.
+//! Grade map: the grade by place on the rail. From it a long train has the mean under its masses, and not only the
+//! grade at its accelerometer.
 //!
 //! On an 18 m train that runs onto a ramp, the accelerometer at the front reads the whole ramp while most of the mass
 //! still stands on the level. The force balance then holds with the mean over the mass in place of the grade at the
@@ -7,11 +7,11 @@
 //!
 //! M g sin θ → Σ mᵢ g sin θ(s − dᵢ),  s chainage of the instrument, dᵢ how far behind it mass mᵢ rests
 //!
-//! What the accelerometer has read the wheels will carry over the same rail a little later: u(s) = f − v̇ = g sin θ(s)
-//! + b is kept by place ([`GradeMap`]) and averaged over where the tare and the load rest. The accelerometer's bias b
-//! stays what it was, as it is the same at every place. Rail that the instrument has not seen (ahead of it; behind it
-//! at the start of a run) is taken to go on as what it has seen ends, and its standard deviation grows with the
-//! distance. Samples of the regression need no answer at once: they wait until it has been seen.
+//! The wheels will pass a little later over the rail that the accelerometer has read. So u(s) = f − v̇ = g sin θ(s) + b
+//! is kept by place ([`GradeMap`]) and averaged over where the tare and the load rest. The accelerometer's bias b stays
+//! in the mean, as it is the same at every place. Rail that the instrument has not read (ahead of it; behind it at the
+//! start of a run) is extrapolated from the end of the rail read, and its standard deviation grows with the distance.
+//! Samples of the regression need no answer at once: they wait until the rail has been read.
 //!
 //! The instrument pitches with the unit that carries it, and that unit is suspended at two stations: it reads the grade
 //! under the unit's middle, not under itself.
@@ -35,13 +35,13 @@ const MIN_CELL_M: Real = 0.1;
 const END_M: Real = 1.0;
 /// Longest way that a filter's delay can make, m.
 const MAX_DELAY_M: Real = 2.0;
-/// How far beyond an end of the known rail its gradient is taken to go on, m.
+/// Length beyond an end of the known rail over which its gradient is extrapolated, m.
 const ONWARD_M: Real = 3.0;
-/// By how much u may change per metre of unseen rail although the end of the seen rail is straight, m/s² per m (1
-/// mrad/m: the undulation of a roadway).
+/// Largest change of u per metre of unseen rail although the end of the seen rail is straight, m/s² per m (1 mrad/m:
+/// the undulation of a roadway).
 const UNSEEN_MPS2_PER_M: Real = 0.01;
 
-/// What is remembered of a place: u = g sin θ + b, m/s², and the horizontal curvature without its sign, 1/m.
+/// Signals of a place: u = g sin θ + b, m/s², and the horizontal curvature without its sign, 1/m.
 pub type AtPlace = [Real; 2];
 
 /// Signals by place on the rail, over the last stretch run.
@@ -62,7 +62,7 @@ pub struct Mean {
     pub value: AtPlace,
     /// Standard deviation of u for the part of the span not seen, m/s².
     pub doubt_mps2: Real,
-    /// How far the span reaches beyond the rail seen, m.
+    /// Length of the span beyond the rail seen, m.
     pub unseen_m: Real,
 }
 
@@ -96,7 +96,7 @@ impl GradeMap {
         cell.rem_euclid(CELLS as i64) as usize
     }
 
-    /// What is known of a cell or, beyond the known rail, of its end.
+    /// Signals of a cell or, beyond the known rail, of its end.
     fn at(&self, cell: i64, [low, high]: [i64; 2]) -> AtPlace {
         let slot = Self::slot(cell.clamp(low, high));
         self.cells.get(slot).copied().unwrap_or_default()
@@ -215,7 +215,7 @@ impl GradeMap {
         Some(mean)
     }
 
-    /// By how much u grows per metre outwards at an end of the known rail, m/s² per m; 0 while too little is known.
+    /// Growth of u per metre outwards at an end of the known rail, m/s² per m; 0 while too little is known.
     fn gradient(&self, known: [i64; 2], end: i64, inward: i64) -> Real {
         let [low, high] = known;
         let way = floor(END_M / self.cell_m).max(1.0);
@@ -229,7 +229,7 @@ impl GradeMap {
         (u_end - u_inside) / (way * self.cell_m)
     }
 
-    /// Whether all rail up to `front_m` has been seen.
+    /// Returns true if all rail up to `front_m` has been seen.
     fn seen_up_to(&self, front_m: Real) -> bool {
         let front = self.cell(front_m);
         self.known.is_some_and(|[_, high]| front <= high)
@@ -274,7 +274,7 @@ impl LoadedGrade {
 }
 
 impl LoadedGrade {
-    /// What a point feels that reads `here`.
+    /// Loaded grade of a point that reads `here`.
     pub fn point(here: AtPlace) -> Self {
         let here = Mean {
             value: here,
@@ -294,7 +294,7 @@ impl LoadedGrade {
 }
 
 impl MappedTrain {
-    /// From the vehicle's nominal values.
+    /// Builds the mapped train from the vehicle's nominal values.
     pub fn new(vehicle: &Vehicle) -> Self {
         let ([a, b], [c, d]) = (vehicle.tare_span_m, vehicle.load_span_m);
         let span_m = b.max(d).max(0.0) - a.min(c).min(0.0);
@@ -329,13 +329,14 @@ impl MappedTrain {
         self.place_m
     }
 
-    /// Whether the rail ahead of the instrument under the train has been seen by now, for the train at `place_m`.
+    /// Returns true if the rail ahead of the instrument under the train has been seen by now, for the train at
+    /// `place_m`.
     pub fn seen(&self, place_m: Real) -> bool {
         let ([tare, _], [load, _]) = (self.tare_span_m, self.load_span_m);
         self.rail.seen_up_to(place_m - tare.min(load).min(0.0))
     }
 
-    /// What the train feels with the instrument's unit at `place_m`; `None` without an accelerometer.
+    /// Loaded grade with the instrument's unit at `place_m`; `None` without an accelerometer.
     pub fn felt(&self, place_m: Real) -> Option<LoadedGrade> {
         self.here?;
         let mean =
@@ -346,7 +347,7 @@ impl MappedTrain {
         })
     }
 
-    /// What the train feels now, the delay of the filters made up, and u at the instrument now, m/s².
+    /// Loaded grade now, the delay of the filters made up, and u at the instrument now, m/s².
     pub fn felt_now(&self) -> Option<(LoadedGrade, Real)> {
         let place_m = self.now_m + self.arm_m;
         let [here_mps2, _] = self.rail.mean(place_m, place_m)?.value;

@@ -5,8 +5,8 @@ use crate::api::real::within;
 use crate::api::signals::Vehicle;
 use crate::api::snapshot::state;
 
-/// By how much the grade may change per metre of rail that nothing has read, rad/m: transitions turn by one to two
-/// degrees a metre.
+/// Largest change of the grade per metre of rail that nothing has read, rad/m: transitions turn by one to two degrees a
+/// metre.
 const RAD_PER_M: Real = 0.02;
 /// Longest gap that counts, m.
 const MAX_M: Real = 50.0;
@@ -23,7 +23,7 @@ pub struct MapGaps {
 }
 
 impl MapGaps {
-    /// For a train of the vehicle's length, before the first reading.
+    /// Builds the gaps for a train of the vehicle's length, before the first reading.
     pub fn new(vehicle: &Vehicle) -> Self {
         let ([a, b], [c, d]) = (vehicle.tare_span_m, vehicle.load_span_m);
         Self {

@@ -1,8 +1,8 @@
 //! Rail memory: what was read of the rail, at evenly spaced nodes along the way run, over the last stretch.
 //!
-//! Kept of a place are u = sin θ + b/g as the accelerometer reads it, b the bias of its time, and the horizontal
-//! curvature without its sign. u is the sum that is observed well: whoever wants the grade takes today's bias off, so
-//! old nodes get better as the bias does.
+//! Each node holds u = sin θ + b/g as the accelerometer reads it, b the bias of its time, and the horizontal curvature
+//! without its sign. u is the sum that is observed well. A reader takes off today's estimate of the bias, so old nodes
+//! get better as that estimate does.
 //!
 //! Nodes are written by linear interpolation where the middle of the unit passes them. A node takes three bytes: u in
 //! steps of 2 × 10⁻⁵ (0.001°), curvature in steps of 0.001 1/m. The way run is a whole number of nodes and a rest,
@@ -30,14 +30,14 @@ pub struct Place {
     rest_m: Real,
 }
 
-/// What is known of a place.
+/// Rail at a place, from the memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spot {
     /// u = sin θ + b/g.
     pub u: Real,
-    /// How far the place is ahead of the rail read, m; 0 on it.
+    /// Distance of the place ahead of the rail read, m; 0 on it.
     pub ahead_m: Real,
-    /// How far it is behind the rail read, m; 0 on it.
+    /// Distance of the place behind the rail read, m; 0 on it.
     pub behind_m: Real,
 }
 
@@ -47,7 +47,7 @@ const BEND_STEP: Real = 1e-3;
 const MAX_U_STEPS: Real = 32_000.0;
 const MAX_BEND_STEPS: Real = 255.0;
 
-/// What is kept of a place.
+/// Stored signals of a place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Node {
     u: i16,
@@ -85,7 +85,7 @@ pub struct RailMemory {
 }
 
 impl RailMemory {
-    /// For a train that reaches over `span_m`.
+    /// Builds the rail memory for a train that reaches over `span_m`.
     pub fn new(span_m: Real) -> Self {
         Self {
             pitch_m: ((span_m + SPARE_M) / NODES as Real).max(MIN_PITCH_M),
@@ -170,7 +170,7 @@ impl RailMemory {
             .map_or([0.0; 2], |node| node.value())
     }
 
-    /// By how much u grows per metre at the front end.
+    /// Growth of u per metre at the front end.
     pub fn end_gradient(&self) -> Real {
         let Some([low, high]) = self.known else {
             return 0.0;
@@ -183,8 +183,8 @@ impl RailMemory {
         (end - inside) / (count as Real * self.pitch_m)
     }
 
-    /// What is known `offset_m` ahead of `place`: between nodes a straight line, beyond the front end its `gradient`
-    /// for some metres, behind the rear end that end.
+    /// Returns the rail `offset_m` ahead of `place`: between nodes a straight line, beyond the front end its `gradient`
+    /// for some metres, behind the rear end the value of that end.
     pub fn at(&self, place: Place, offset_m: Real, gradient: Real) -> Spot {
         let Some([low, high]) = self.known else {
             return Spot::default();
@@ -225,7 +225,7 @@ impl RailMemory {
         curvature
     }
 
-    /// Whether the rail up to `offset_m` ahead of `place` has been read.
+    /// Returns true if the rail up to `offset_m` ahead of `place` has been read.
     pub fn read_up_to(&self, place: Place, offset_m: Real) -> bool {
         let node = self.ahead(place, offset_m).node;
         self.known.is_some_and(|[_, high]| node < high)

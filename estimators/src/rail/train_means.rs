@@ -12,25 +12,25 @@ use crate::rail::rail_memory::{Place, RailMemory};
 /// Means at one place of the train.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TrainMeans {
-    /// Σ m S* and Σ m S of the tare, kg.
+    /// Σ m S* of the tare, kg.
     pub tare_deep_kg: Real,
-    /// See above.
+    /// Σ m S of the tare, kg.
     pub tare_kg: Real,
-    /// S* and S of the load.
+    /// S* of the load.
     pub load_deep: Real,
-    /// See above.
+    /// S of the load.
     pub load: Real,
     /// Cosine of the grade under the load.
     pub load_cos: Real,
     /// Curvature of the grade under the load, (u₁ − u₂)/w/cos θ, 1/m.
     pub load_curvature_per_m: Real,
-    /// Σ m x of the tare that stands on rail behind what was read, x how far behind, kg·m; and x of the load, m.
+    /// Σ m x of the tare that stands on rail behind what was read, x how far behind, kg·m.
     pub behind_tare_kgm: Real,
-    /// See above.
+    /// The same x of the load, m.
     pub behind_load_m: Real,
-    /// Σ m x ahead of what was read, kg·m, and the largest x, m.
+    /// Σ m x ahead of what was read, kg·m.
     pub ahead_kgm: Real,
-    /// See above.
+    /// Largest x ahead of what was read, m.
     pub ahead_m: Real,
     /// Mean horizontal curvature under the tare, 1/m.
     pub bend_per_m: Real,
@@ -56,7 +56,7 @@ struct Ends {
 }
 
 impl TrainOnRail {
-    /// For a layout; `deep`: with the depths of the masses.
+    /// Builds the train on its rail for a layout; `deep`: with the depths of the masses.
     pub fn new(layout: &MassLayout, deep: bool) -> Self {
         let mut train = Self {
             masses: Default::default(),

@@ -66,7 +66,7 @@ pub struct Curvature {
     smoother: AdaptiveSmoother<2>,
     signals: SlopeForce,
     rls: Rls<1>,
-    /// Whether both instruments spoke in the last step.
+    /// True if both instruments had a value in the last step.
     fresh: bool,
     running_s: Real,
     since_sample_s: Real,
@@ -74,7 +74,7 @@ pub struct Curvature {
 }
 
 impl Curvature {
-    /// From the vehicle, its parameters and the way to forget.
+    /// Builds the regression of the curvature from the vehicle, its parameters and the way to forget.
     pub fn new(vehicle: &Vehicle, params: CurvatureParams, policy: Forgetting<1>) -> Self {
         let calm = params.smoothing_hz;
         let prior = Gaussian::independent(vector![0.0], vector![params.curvature_sd_per_m]);
@@ -148,13 +148,13 @@ impl Curvature {
         self.standstill_mps
     }
 
-    /// Whether the train has moved long enough for the regression to learn.
+    /// Returns true if the train has moved long enough for the regression to learn.
     pub fn learning(&self) -> bool {
         self.running_s >= self.params.settle_s
     }
 
-    /// What the rail at the instrument reads: g sin θ + bias, m/s² (no horizontal curvature: 0), and the speed, m/s,
-    /// behind the same filters.
+    /// Rail at the instrument: g sin θ + bias, m/s² (no horizontal curvature: 0), and the speed, m/s, behind the same
+    /// filters.
     pub fn at_place(&self) -> (Option<AtPlace>, Real) {
         let (force, speed) = (self.signals.force.value(), self.signals.speed.value());
         let here = force

@@ -62,12 +62,12 @@ pub struct DifferencedMass {
     excited: bool,
     saturated: bool,
     outcome: Outcome,
-    /// What became of the last difference.
+    /// Status of the last difference.
     status: AidStatus,
 }
 
 impl DifferencedMass {
-    /// From the vehicle and the parameters; `grade_map`: the train is not a point.
+    /// Builds the mass estimator from the vehicle and the parameters; `grade_map`: the train is not a point.
     pub fn new(vehicle: &Vehicle, params: DifferencedParams, grade_map: bool) -> Self {
         let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
         Self {
@@ -174,8 +174,8 @@ impl DifferencedMass {
         }
     }
 
-    /// By how much grades are ahead of the effective one. How tare and load share in that goes by the mass: what it is
-    /// uncertain by is in it.
+    /// Offsets of other grades from the effective one. The shares of tare and load in it depend on the mass, so its
+    /// standard deviation contains that of the mass.
     pub fn ahead(&self) -> GradeOffset {
         let ([low, high], Value { value, sd, .. }) = (self.range_kg, self.mass_kg());
         let at = |kg: Real| self.train.ahead(within(kg, low, high));
@@ -192,17 +192,17 @@ impl DifferencedMass {
         self.bends.now()
     }
 
-    /// Whether the last difference was used.
+    /// Returns true if the last difference was used.
     pub fn excited(&self) -> bool {
         self.excited
     }
 
-    /// Whether the mass is held at an end of its range.
+    /// Returns true if the mass is held at an end of its range.
     pub fn saturated(&self) -> bool {
         self.saturated
     }
 
-    /// What became of the last difference.
+    /// Status of the last difference.
     pub fn status(&self) -> AidStatus {
         self.status
     }

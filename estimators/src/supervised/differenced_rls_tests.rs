@@ -102,7 +102,7 @@ fn what_a_bend_takes_and_gains_belongs_to_the_balance_and_its_drift_is_no_slope(
     assert!((stage.mass_kg().value / 15_000.0 - 1.0).abs() < 1e-6);
 }
 
-/// What becomes of one difference.
+/// Outcome of one difference.
 fn outcome(params: DifferencedParams, force_n: Real, slope_mps2: Real) -> AidOutcome {
     let mut stage = stage(params);
     let before = truth().sample(&at(0.0));

@@ -3,10 +3,10 @@
 //!
 //! v⁻ = v + dt v̇(F, M, θ, μ),  θ⁻ = θ,  z = v + noise
 //!
-//! What this structure cannot do, whatever its tuning: it sees the slope only through traction, so an error of mass,
+//! Limits of this structure, whatever its tuning: it observes the slope only through traction, so an error of mass,
 //! running resistance, torque or brake force is an error of slope (1 % of μ = 0.02 is 0.01°; 1 % of mass on a 10° grade
 //! is 0.1°); it lags a change of slope by about a second, as a slope must first change the speed; standing or braking
-//! it knows nothing new. The accelerometer, which reads the slope directly, is not used.
+//! there is no new information. The accelerometer, which reads the slope directly, is not used.
 
 use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 
@@ -84,7 +84,7 @@ impl Model<2, 1> for ForceBalanceModel {
     }
 }
 
-/// How the filter meets a noise or a slope it was not told of.
+/// Adaptation to a noise or a slope that differs from the parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Adaptation {
     /// Not at all.
@@ -133,14 +133,14 @@ pub struct ForceBalanceEkf {
     /// Innovation and NIS of the last measurement.
     last: Option<(Real, Real)>,
     gate: Gate,
-    /// Standard deviation of wheel speed that was told, and the one in use before any adaptation, m/s.
+    /// Standard deviation of wheel speed from the parameters, and the one in use before any adaptation, m/s.
     told_sd: Real,
     unadapted_sd: Real,
 }
 
 impl ForceBalanceEkf {
-    /// From the balance, the parameters, the way to adapt and the innovation gate. The adapted variance of wheel speed
-    /// stays between a hundredth and a hundred times the nominal one.
+    /// Builds the filter from the balance, the parameters, the way to adapt and the innovation gate. The adapted
+    /// variance of wheel speed stays between a hundredth and a hundred times the nominal one.
     pub fn new(
         balance: ForceBalance,
         params: GradeParams,
@@ -200,8 +200,8 @@ impl ForceBalanceEkf {
         }
     }
 
-    /// Carries the belief over `dt`. Without a `drive` (standing, braking, torque unknown) the force balance says
-    /// nothing: the slope is kept and its tie to the speed is cut.
+    /// Carries the belief over `dt`. Without a `drive` (standing, braking, torque unknown) there is no force balance:
+    /// the slope is kept and its tie to the speed is cut.
     pub fn predict(&mut self, drive: Option<Drive>, dt: Real) {
         self.gate.tick(dt);
         let Ekf { model, belief } = &mut self.aekf.filter;
@@ -226,8 +226,8 @@ impl ForceBalanceEkf {
 
     /// Corrects by a wheel speed, if the innovation gate lets it. `adapt` lets the measurement noise learn from it.
     ///
-    /// What the gate says, and what the measurement did: `None`, if it was rejected or the numbers allowed no
-    /// correction.
+    /// Returns the judgement of the gate and the correction: `None`, if the measurement was rejected or the numbers
+    /// allowed no correction.
     pub fn update(
         &mut self,
         wheel_speed_mps: Real,
@@ -268,7 +268,7 @@ impl ForceBalanceEkf {
         Some(correction)
     }
 
-    /// Strong tracking, where it is on and the innovations call for it: fades the slope. Tells whether it is active.
+    /// Strong tracking, where it is on and the innovations call for it: fades the slope. Returns true if it is active.
     fn track(&mut self, wheel_speed_mps: Real) -> bool {
         let Some((tracking, alarm)) = self.tracking.as_mut() else {
             return false;
@@ -303,7 +303,7 @@ impl ForceBalanceEkf {
         self.last.unwrap_or((0.0, 0.0))
     }
 
-    /// Whether it has had a wheel speed.
+    /// Returns true if the filter has had a wheel speed.
     pub fn started(&self) -> bool {
         self.started
     }
@@ -323,12 +323,12 @@ impl ForceBalanceEkf {
         self.fading
     }
 
-    /// Whether the grade is held at the steepest there is.
+    /// Returns true if the grade is held at its limit.
     pub fn clamped(&self) -> bool {
         self.saturated
     }
 
-    /// Whether a limit acts: steepest grade, or a limit of the adapted noise.
+    /// Returns true if a limit acts: steepest grade, or a limit of the adapted noise.
     pub fn saturated(&self) -> bool {
         self.saturated || self.aekf.noise.limited()
     }

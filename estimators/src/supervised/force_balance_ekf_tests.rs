@@ -99,7 +99,7 @@ fn no_grade_is_steeper_than_the_limit_and_a_limit_is_told() {
     }
 }
 
-/// Wheel speeds without any noise: the adapted one goes to its limit, a hundredth of the variance told.
+/// Wheel speeds without any noise: the adapted one goes to its limit, a hundredth of the variance in the parameters.
 #[test]
 fn the_adapted_noise_learns_only_when_told_to_and_a_limit_of_it_is_told() {
     for (adaptation, adapt, learns) in [
@@ -226,7 +226,7 @@ fn a_wheel_speed_beyond_the_gate_changes_nothing_until_it_stays() {
         let (judgement, correction) = filter.update(1.5, false);
         assert!((filter.innovation().0 - 0.5).abs() < 0.01);
         if judgement.passage != Passage::Reject {
-            // As uncertain as the innovation says, on top of what it was.
+            // The innovation variance has grown by the square of the innovation.
             let S = before.P.m11 + y * y + 0.005 * 0.005;
             assert!((correction.unwrap().S.x / S - 1.0).abs() < 1e-9);
             break;

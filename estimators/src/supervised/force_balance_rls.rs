@@ -85,7 +85,7 @@ pub struct ForceBalanceRls {
     range_kg: [Real; 2],
     gate: ExcitationGate,
     load: LoadChangeDetector,
-    /// What was learnt when the residuals last kept to no side: what samples of another load have not touched.
+    /// Parameters when the residuals last kept to no side: samples of another load have not changed them.
     before: Rls<4>,
     saturated: bool,
     outcome: Outcome,
@@ -94,7 +94,7 @@ pub struct ForceBalanceRls {
 }
 
 impl ForceBalanceRls {
-    /// From the vehicle, the parameters and the way to forget.
+    /// Builds the regression from the vehicle, the parameters and the way to forget.
     pub fn new(vehicle: &Vehicle, params: MassParams, policy: Forgetting<4>) -> Self {
         let mass0_kg = vehicle.first_mass_kg(params.mass0_kg);
         let mu0 = vehicle.running_resistance;

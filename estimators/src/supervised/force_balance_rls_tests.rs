@@ -116,8 +116,8 @@ fn the_bias_of_the_accelerometer_is_told_from_resistance_by_reversals() {
 }
 
 /// Errors of mass, resistance and curve resistance drawn from the covariance, each put through the balance: their
-/// scatter is the standard deviation told, on steep grades, in both directions, in a curve, with parameters that hang
-/// together.
+/// scatter is the standard deviation reported, on steep grades, in both directions, in a curve, with correlated
+/// parameters.
 #[test]
 fn what_mass_and_resistance_do_to_the_slope_is_the_scatter_of_slopes_drawn() {
     let mut stage = Stage::new(params(), Forgetting::None);
@@ -162,7 +162,7 @@ fn what_mass_and_resistance_do_to_the_slope_is_the_scatter_of_slopes_drawn() {
     }
 }
 
-/// (error/sd)² of the mass over draws of mass, resistance, bias and noise from what the stage is told.
+/// (error/sd)² of the mass over draws of mass, resistance, bias and noise from the prior of the stage.
 #[test]
 fn the_error_of_the_mass_is_chi_square() {
     let told = MassParams {
@@ -197,7 +197,7 @@ fn the_error_of_the_mass_is_chi_square() {
         }
         let (x, P) = (stage.mass.rls.belief.x, stage.mass.rls.belief.P);
         nees += (x.x - mass_kg / MASS0_KG).powi(2) / P.m11 / runs as Real;
-        // What is told is never less: it is widened by residuals larger than expected.
+        // The standard deviation reported is never less: residuals larger than expected widen it.
         assert!(stage.mass.mass_kg().sd >= 0.999 * P.m11.sqrt() * MASS0_KG);
     }
     let (low, high) = chi_square_band(runs);
@@ -362,7 +362,7 @@ fn the_prior_is_what_the_parameters_tell() {
     assert!((sd - vector![0.4, 0.3 * 0.02, 0.02, 0.05]).norm() < 1e-12);
 }
 
-/// (M − M₀)(f + μ₀ g) + (μ − μ₀) M g on the level: what a stage that knows no better has not explained.
+/// The first residual on the level is (M − M₀)(f + μ₀ g) + (μ − μ₀) M g: the part that the prior does not explain.
 #[test]
 fn the_first_residual_is_what_the_prior_leaves_of_the_force() {
     let mut stage = Stage::new(params(), Forgetting::None);
@@ -371,7 +371,7 @@ fn the_first_residual_is_what_the_prior_leaves_of_the_force() {
     assert!((stage.internal("mass_residual_n") - expected).abs() < 1e-6);
 }
 
-/// Residuals four times as large as told are noise that was told wrongly, and no other load.
+/// Residuals four times as large as expected come from a wrong noise parameter, and not from another load.
 #[test]
 fn a_noise_told_wrongly_is_no_change_of_load() {
     let mut stage = Stage::new(params(), Forgetting::None);

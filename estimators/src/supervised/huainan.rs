@@ -14,7 +14,7 @@ use crate::supervised::inertial::{CurvatureSlope, InertialParams};
 use crate::supervised::supervision::Supervision;
 
 params! {
-    /// How the inertial slope filter adapts.
+    /// Adaptation of the inertial slope filter.
     AdaptiveParams {
         b ["-"] = 0.998, 0.5 => 0.99999, "Fading factor b of the adapted wheel-speed noise, per wheel-speed sample.";
     }

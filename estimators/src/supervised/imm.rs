@@ -5,7 +5,7 @@
 //!
 //! State [v, a, i], i = sin θ; measurements: specific force a + g i, wheel speed v.
 //!
-//! - kinematic model (eq. 8–13): a and i walk at random; knows nothing of forces, works standing and braking
+//! - kinematic model (eq. 8–13): a and i walk at random; needs no forces, works standing and braking
 //! - dynamic model (eq. 14–17): a = (F/M − b − g (i + s μ c))/(1 + J/M) from the force balance; i walks at random
 //!
 //! F is the traction less air drag, b what a bend takes ([`Bends`](crate::models::single_track::Bends): nothing on a
@@ -65,7 +65,7 @@ params! {
 }
 
 params! {
-    /// How the models interact.
+    /// Interaction of the models.
     ImmParams {
         stay ["-"] = 0.95, 0.5 => 0.999999, "Probability of staying in a model from one wheel-speed sample to the next, at the start.";
     }
@@ -120,7 +120,7 @@ pub struct SlopeModels {
     gates: [Gate; 2],
     /// Time since the last difference of the mass regression, s.
     since_difference_s: Real,
-    /// What became of the last wheel speed and specific force, which are fused as one measurement.
+    /// Status of the last wheel speed and specific force, which are fused as one measurement.
     aids: [AidStatus; 2],
 }
 
@@ -138,7 +138,7 @@ pub struct Push {
 /// One model: state [v, a, i], i = sin θ; measurement [f, v] with the specific force f = a + g i.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlopeModel {
-    /// How the acceleration goes on.
+    /// Model of the acceleration.
     pub acceleration: Acceleration,
     /// Process noise of v (m²/s³), of a where it walks at random (m²/s⁵) and of i (1/s).
     pub q: [Real; 3],
@@ -188,7 +188,7 @@ impl Model<3, 2> for SlopeModel {
 }
 
 impl SlopeModels {
-    /// From the vehicle's nominal values and the parameters.
+    /// Builds the filters of the slope from the vehicle's nominal values and the parameters.
     pub fn new(
         vehicle: &Vehicle,
         params: ModelParams,

@@ -245,7 +245,7 @@ fn wheel_speed_and_accelerometer_are_fused_together_or_not_at_all() {
     assert_eq!(stage.imm, before);
 }
 
-/// Two measurements: the normalised innovation squared is told per measurement.
+/// Two measurements: the normalised innovation squared is reported per measurement.
 #[test]
 fn the_innovation_told_is_that_of_wheel_speed() {
     let mut stage = dynamic(&vehicle(), 0.1);

@@ -51,18 +51,18 @@ params! {
     }
 }
 
-/// What carries the state of [`InertialModel`] on.
+/// Inputs of [`InertialModel`] for a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// Specific force f along the train, m/s²; `None` while the accelerometer is not heard.
+    /// Specific force f along the train, m/s²; `None` while the accelerometer is stale.
     pub specific_force_mps2: Option<Real>,
-    /// How the grade angle changes.
+    /// Change of the grade angle.
     pub turn: Turn,
     /// Standard deviation of the specific force beyond what the process noise of speed allows for, m/s².
     pub force_noise_mps2: Real,
 }
 
-/// How the grade angle changes.
+/// Change of the grade angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Turn {
     /// With the curvature ρ of the rail, 1/m: θ̇ = ρ v.
@@ -152,7 +152,7 @@ pub struct CurvatureSlope {
     bias_sd_mps2: Real,
     /// Standard deviation of wheel speed before any adaptation, m/s.
     unadapted_sd: Real,
-    /// What became of the last wheel speed.
+    /// Status of the last wheel speed.
     wheel_speed: AidStatus,
 }
 
@@ -170,8 +170,8 @@ fn prior(params: &InertialParams) -> Gaussian<2> {
 }
 
 impl CurvatureSlope {
-    /// From the vehicle, the parameters, the regression of the curvature, the sigma points, and the `fading` factor of
-    /// Sage & Husa (`None`: the noise of wheel speed is known).
+    /// Builds the estimator from the vehicle, the parameters, the regression of the curvature, the sigma points, and
+    /// the `fading` factor of Sage & Husa (`None`: the noise of wheel speed is known).
     pub fn new(
         vehicle: &Vehicle,
         params: InertialParams,
@@ -242,7 +242,7 @@ impl CurvatureSlope {
         learnt.filter(|sd| *sd > 4.0 * told).unwrap_or(0.0)
     }
 
-    /// No rail is steeper than the limit, whatever an instrument says.
+    /// Holds the grade within the steepest that a rail can have, whatever an instrument reads.
     fn limit(&mut self) {
         let x = &mut self.slope.filter.belief_mut().x;
         let inside = x.y.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
@@ -319,7 +319,7 @@ impl Pipeline for CurvatureSlope {
             && reading.specific_force_mps2.is_some()
             && reading.speed_mps.is_some()
             && !self.saturated;
-        // It knows no mass: the spread of the effective grade over all masses possible is added to the doubt.
+        // It has no mass: the spread of the effective grade over all masses possible is added to the doubt.
         let ahead = self.train.ahead(self.mass.value);
         let [light, heavy] = self.mass_range_kg.map(|kg| self.train.ahead(kg).unit);
         let spread = (heavy - light) / sqrt(12.0);

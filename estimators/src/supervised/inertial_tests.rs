@@ -75,7 +75,7 @@ fn the_process_noise_is_that_of_what_carries_the_slope() {
         (motion(Some(1.0), Turn::Curvature(0.1), 0.0), 1e-6, 5e-6),
         (motion(Some(1.0), Turn::Gyro(0.1), 0.0), 1e-6, 1e-8),
         (motion(None, Turn::Curvature(0.1), 0.0), 1.0, 5e-6),
-        // White noise of f moves the speed by its part of the step; not below what is told.
+        // White noise of f moves the speed by its part of the step; never below the parameter.
         (
             motion(Some(1.0), Turn::Curvature(0.1), 0.3),
             0.3 * 0.3 * DT,
@@ -153,7 +153,7 @@ fn a_limit_of_the_slope_is_told_and_is_not_valid() {
     }
 }
 
-/// Signals without noise: the adapted one goes to its limit, which is told.
+/// Signals without noise: the adapted one goes to its limit, which is reported.
 #[test]
 fn a_limit_of_the_adapted_noise_is_told() {
     for (fading, saturated) in [(None, false), (Some(0.9), true)] {
@@ -229,7 +229,7 @@ fn a_long_train_on_a_ramp() {
         (effective.value.sin() - expected).abs() < 3e-3,
         "{effective:?} {expected}"
     );
-    // It knows no mass: uniform between the effective grades of the lightest and the heaviest train.
+    // It has no mass: uniform between the effective grades of the lightest and the heaviest train.
     let spread = per_m * (middle_m(5_000.0) - middle_m(27_000.0)) / Real::sqrt(12.0);
     let doubt = (effective.sd * effective.sd - imu.sd * imu.sd).sqrt();
     assert!((doubt / spread - 1.0).abs() < 0.1, "{doubt} {spread}");

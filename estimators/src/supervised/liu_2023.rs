@@ -18,7 +18,7 @@ use crate::supervised::supervision::TwoStageSupervision;
 use crate::supervised::two_stage::TwoStage;
 
 params! {
-    /// How `dffrls_aekf_robust` forgets and adapts.
+    /// Forgetting and adaptation of `dffrls_aekf_robust`.
     ForgettingParams {
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "Forgetting factor until the size of the residual is known.";
         delta ["-"] = 0.999, 0.5 => 1.0, "Smallest forgetting factor δ, per regression sample: running resistance and bias, which it forgets with the mass, do not change within minutes; for another load there is the load-change detector.";

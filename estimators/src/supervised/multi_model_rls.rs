@@ -1,11 +1,10 @@
 //! Mass from two models weighed by how well they explain the traction (patent CN 111507019 B, step 2 ①).
 //!
 //! - straight: F − J v̇ = M a, a = f + s μ g cos θ (their eq. 20; F is the traction less air drag; a long train feels
-//!   the f of where
-//!   its masses rest, as in [`crate::supervised::force_balance_rls`])
+//!   the f of where its masses rest, as in [`crate::supervised::force_balance_rls`])
 //! - turning, on a road only: F + F_f (1/cos δ − 1) − J v̇ = M (a + (l_r/L) a_y tan δ) (eq. 12–22, single-track model):
-//!   the side force
-//!   of the steered tyres takes part of the traction, and a straight model takes that for mass ([`Bends`])
+//!   the side force of the steered tyres takes part of the traction, and a straight model takes that for mass
+//!   ([`Bends`])
 //!
 //! Each by recursive least squares with λ(k) = 1 − 0.05 · 0.98ᵏ; the weights are the likelihoods of their residuals.
 //!
@@ -85,7 +84,7 @@ pub struct MultiModelMass {
 }
 
 impl MultiModelMass {
-    /// From the vehicle and the parameters.
+    /// Builds the mass estimator from the vehicle and the parameters.
     pub fn new(vehicle: &Vehicle, params: MultiModelParams) -> Self {
         let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
         let rls = Rls::new(
@@ -197,7 +196,8 @@ impl MassEstimator for MultiModelMass {
         };
         let acceleration = now.acceleration_mps2;
         let direction = if now.speed_mps < 0.0 { -1.0 } else { 1.0 };
-        // f with the slope as the load feels it; what the tare feels otherwise is known and goes to the other side.
+        // f with the slope under the load; the difference of the slope under the tare is known and goes to the other
+        // side.
         let ([tare_u, _], [load_u, _]) = (felt.tare.value, felt.load.value);
         let f = acceleration + load_u;
         let tare_kg = train.tare_kg();

@@ -167,7 +167,7 @@ fn an_error_of_the_level_is_reckoned_as_least_squares_has_it() {
             "{share}"
         );
     }
-    // The mass is told as uncertain as that at least.
+    // The standard deviation reported for the mass is at least that large.
     assert!(stage.mass.sums[0] > 1.0 && stage.mass.sums[1] > 1.0);
     let found = stage.mass.mass_kg();
     assert!(found.sd >= found.value * stage.mass.level_error());
@@ -350,7 +350,7 @@ fn an_error_of_the_level_is_forgotten_with_its_samples() {
     }
 }
 
-/// Residuals four times as large as told are noise that was told wrongly, and no other load.
+/// Residuals four times as large as expected come from a wrong noise parameter, and not from another load.
 #[test]
 fn a_noise_told_wrongly_is_no_change_of_load() {
     let mut stage = Stage::new(MultiModelParams::default());

@@ -15,7 +15,7 @@ use crate::supervised::supervision::TwoStageSupervision;
 use crate::supervised::two_stage::TwoStage;
 
 params! {
-    /// How `mmrls_sh_stf_robust` adapts.
+    /// Adaptation of `mmrls_sh_stf_robust`.
     SwitchParams {
         b ["-"] = 0.998, 0.5 => 0.99999, "Fading factor b of Sage-Husa, per wheel-speed sample.";
         memory ["-"] = 0.95, 0.0 => 1.0, "Memory ρ of strong tracking.";

@@ -3,13 +3,12 @@
 //!
 //! y = h μ,  y = (F − J v̇)/M − f,  h = sgn(v) g cos θ,  f = v̇ + g sin θ
 //!
-//! The paper takes the slope from a survey; f is then put together from v̇ and θ ([`Surveyed`], for callers who know
-//! the slope). The pipeline needs no map: an accelerometer reads f. What is not known shows in μ and is counted in its
-//! standard deviation:
+//! The paper takes the slope from a survey; f is then put together from v̇ and θ ([`Surveyed`], for callers with a
+//! surveyed slope). The pipeline needs no map: an accelerometer reads f. What is not known shows in μ and is counted in
+//! its standard deviation:
 //!
 //! - the accelerometer's bias b: μ is off by −sgn(v) b/g (0.00978 m/s² is 0.001), and a run in the other direction by
-//!   as much the
-//!   other way; in a survey an error of the slope does the same (0.1° is 0.0017)
+//!   as much the other way; in a survey an error of the slope does the same (0.1° is 0.0017)
 //! - an error e of mass or torque: μ is off by e F/(M g), so that on a climb of 5° one percent is 0.001
 //!
 //! Against the print: the gain is divided by φ + hᵀ P h (eq. 14 lacks the inverse), the rotating masses have no g (eq.
@@ -90,11 +89,11 @@ pub struct Resistance {
     bias_sd_mps2: Real,
     /// Time since the last sample of the regression, s.
     since_sample_s: Real,
-    /// What became of the last wheel speed, and of the last sample of the force balance.
+    /// Status of the last wheel speed, and of the last sample of the force balance.
     aids: [AidStatus; 2],
 }
 
-/// From the vehicle's nominal values and the parameters.
+/// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> Resistance {
     let own = params.resistance;
     let prior = Gaussian::independent(vector![own.resistance0], vector![own.resistance0_sd]);
@@ -292,7 +291,7 @@ impl Pipeline for Resistance {
     }
 }
 
-/// The same with a slope that the caller knows, as in the paper, in place of the accelerometer.
+/// The same with a slope from the caller, as in the paper, in place of the accelerometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surveyed {
     front_end: FrontEnd,
@@ -300,7 +299,7 @@ pub struct Surveyed {
 }
 
 impl Surveyed {
-    /// From the vehicle's nominal values and the parameters.
+    /// Builds the estimator from the vehicle's nominal values and the parameters.
     pub fn new(vehicle: &Vehicle, params: &Params) -> Self {
         Self {
             front_end: FrontEnd::new(vehicle),

@@ -23,9 +23,9 @@ params! {
 /// The supervisors of an estimator, as its parameters have them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Supervisors {
-    /// Whether the rail is kept in memory.
+    /// True if the rail is kept in memory.
     pub grade_map: bool,
-    /// Whether a slip detector is on.
+    /// True if a slip detector is on.
     pub slip_detector: bool,
     /// Innovation gates and validity rule.
     pub integrity: Integrity,

@@ -1,4 +1,4 @@
-//! What the two-stage pipelines share: signals → mass regression → slope filter with that mass → estimate.
+//! Common part of the two-stage pipelines: signals → mass regression → slope filter with that mass → estimate.
 
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
@@ -84,23 +84,23 @@ pub trait MassEstimator: Copy {
     /// balance with the traction of `steady`.
     fn slope_sd_rad(&self, steady: &SteadyTraction, train: &DistributedTrain) -> Real;
 
-    /// Standard deviation of what its force balance leaves out beyond the noise it was told, m/s²: an error of the
+    /// Standard deviation of the errors of its force balance beyond the noise of the parameters, m/s²: an error of the
     /// slope by this over g.
     fn unmodelled_mps2(&self) -> Real {
         0.0
     }
 
-    /// What a bend takes from the traction, N: 0 for a stage that knows no bends.
+    /// Traction that a bend takes, N: 0 for a stage without a model of bends.
     fn bend_n(&self) -> Real {
         0.0
     }
 
-    /// Whether its last sample was excited.
+    /// Returns true if its last sample was excited.
     fn excited(&self) -> bool {
         true
     }
 
-    /// Whether a limit acts.
+    /// Returns true if a limit acts.
     fn saturated(&self) -> bool;
 
     /// Its own quantities, for plots.
@@ -130,14 +130,14 @@ pub struct TwoStage<M> {
     conditioning: ConditioningParams,
     /// Speed below which the train counts as standing, m/s.
     standstill_mps: Real,
-    /// What became of the last wheel speed, and of the last sample of the force balance.
+    /// Status of the last wheel speed, and of the last sample of the force balance.
     aids: [AidStatus; 2],
     /// Time since the last sample of the force balance, s.
     since_sample_s: Real,
 }
 
 impl<M: MassEstimator> TwoStage<M> {
-    /// From the signals of the regression, the two stages, and which supervisors are on.
+    /// Builds the estimator from the signals of the regression, the two stages, and which supervisors are on.
     pub fn new(
         vehicle: &Vehicle,
         signals: Resampler,
@@ -196,7 +196,7 @@ impl<M: MassEstimator> TwoStage<M> {
         }
     }
 
-    /// What drives the train by the force balance; `None` while it does not hold.
+    /// Inputs of the train by the force balance; `None` while it does not hold.
     fn drive(&self, reading: &Reading, mass: &Value, running: bool) -> Option<Drive> {
         let (torque, speed) = reading
             .motor_torque_nm

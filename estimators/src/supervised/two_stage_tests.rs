@@ -117,7 +117,7 @@ fn a_grade_is_valid_while_all_that_it_rests_on_is_there() {
     }));
 }
 
-/// Noise of wheel speed that alternates, two or four times as large as told: slip from three times on.
+/// Noise of wheel speed that alternates, two or four times as large as the parameter: slip from three times on.
 #[test]
 fn wheels_whose_noise_is_three_times_what_it_should_be_slip() {
     for (noise, detector, valid) in [(0.01, true, true), (0.02, true, false), (0.02, false, true)] {

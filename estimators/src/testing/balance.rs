@@ -8,14 +8,14 @@ use crate::testing::Random;
 
 const GRAVITY: Real = 9.81;
 
-/// What is true of the train.
+/// True values of the train.
 #[derive(Clone, Copy)]
 pub struct Truth {
     pub mass_kg: Real,
     pub tare_kg: Real,
     pub rotating_mass_kg: Real,
     pub mu: Real,
-    /// What a curve adds to the running-resistance coefficient, times its radius, m.
+    /// Running-resistance coefficient that a curve adds, times its radius, m.
     pub curve_m: Real,
     pub accel_bias: Real,
 }

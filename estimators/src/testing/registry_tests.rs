@@ -1,4 +1,4 @@
-//! What holds for every named estimator.
+//! Laws that hold for every named estimator.
 
 use crate::Time;
 use crate::api::estimator::Estimator;
@@ -143,7 +143,7 @@ fn the_same_samples_give_the_same_bits_and_reset_forgets_all() {
     }
 }
 
-/// Pipelines that know the slope only through traction.
+/// Pipelines that observe the slope only through traction.
 const BY_TRACTION: &[&str] = &[
     "dffrls_aekf",
     "rls_ekf",

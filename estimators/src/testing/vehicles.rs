@@ -10,7 +10,7 @@ use crate::preprocess::front_end::Reading;
 use crate::testing::Random;
 use std::vec::Vec;
 
-/// What the estimators are told.
+/// Vehicle that the estimators are built with.
 pub fn vehicle() -> Vehicle {
     Vehicle::new(VehicleData {
         tare_kg: 5_000.0,
@@ -32,7 +32,7 @@ pub fn vehicle() -> Vehicle {
     .unwrap()
 }
 
-/// The road vehicle of Guo et al. 2024; what they do not tell is invented.
+/// The road vehicle of Guo et al. 2024; values that the paper does not give are invented.
 pub fn car() -> Vehicle {
     Vehicle::new(VehicleData {
         tare_kg: 1_900.0,
@@ -75,7 +75,7 @@ pub struct Turn {
 }
 
 impl Turn {
-    /// What the instruments send, at an instant.
+    /// Measurements of the instruments at an instant.
     pub fn measurements(&self, t_s: Real) -> Measurements {
         let reading = self.reading();
         let sample = |value: Option<Real>| {
@@ -156,7 +156,7 @@ impl Turn {
         }
     }
 
-    /// What instruments without error read.
+    /// Readings of instruments without error.
     pub fn reading(&self) -> Reading {
         let vehicle = car();
         let torque =
@@ -241,7 +241,7 @@ pub fn smooth(x: Real) -> Real {
     x * x * (3.0 - 2.0 * x)
 }
 
-/// What was true and what was estimated, at one instant.
+/// Truth and estimates at one instant.
 #[derive(Clone, Copy)]
 pub struct Row {
     pub t: Real,

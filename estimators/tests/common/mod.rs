@@ -1,4 +1,5 @@
-//! What the integration tests and the bench share: random numbers, a χ² band, a small crane that makes measurements.
+//! Common parts of the integration tests and the bench: random numbers, a χ² band, a small crane that makes
+//! measurements.
 #![allow(dead_code)] // each target uses a part of it
 
 pub mod regression;
@@ -64,7 +65,7 @@ pub fn chi_square_band(degrees: usize) -> (Real, Real) {
     (at(-1.96), at(1.96))
 }
 
-/// What the estimators are told.
+/// Vehicle that the estimators are built with.
 pub fn vehicle(drives: usize) -> Vehicle {
     Vehicle::new(VehicleData {
         tare_kg: 5_000.0,

@@ -1,5 +1,5 @@
-//! Regressions for the mass on the force balance, y = hᵀ χ by least squares that forget nothing, to ask which of them
-//! can find what.
+//! Regressions for the mass on the force balance, y = hᵀ χ by least squares that forget nothing: the tests show which
+//! of them can find what.
 //!
 //! | id | y | h | χ | source |
 //! |---|---|---|---|---|
@@ -41,7 +41,7 @@ struct Signals {
     speed: Real,
     /// v̇, m/s².
     rate: Real,
-    /// What the accelerometer reads, m/s².
+    /// Reading of the accelerometer, m/s².
     felt: Real,
 }
 

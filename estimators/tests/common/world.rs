@@ -13,7 +13,7 @@ pub const DT: Real = 0.01;
 pub const MASS_KG: Real = 15_000.0;
 pub const MU: Real = 0.02;
 
-/// The crane, its track, its sensors. Its speed control knows nothing of the slope.
+/// The crane, its track, its sensors. Its speed control has no input of the slope.
 #[derive(Clone, Copy)]
 pub struct World {
     pub mu: Real,

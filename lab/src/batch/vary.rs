@@ -73,7 +73,7 @@ impl Vary {
         std::iter::once(&self.path).chain(&self.also)
     }
 
-    /// What is wrong with it, and what would be right.
+    /// Checks it. The error holds what is wrong, and what would be right.
     pub(super) fn check(&self) -> Result<(), (String, &'static str)> {
         let given = [
             self.uniform.is_some(),

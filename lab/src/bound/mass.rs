@@ -151,7 +151,7 @@ impl MassBound {
         self.unseen_rad = p[(UNSEEN, UNSEEN)].sqrt() * moment / (BEHIND.1 * self.mass_kg);
     }
 
-    /// Standard deviation of the mass as a share of it, with the scale of the torque sensors, which nothing tells
+    /// Standard deviation of the mass as a share of it, with the scale of the torque sensors, which cannot be separated
     /// from mass; and of the effective grade by the rail behind, rad.
     pub(crate) fn sd(&self, drives: usize) -> Option<(f64, f64)> {
         let p = self.covariance?;

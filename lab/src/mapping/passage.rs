@@ -21,25 +21,25 @@ const INTERNALS: [&str; 8] = [
 #[derive(Clone, Debug, Default)]
 pub struct Passage {
     pub(crate) t_s: Vec<f64>,
-    /// Speed of the unit's middle, m/s, and its standard deviation.
+    /// Speed of the unit's middle, m/s.
     pub(crate) speed_mps: Vec<f64>,
-    /// See above.
+    /// Standard deviation of that speed, m/s.
     pub(crate) speed_sd_mps: Vec<f64>,
     /// True where its grade is marked valid.
     pub(crate) valid: Vec<bool>,
     /// Pitch of the unit, nose up, rad.
     pub(crate) pitch_rad: Vec<f64>,
-    /// Bias of the accelerometer along the unit, m/s², and its standard deviation.
+    /// Bias of the accelerometer along the unit, m/s².
     pub(crate) bias_mps2: Vec<f64>,
-    /// See above.
+    /// Standard deviation of that bias, m/s².
     pub(crate) bias_sd_mps2: Vec<f64>,
     /// Standard deviation of sin θ + b/g, with that of the IMU's mounting.
     pub(crate) read_sd: Vec<f64>,
     /// Standard deviation of the scale of the wheel speeds.
     pub(crate) scale_sd: Vec<f64>,
-    /// Heading since the start, + left, within ±π, rad, and its standard deviation.
+    /// Heading since the start, + left, within ±π, rad.
     pub(crate) heading_rad: Vec<f64>,
-    /// See above.
+    /// Standard deviation of the heading, rad.
     pub(crate) heading_sd_rad: Vec<f64>,
     /// Distance of the IMU ahead of the unit's middle, m.
     pub(crate) arm_m: f64,

@@ -71,7 +71,7 @@ struct Known {
 }
 
 /// The profile from chainage 0 to beyond the end of the way, a point every `every_m`; `start_m` is the chainage of
-/// the IMU in the first row. An error says why there is none.
+/// the IMU in the first row. An error gives the reason why there is none.
 pub fn profile(p: &Passage, start_m: f64, every_m: f64) -> Result<Vec<MapPoint>, String> {
     let cells = cells(p, start_m - p.arm_m, every_m)?;
     let read = cells.iter().filter(|cell| cell.way > 0.0).count();

@@ -244,7 +244,7 @@ mod tests {
         }
     }
 
-    /// What comes after convergence counts, also where it is worse than the 2 % that convergence means.
+    /// Samples after convergence count, also where they are worse than the 2 % that convergence means.
     #[test]
     fn after_convergence_means_from_the_first_second_within_two_percent_on() {
         let s = series(&[

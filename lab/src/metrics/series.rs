@@ -29,7 +29,7 @@ pub struct Target {
     /// Standard deviation of the mass, kg, and of the grades, rad, where they are references of a recorded drive;
     /// else 0. Its square adds to the reported variance in the normalised square of an error.
     pub mass_sd_kg: f64,
-    /// See above.
+    /// Standard deviation of the grades, rad, as that of the mass.
     pub grade_sd_rad: f64,
     /// The Cramér-Rao bound now; none where there is none, as of a recorded drive.
     pub bound: Option<BoundSample>,
@@ -304,7 +304,7 @@ impl Observer for ErrorSeries {
 mod tests {
     use super::*;
 
-    /// The variance of a reference adds to that which the estimator says: an error of 3 with 4 and 3 is 9/25.
+    /// The variance of a reference adds to that of the estimator: an error of 3 with 4 and 3 is 9/25.
     #[test]
     fn the_variance_of_the_reference_counts() {
         assert_eq!(normalised(3.0, 4.0, 3.0), 9.0 / 25.0);

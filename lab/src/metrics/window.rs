@@ -247,7 +247,7 @@ mod tests {
         );
     }
 
-    /// The mean time of a window tells both its ends: what counts is what `between` of the whole series gives, also
+    /// The mean time of a window gives both its ends: what counts is what `between` of the whole series gives, also
     /// where an end lies seconds before the moment that it is known by, and where the run ends meanwhile.
     #[test]
     fn samples_count_as_if_the_ends_had_been_known_from_the_start() {

@@ -13,8 +13,8 @@ use std::f64::consts::{LN_2, PI};
 /// A further term must lower χ² by so much.
 const SIGNIFICANT: f64 = 16.0;
 
-/// Points at neighbouring averaging times share their samples: of eight per decade about this many say the same (8
-/// log₁₀ 2).
+/// Number of neighbouring points that carry the same information, as neighbouring averaging times share their samples:
+/// of eight per decade (8 log₁₀ 2).
 const SHARED: f64 = 2.4;
 
 /// Coefficients, in the unit u of the samples.

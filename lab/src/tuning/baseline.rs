@@ -17,7 +17,7 @@ pub(crate) struct Baseline {
 
 impl Baseline {
     /// The defaults over the runs of `evaluator`, the groups of the study under `key`. An error where a metric of
-    /// theirs is not a number (say, as no sample is valid): there is nothing to measure trials by.
+    /// theirs is not a number (such as without a valid sample): there is nothing to measure trials by.
     pub(crate) fn new(
         study: &TuningStudy,
         key: &str,

@@ -9,8 +9,8 @@ use monorig_sim::config::scenario::ParameterFile;
 use monorig_sim::error::Error;
 use std::path::Path;
 
-/// A parameter that varies must be there, its values must be allowed, and only a number has a range with two ends;
-/// the error says at which key below the parameter's.
+/// A parameter that varies must be there, its values must be allowed, and only a number has a range with two ends; the
+/// error names the key below the parameter's.
 pub(crate) fn range(
     of: &EstimatorType,
     key: &str,

@@ -44,7 +44,7 @@ pub struct SearchResult {
 }
 
 /// Search over the tuning runs of `evaluator`, measured by the `baseline` there; trials are kept in the file `store`,
-/// and taken from it as `begin` says.
+/// and taken from it by the rule `begin`.
 pub(crate) fn search(
     study: &TuningStudy,
     evaluator: &Evaluator<'_>,

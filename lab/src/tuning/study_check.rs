@@ -128,7 +128,7 @@ fn parameters(study: &TuningStudy) -> Result<(), Error> {
     Ok(())
 }
 
-/// A range by itself; the error says at which key below it.
+/// Checks a range by itself; the error names the key below it.
 fn range(r: &Range) -> Result<(), (&'static str, Refusal)> {
     if let Some(choices) = &r.choices {
         if r.from.is_some() || r.to.is_some() || r.integer || r.scale != Scale::Linear {

@@ -97,7 +97,7 @@ impl Integrity {
         self.worst.map_or(0.0, |w| w.error.abs() / self.alert)
     }
 
-    /// With what another run has of the same estimator and quantity.
+    /// Adds the counts of another run of the same estimator and quantity.
     pub(crate) fn add(&mut self, other: &Self) {
         self.samples += other.samples;
         self.valid += other.valid;

@@ -77,7 +77,7 @@ struct McapFile {
     sequence: u32,
 }
 
-/// The JSON Schema of a table's messages, as viewers of MCAP want it.
+/// The JSON Schema of a table's messages, as viewers of MCAP need it.
 fn schema(table: &Table) -> Value {
     let mut properties = Map::new();
     properties.insert("stamp_ns".into(), serde_json::json!({"type": "integer"}));

@@ -24,16 +24,16 @@ pub(crate) enum MeasuredChannel {
     List(Vec<ScalarChannel>),
 }
 
-/// What the columns of a log measure. What is not there, estimators do without.
+/// Columns of a log by the quantity that they measure. Estimators do without quantities that are missing.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Channels {
     /// Measured quantities, but for wheel speed and motor torque.
     pub measured: BTreeMap<Measurand, MeasuredChannel>,
     /// Speeds of wheels at their circumference.
     pub wheel_speed: Vec<WheelChannel>,
-    /// What drives the vehicle.
+    /// Traction of the vehicle.
     pub traction: Option<Traction>,
-    /// What the controller asked for. Without it the measured torque stands for it.
+    /// Command of the controller. Without it the measured torque stands for it.
     pub command: Option<CommandChannel>,
 }
 

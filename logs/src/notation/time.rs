@@ -143,7 +143,7 @@ mod tests {
         }
     }
 
-    /// `date -u -d @1700000000 --iso-8601=seconds` says 2023-11-14T22:13:20+00:00.
+    /// `date -u -d @1700000000 --iso-8601=seconds` prints 2023-11-14T22:13:20+00:00.
     #[test]
     fn dates_are_those_of_the_calendar() {
         let d = |text: &str| TimeUnit::Iso8601.parse(text);

@@ -86,7 +86,7 @@ pub(crate) struct Out<'a> {
 }
 
 impl<'a> Out<'a> {
-    /// Hands chunks to this sink, which returns false if it wants no more.
+    /// Hands chunks to this sink, which returns false to stop.
     pub fn new(sink: &'a mut dyn FnMut(Chunk) -> bool) -> Self {
         Self {
             sink,

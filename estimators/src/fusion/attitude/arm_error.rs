@@ -27,7 +27,7 @@ pub struct ArmError {
 }
 
 impl ArmError {
-    /// For an arm of `arm_m`.
+    /// Builds the estimate of the error for an arm of `arm_m`.
     pub fn new(arm_m: Real) -> Self {
         Self {
             arm_m,

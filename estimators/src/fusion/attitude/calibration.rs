@@ -6,7 +6,7 @@ use crate::filters::gaussian::Gaussian;
 use crate::models::attitude::{BIAS_X, N, PHI, THETA};
 
 /// Largest standard deviation of the biases, m/s² and rad/s, of an instrument that counts as calibrated. A larger one
-/// may as well be the pitch of the mount or an error of scale, and |f| = g does not tell them from a bias.
+/// may as well be the pitch of the mount or an error of scale, and |f| = g does not separate them from a bias.
 const CALIBRATED_SD: Real = 0.03;
 /// Standard deviation of the scale of another instrument, and change of the pitch over which it counts as one error,
 /// rad.
@@ -24,7 +24,8 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Of an instrument with these standard deviations of the biases of accelerometer, m/s², and gyro, rad/s.
+    /// Builds the calibration of an instrument with these standard deviations of the biases of accelerometer, m/s², and
+    /// gyro, rad/s.
     pub fn new(bias_sd: [Real; 2]) -> Self {
         let [accel_bias_sd_mps2, _] = bias_sd;
         Self {
@@ -33,7 +34,7 @@ impl Calibration {
         }
     }
 
-    /// Whether the instrument counts as calibrated.
+    /// Returns true if the instrument counts as calibrated.
     pub fn is_calibrated(&self) -> bool {
         self.calibrated
     }

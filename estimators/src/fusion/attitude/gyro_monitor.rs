@@ -37,7 +37,7 @@ pub struct GyroMonitor {
 }
 
 impl GyroMonitor {
-    /// For wheels of the standard deviation `sd_mps`.
+    /// Builds the gyro monitor for wheels of the standard deviation `sd_mps`.
     pub fn new(on: bool, sd_mps: Real) -> Self {
         Self {
             on,

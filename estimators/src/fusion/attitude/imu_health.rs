@@ -104,9 +104,9 @@ pub struct SoundImu {
     pub force_mps2: Option<[Real; 3]>,
     /// Angular rate as the gyro reads it, rad/s; `None` while the gyro is out of use.
     pub rate_radps: Option<[Real; 3]>,
-    /// Whether something is out of use because it is stuck.
+    /// True if an instrument is out of use because it is stuck.
     pub stuck: bool,
-    /// Whether the accelerometer jumps: an outlier, or a rail joint.
+    /// True if the accelerometer jumps: an outlier, or a rail joint.
     pub shock: bool,
 }
 
@@ -125,7 +125,7 @@ pub struct ImuHealth {
 }
 
 impl ImuHealth {
-    /// With the gate on |f|, and that for spikes, on or off.
+    /// Builds the health check with the gate on |f|, and that for spikes, on or off.
     pub fn new(gate: bool, spike_gate: bool) -> Self {
         Self {
             gate,
@@ -186,7 +186,7 @@ impl ImuHealth {
         imu
     }
 
-    /// Whether the accelerometer jumps.
+    /// Returns true if the accelerometer jumps.
     fn is_shock(&mut self, force: Option<[Real; 3]>, dt: Real) -> bool {
         self.ring_s = (self.ring_s - dt).max(0.0);
         let Some(force) = force else { return false };

@@ -4,11 +4,11 @@
 //! The gyro is the input of the attitude, the accelerometer that of the speed ([`AttitudeModel`]); wheels, f_y, f_z and
 //! a standstill are the measurements ([`crate::aiding`]).
 //!
-//! It uses no force: no fault of torque, load or running resistance can reach the slope. What makes the accelerometer's
-//! bias observable is
-//! |f| = g: on a slope f_z = g cos θ + b_z measures θ without the integral of the gyro, once b_z is known from the level, and with θ
-//! f_x = v̇ + g sin θ + b_x measures b_x. Source: ours; the filter is that of Schmidt 1970 (extended), the gates those
-//! of common practice (Bar-Shalom, Li & Kirubarajan 2001, 5.4).
+//! It uses no force: no fault of torque, load or running resistance can reach the slope. The length of the specific
+//! force, |f| = g, makes the accelerometer's bias observable: on a slope f_z = g cos θ + b_z measures θ without the
+//! integral of the gyro, once b_z is known from the level, and with θ f_x = v̇ + g sin θ + b_x measures b_x. Source:
+//! ours; the filter is that of Schmidt 1970 (extended), the gates those of common practice (Bar-Shalom, Li &
+//! Kirubarajan 2001, 5.4).
 
 pub mod arm_error;
 pub mod calibration;
@@ -100,7 +100,7 @@ pub struct Attitude {
     pub yaw_rate_radps: Real,
     /// Vertical curvature of the rail under the unit, 1/m.
     pub curvature_per_m: Real,
-    /// Whether accelerometer and gyro are in use now.
+    /// True if accelerometer and gyro are in use now.
     pub imu: bool,
     /// Wheels in use now, and wheels that the gate has rejected.
     pub wheels: [usize; 2],
@@ -138,7 +138,7 @@ impl AttitudeFilter {
     pub const AID_SOURCES: &'static [&'static str] =
         &["wheel_speed", "lateral_force", "vertical_force"];
 
-    /// From the vehicle's nominal values and the sensor sheet.
+    /// Builds the attitude filter from the vehicle's nominal values and the sensor sheet.
     pub fn new(
         vehicle: &Vehicle,
         params: AttitudeParams,
@@ -328,7 +328,7 @@ impl AttitudeFilter {
         let Some((across, up)) = self.window.step(&self.belief, force, rate, lever, dt) else {
             return;
         };
-        // |f| = g does not tell the bias of an uncalibrated instrument from the pitch of its mount or its scale.
+        // |f| = g does not separate the bias of an uncalibrated instrument from the pitch of its mount or its scale.
         let used = self.supervision.vertical_force && self.calibration.is_calibrated();
         let up = match used {
             true => Control::New(up),
@@ -454,7 +454,7 @@ impl AttitudeFilter {
         &self.found
     }
 
-    /// Whether it has started.
+    /// Returns true if the filter has started.
     pub fn started(&self) -> bool {
         self.started
     }

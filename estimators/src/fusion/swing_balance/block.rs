@@ -52,11 +52,11 @@ pub struct BlockInput {
     pub bend_per_m: Real,
     /// Brake applied, 0…1.
     pub brake: Real,
-    /// Whether IMU and at least one wheel are in use.
+    /// True if the IMU and at least one wheel are in use.
     pub sound: bool,
-    /// Whether a wheel slips.
+    /// True if a wheel slips.
     pub slip: bool,
-    /// Whether the torques are doubted.
+    /// True if the torques are doubted.
     pub doubt: bool,
 }
 

@@ -45,14 +45,14 @@ const NEW_SWING_SD: [Real; 2] = [0.06, 0.25];
 /// Share of the first variance of resistance and bias that another load adds.
 const REOPEN: Real = 0.01;
 
-/// BlockCorrection by a block.
+/// Correction by a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BlockCorrection {
     /// Status of the measurement.
     pub status: AidStatus,
     /// Innovation over its nominal standard deviation.
     pub normalised: Real,
-    /// Whether the load is among what it has corrected.
+    /// True if the block has corrected the load too.
     pub weighs: bool,
 }
 
@@ -126,8 +126,8 @@ impl SwingBalance {
         }
     }
 
-    /// Whether the mass is weighed by the swing, and so not linear: a load that swings, and a running resistance that
-    /// does not weigh it first.
+    /// Returns true if the swing weighs the mass, so that the problem is not linear: the load swings, and the running
+    /// resistance does not weigh it first.
     pub fn is_nonlinear(&self) -> bool {
         self.model.swings && self.model.nominal.mu_load < MAX_SWING_MU
     }

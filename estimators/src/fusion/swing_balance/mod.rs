@@ -53,7 +53,7 @@ struct RollBack {
     filter: SwingBalance,
     /// The block that comes next.
     next: u64,
-    /// Whether it has been gone back to already, for another load.
+    /// True if the filter has gone back to it already, for another load.
     spent: bool,
 }
 
@@ -99,7 +99,7 @@ pub struct SwingMass {
     /// Block that comes next in a pass of the start search, and the one that every pass begins with.
     trial_next: u64,
     search_from: u64,
-    /// Whether the start has been searched since it was new.
+    /// True if the start has been searched since it was new.
     searched: bool,
     residuals: ScaledCusum,
     builder: BlockBuilder,
@@ -118,7 +118,7 @@ pub struct SwingMass {
 }
 
 impl SwingMass {
-    /// From the train's nominal values.
+    /// Builds the mass estimator from the train's nominal values.
     pub fn new(
         nominal: Nominal,
         train: TrainOnRail,
@@ -275,7 +275,7 @@ impl SwingMass {
             return;
         }
         let kept_from = (self.written + SPARE_BLOCKS).saturating_sub(BLOCKS as u64);
-        // A second search that has lost the start would know less than the first.
+        // A second search that has lost the start would have less data than the first.
         if self.searched && kept_from > self.roll_back.next {
             return;
         }
@@ -403,7 +403,7 @@ impl SwingMass {
         &self.train
     }
 
-    /// Whether the mass has been measured for long enough.
+    /// Returns true if the mass has been measured for long enough.
     pub fn is_known(&self) -> bool {
         self.searched
     }
@@ -435,7 +435,7 @@ impl SwingMass {
     }
 }
 
-/// Whether a block has corrected the filter.
+/// Returns true if a block has corrected the filter.
 fn is_used(status: &AidStatus) -> bool {
     matches!(status.outcome, AidOutcome::Fused | AidOutcome::Deweighted)
 }

@@ -53,7 +53,7 @@ impl ScaledCusum {
         alarm && self.pause_s <= 0.0
     }
 
-    /// Whether residuals keep to no side.
+    /// Returns true if residuals keep to no side.
     pub fn at_rest(&self) -> bool {
         self.sum.at_rest()
     }

@@ -57,7 +57,7 @@ impl StartSearch {
         };
     }
 
-    /// Whether passes are left.
+    /// Returns true if passes are left.
     pub fn is_active(&self) -> bool {
         self.active
     }
@@ -67,7 +67,7 @@ impl StartSearch {
         self.active = false;
     }
 
-    /// Whether this pass is the best one again.
+    /// Returns true if this pass is the best one again.
     pub fn is_last(&self) -> bool {
         usize::from(self.pass) >= LOADS.len()
     }
@@ -121,7 +121,7 @@ state!(StartSearch { active, pass, best, square, best_square, sums; } where |thi
 mod tests {
     use super::*;
 
-    /// What the passes come to, and the sum of their squares, as a mixture written out.
+    /// Loads, variances and sums of squares of the passes, and the mixture of them written out.
     #[test]
     fn the_variance_is_that_of_the_mixture_about_the_best_load() {
         let found = [

@@ -40,7 +40,7 @@ pub struct TorqueMonitor {
 }
 
 impl TorqueMonitor {
-    /// From the vehicle's nominal values and the sensor sheet.
+    /// Builds the torque monitor from the vehicle's nominal values and the sensor sheet.
     pub fn new(vehicle: &Vehicle, params: &SwingBalanceParams, on: bool) -> Self {
         Self {
             on,
@@ -94,7 +94,7 @@ impl TorqueMonitor {
         Some([force * all, variance * all * all])
     }
 
-    /// Whether the torques contradict the command.
+    /// Returns true if the torques contradict the command.
     pub fn doubt(&self) -> bool {
         self.on && self.doubt
     }

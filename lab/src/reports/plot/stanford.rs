@@ -27,7 +27,7 @@ pub(crate) struct Stanford {
 pub(crate) struct Regions {
     /// |error| ≤ protection level ≤ alert limit: as it should be.
     pub(crate) nominal: f64,
-    /// |error| ≤ protection level, which is beyond the alert limit: too uncertain to use, and the estimator says so.
+    /// |error| ≤ protection level, which is beyond the alert limit: too uncertain to use, and reported so.
     pub(crate) uncertain: f64,
     /// Protection level < |error| ≤ alert limit: more sure than right, and harmless.
     pub(crate) overconfident: f64,
