@@ -15,6 +15,7 @@ use std::sync::LazyLock;
 /// Columns of a measured quantity.
 #[derive(Clone, Debug, serde::Serialize)]
 #[serde(untagged)]
+#[allow(clippy::large_enum_variant, reason = "a map file has a few of them")]
 pub(crate) enum MeasuredChannel {
     /// Columns of three axes.
     Vector(VectorChannel),

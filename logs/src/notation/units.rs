@@ -184,7 +184,7 @@ impl Unit {
     }
 
     /// The value in the SI unit of its quantity (pressure in MPa).
-    pub fn to_si(&self, x: f64) -> f64 {
+    pub fn to_si(self, x: f64) -> f64 {
         match self.to_si {
             ToSi::Factor(factor) => x * factor,
             ToSi::Sine(factor) => (x * factor).asin(),
