@@ -65,7 +65,7 @@ pub fn tanh(x: Real) -> Real {
 
 /// `x` limited to `low`…`high`. Unlike `clamp` it never panics; NaN stays NaN.
 #[inline]
-pub fn within(x: Real, low: Real, high: Real) -> Real {
+pub(crate) fn within(x: Real, low: Real, high: Real) -> Real {
     if x < low {
         low
     } else if x > high {
@@ -77,6 +77,6 @@ pub fn within(x: Real, low: Real, high: Real) -> Real {
 
 /// Share of a step a first-order lag of time constant `tau_s` makes in `dt_s`: 1 − exp(−dt/τ).
 #[inline]
-pub fn lag(dt_s: Real, tau_s: Real) -> Real {
+pub(crate) fn lag(dt_s: Real, tau_s: Real) -> Real {
     1.0 - exp(-dt_s / tau_s)
 }

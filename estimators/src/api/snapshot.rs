@@ -108,7 +108,7 @@ impl<'a> Archive<'a> {
     }
 
     /// Refuses it as nonsense unless it is `good`.
-    pub fn require(&mut self, good: bool) {
+    pub(crate) fn require(&mut self, good: bool) {
         if !good {
             self.refuse(SnapshotError::Nonsense);
         }
@@ -193,7 +193,7 @@ impl<A: State, B: State> State for (A, B) {
 }
 
 /// Something to read into where there was nothing.
-pub trait Blank {
+pub(crate) trait Blank {
     /// It does not matter what: all of it is overwritten.
     fn blank() -> Self;
 }
@@ -252,7 +252,10 @@ impl<const R: usize, const C: usize> State for SMatrix<Real, R, C> {
 }
 
 /// A symmetric matrix: its lower triangle.
-pub fn visit_symmetric<const N: usize>(matrix: &mut SMatrix<Real, N, N>, archive: &mut Archive) {
+pub(crate) fn visit_symmetric<const N: usize>(
+    matrix: &mut SMatrix<Real, N, N>,
+    archive: &mut Archive,
+) {
     for j in 0..N {
         for i in j..N {
             if let Some(number) = matrix.get_mut((i, j)) {
@@ -264,7 +267,7 @@ pub fn visit_symmetric<const N: usize>(matrix: &mut SMatrix<Real, N, N>, archive
 }
 
 /// A part that is there or not by how the estimator was built.
-pub fn visit_built<T: State>(part: &mut Option<T>, archive: &mut Archive) {
+pub(crate) fn visit_built<T: State>(part: &mut Option<T>, archive: &mut Archive) {
     if let Some(part) = part {
         part.visit(archive);
     }

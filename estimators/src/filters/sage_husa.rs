@@ -56,7 +56,7 @@ impl<const M: usize> SageHusa<M> {
 
     /// As published: d = (1 − b)/(1 − bᵏ⁺¹) from k = 0, so that the first observation takes the place of the start, and
     /// no limits.
-    pub fn unlimited(start: SMatrix<Real, M, M>, fading: Real) -> Self {
+    pub(crate) fn unlimited(start: SMatrix<Real, M, M>, fading: Real) -> Self {
         Self {
             power: fading,
             ..Self::new(start, fading, [0.0, Real::INFINITY])

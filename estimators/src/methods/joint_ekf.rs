@@ -36,7 +36,7 @@ methods! {
 }
 
 /// M w, kg.
-pub const SCALE: Real = 1e4;
+pub(crate) const SCALE: Real = 1e4;
 
 /// What drives a step of [`JointModel`].
 #[derive(Clone, Copy, Debug, PartialEq)]

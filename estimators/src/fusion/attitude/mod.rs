@@ -454,11 +454,6 @@ impl AttitudeFilter {
         &self.found
     }
 
-    /// Whether it has started.
-    pub fn started(&self) -> bool {
-        self.started
-    }
-
     /// Test of the gyro monitor: square of the mean innovation of the wheels over its variance.
     pub fn monitor(&self) -> Real {
         self.monitor.test()
