@@ -75,7 +75,7 @@ pub struct Archive<'a> {
 
 impl<'a> Archive<'a> {
     /// To write to.
-    pub fn writer(bytes: &'a mut [u8]) -> Self {
+    pub(crate) fn writer(bytes: &'a mut [u8]) -> Self {
         Self {
             bytes: Bytes::Out(bytes),
             at: 0,
@@ -84,7 +84,7 @@ impl<'a> Archive<'a> {
     }
 
     /// To read from.
-    pub fn reader(bytes: &'a [u8]) -> Self {
+    pub(crate) fn reader(bytes: &'a [u8]) -> Self {
         Self {
             bytes: Bytes::In(bytes),
             at: 0,
@@ -93,7 +93,7 @@ impl<'a> Archive<'a> {
     }
 
     /// How many bytes it took.
-    pub fn finish(self) -> Result<usize, SnapshotError> {
+    pub(crate) fn finish(self) -> Result<usize, SnapshotError> {
         match (self.fault, self.bytes) {
             (Some(SnapshotError::Room(_)), _) => Err(SnapshotError::Room(self.at)),
             (Some(fault), _) => Err(fault),
@@ -115,7 +115,7 @@ impl<'a> Archive<'a> {
     }
 
     /// Writes `now` and returns it, or returns what is read in its place.
-    pub fn raw<const W: usize>(&mut self, now: [u8; W]) -> [u8; W] {
+    pub(crate) fn raw<const W: usize>(&mut self, now: [u8; W]) -> [u8; W] {
         let places = self.at..self.at.saturating_add(W);
         self.at = places.end;
         match &mut self.bytes {

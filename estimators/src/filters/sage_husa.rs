@@ -209,7 +209,7 @@ impl<T, const M: usize> Adaptive<T, M> {
 
     /// Lets the noise learn from the residual ε = z − h(x⁺) that [`Adaptive::update`] by the same measurement has left.
     #[inline]
-    pub fn adapt<const N: usize>(&mut self, z: SVector<Real, M>)
+    pub(crate) fn adapt<const N: usize>(&mut self, z: SVector<Real, M>)
     where
         T: Filter<N, M>,
     {

@@ -142,7 +142,7 @@ fn alone(model: RampAcceleration) -> Choice<1> {
 
 /// How the acceleration goes on: at random, or by the force balance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RampAcceleration {
+pub(crate) enum RampAcceleration {
     /// Eq. 8–13.
     Kinematic,
     /// Eq. 14–17.
@@ -151,7 +151,7 @@ pub enum RampAcceleration {
 
 /// State [v, a, i], i = sin θ; measurement [a_sen, v].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RampModel {
+pub(crate) struct RampModel {
     /// Which of the two.
     pub acceleration: RampAcceleration,
     /// Rotating masses J reflected to the rim, kg.

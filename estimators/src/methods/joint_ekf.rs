@@ -40,7 +40,7 @@ pub(crate) const SCALE: Real = 1e4;
 
 /// What drives a step of [`JointModel`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NetForce {
+pub(crate) struct NetForce {
     /// Traction at the rims less drag, N.
     pub traction_n: Real,
     /// Running resistance with the sign of the speed: sgn(v) μ.
@@ -49,7 +49,7 @@ pub struct NetForce {
 
 /// The force balance with the mass in the state: [v, θ, w], measurement wheel speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointModel {
+pub(crate) struct JointModel {
     /// Constants of the balance.
     pub balance: ForceBalance,
     /// Process noise of v (m²/s³) and θ (rad²/s).

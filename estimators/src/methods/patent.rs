@@ -74,7 +74,7 @@ methods! {
 
 /// State [v, i], measurement v.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClimbModel {
+pub(crate) struct ClimbModel {
     /// Rotating masses J reflected to the rim, kg: δ = 1 + J/m.
     pub rotating_mass_kg: Real,
     /// Process noise of v (m²/s³) and i (1/s).
