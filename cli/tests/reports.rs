@@ -424,8 +424,8 @@ fn an_error_budget_is_in_the_report() {
     // without errors of instruments and model next to nothing is left of those that the errors make
     let at = |name: &str| sources.iter().position(|s| s["name"] == name).unwrap();
     let slope = budget["errors"].as_array().unwrap().iter();
-    let mut slope = slope
-        .filter(|e| e["metric"] == "slope_rmse_deg" && e["estimator"] == "dffrls_aekf_robust");
+    let mut slope =
+        slope.filter(|e| e["metric"] == "slope_rmse_deg" && e["estimator"] == "dffrls_aekf_robust");
     let slope = slope.next().unwrap();
     let (all, none) = (
         slope["with_all"].as_f64().unwrap(),

@@ -71,6 +71,20 @@
 #![no_std]
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)]
+#![allow(rustdoc::private_intra_doc_links)] // they help a reader of the source
+// A build with some of the sources leaves shared parts unused.
+#![cfg_attr(
+    not(all(
+        feature = "liu2023",
+        feature = "huainan",
+        feature = "guo2024",
+        feature = "patent",
+        feature = "resistance",
+        feature = "rail_fusion",
+        feature = "baseline"
+    )),
+    allow(dead_code)
+)]
 #![cfg_attr(single_precision, allow(clippy::excessive_precision))] // constants are written out for both scalars
 #![cfg_attr(
     not(test),
@@ -90,9 +104,9 @@ extern crate std;
 #[macro_use]
 mod variants;
 
-pub mod aiding;
+pub(crate) mod aiding;
 pub mod api;
-pub mod detect;
+pub(crate) mod detect;
 pub mod filters;
 pub mod fusion;
 pub mod methods;
@@ -100,7 +114,7 @@ pub mod models;
 pub mod preprocess;
 #[cfg(feature = "printed")]
 pub mod printed;
-pub mod rail;
+pub(crate) mod rail;
 #[cfg(feature = "registry")]
 pub mod registry;
 pub mod runner;

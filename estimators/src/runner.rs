@@ -1,7 +1,7 @@
 //! Common frame of every pipeline: checked input, all-or-nothing steps, reset.
 
 use crate::api::aid::AidStatus;
-pub use crate::api::estimator::copy_into;
+pub(crate) use crate::api::estimator::copy_into;
 use crate::api::estimator::{Estimator, Internal};
 use crate::api::fingerprint::Fingerprint;
 use crate::api::params::Parameters;

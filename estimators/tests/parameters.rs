@@ -1,7 +1,7 @@
 //! The page of parameters in the book is made from the registry.
 #![allow(clippy::unwrap_used)]
 
-use monorig_estimators::api::params::{Key, Kind};
+use monorig_estimators::api::params::{Key, KeyKind};
 use monorig_estimators::registry::{NAMES, PRINTED_NAMES, key_groups};
 use std::path::Path;
 
@@ -14,7 +14,7 @@ fn quoted<'a>(names: impl Iterator<Item = &'a str>) -> String {
 /// A row of a table: name, unit, default, range, meaning.
 fn parameter_row(key: &Key) -> String {
     let (unit, default, range) = match key.kind {
-        Kind::Number {
+        KeyKind::Number {
             unit,
             default,
             range: [low, high],
@@ -23,8 +23,8 @@ fn parameter_row(key: &Key) -> String {
             let unit = if unit == "-" { "1" } else { unit };
             (unit, default, format!("{low} … {high}"))
         }
-        Kind::Flag { default } => ("", default.to_string(), "true, false".to_owned()),
-        Kind::Choice { default, choices } => ("", default.to_owned(), choices.join(", ")),
+        KeyKind::Flag { default } => ("", default.to_string(), "true, false".to_owned()),
+        KeyKind::Choice { default, choices } => ("", default.to_owned(), choices.join(", ")),
     };
     let meaning = key.doc.replace('|', "\\|");
     format!(

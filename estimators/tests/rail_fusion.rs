@@ -7,7 +7,7 @@ mod common;
 use common::Random;
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::mass_layout::MassLayout;
-use monorig_estimators::api::params::{Kind, Setting};
+use monorig_estimators::api::params::{KeyKind, Setting};
 use monorig_estimators::api::signals::{Command, Estimate, Measurements, Sample, Slot};
 use monorig_estimators::registry::{self, AnyEstimator};
 use monorig_estimators::{Real, Time, Vehicle, VehicleData};
@@ -302,7 +302,7 @@ fn the_standard_deviation_of_the_grade_is_neither_too_small_nor_too_large() {
 fn every_switch_can_be_off() {
     for name in ["rail_fusion", "attitude"] {
         for key in registry::keys(name).unwrap() {
-            if let Kind::Flag { .. } = key.kind {
+            if let KeyKind::Flag { .. } = key.kind {
                 let mut estimator = build(name, &[(key.name, Setting::Flag(false))]);
                 let mut world = World::new(7, 10_000.0, 0.1);
                 let found = world.run(&mut estimator, 25.0);

@@ -18,7 +18,7 @@ const DT: f64 = 0.01;
 
 fn narrow_vehicle(v: &Vehicle) -> single::api::signals::Vehicle {
     let pair = |[a, b]: [f64; 2]| [a as f32, b as f32];
-    single::api::vehicle::Vehicle::new(single::api::vehicle::VehicleData {
+    single::api::signals::Vehicle::new(single::api::signals::VehicleData {
         tare_kg: v.tare_kg as f32,
         drives: v.drives,
         wheel_radius_m: v.wheel_radius_m as f32,

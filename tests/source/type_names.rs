@@ -1,16 +1,8 @@
 //! One meaning a type name within a crate.
 
 use crate::modules::{is_for_tests, of_crate};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use syn::Item;
-
-/// Crates and their names that still have several meanings. The list may only become shorter.
-const SEVERAL_MEANINGS: &[(&str, &str)] = &[
-    (
-        "estimators",
-        "Acceleration Kind Mass Model Noise Push Resistance Sample State Turn",
-    ),
-];
 
 /// The names of the types that are defined more than once in a crate, each with the modules it is in.
 fn several(folder: &str) -> BTreeMap<String, Vec<String>> {
@@ -41,19 +33,8 @@ fn several(folder: &str) -> BTreeMap<String, Vec<String>> {
 fn a_type_name_has_one_meaning_in_its_crate() {
     let mut wrong = String::new();
     for folder in crate::CRATES {
-        let listed: BTreeSet<&str> = SEVERAL_MEANINGS
-            .iter()
-            .filter(|(of, _)| *of == folder)
-            .flat_map(|(_, names)| names.split_whitespace())
-            .collect();
-        let several = several(folder);
-        for (name, places) in &several {
-            if !listed.contains(name.as_str()) {
-                wrong += &format!("{folder}: `{name}` is defined in {}\n", places.join(", "));
-            }
-        }
-        for name in listed.iter().filter(|name| !several.contains_key(**name)) {
-            wrong += &format!("{folder}: `{name}` has one meaning by now: take it off the list\n");
+        for (name, places) in several(folder) {
+            wrong += &format!("{folder}: `{name}` is defined in {}\n", places.join(", "));
         }
     }
     assert!(wrong.is_empty(), "{wrong}");

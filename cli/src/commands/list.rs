@@ -5,7 +5,7 @@ use crate::files::formats::{self, FileKind};
 use crate::ui::errors::CliError;
 use crate::ui::output;
 use clap::ValueEnum;
-use monorig_estimators::api::params::{Key, Kind};
+use monorig_estimators::api::params::{Key, KeyKind};
 use monorig_lab::bound;
 use monorig_lab::metrics::METRICS;
 use monorig_sim::closed_loop::registry::{Refusal, Registry};
@@ -129,7 +129,7 @@ fn parameter(key: &Key) -> Entry {
         (None, _) => "default: derived from the vehicle".to_owned(),
     };
     let range = match key.kind {
-        Kind::Number {
+        KeyKind::Number {
             unit: u,
             range: [low, high],
             ..
@@ -141,8 +141,8 @@ fn parameter(key: &Key) -> Entry {
                 format!(" {u}")
             }
         ),
-        Kind::Flag { .. } => "true or false".to_owned(),
-        Kind::Choice { choices, .. } => format!("one of {}", choices.join(", ")),
+        KeyKind::Flag { .. } => "true or false".to_owned(),
+        KeyKind::Choice { choices, .. } => format!("one of {}", choices.join(", ")),
     };
     entry(key.name, format!("{range}; {default}"), key.doc)
 }

@@ -18,7 +18,7 @@ pub struct AidStatus {
 
 impl AidStatus {
     /// The status of a measurement that did not enter and has no innovation.
-    pub fn not_fused(outcome: AidOutcome) -> Self {
+    pub(crate) fn not_fused(outcome: AidOutcome) -> Self {
         Self {
             outcome,
             ..Self::default()

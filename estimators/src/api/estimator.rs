@@ -93,7 +93,7 @@ pub trait Estimator {
 }
 
 /// Copies as much of `from` as fits.
-pub fn copy_into<T: Copy>(values: &mut [T], from: &[T]) {
+pub(crate) fn copy_into<T: Copy>(values: &mut [T], from: &[T]) {
     for (place, value) in values.iter_mut().zip(from) {
         *place = *value;
     }

@@ -13,12 +13,12 @@ pub struct Key {
     /// Description of the parameter, one sentence.
     pub doc: &'static str,
     /// Which values it may have.
-    pub kind: Kind,
+    pub kind: KeyKind,
 }
 
 /// Which values a parameter may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
+pub enum KeyKind {
     /// A number.
     Number {
         /// Unit, `-` for none.
@@ -91,17 +91,17 @@ impl Key {
     /// Value when not set; `None` if the estimator then derives one from the vehicle.
     pub fn default(&self) -> Option<Setting<'static>> {
         match self.kind {
-            Kind::Number { default, .. } => default.map(Setting::Number),
-            Kind::Flag { default } => Some(Setting::Flag(default)),
-            Kind::Choice { default, .. } => Some(Setting::Choice(default)),
+            KeyKind::Number { default, .. } => default.map(Setting::Number),
+            KeyKind::Flag { default } => Some(Setting::Flag(default)),
+            KeyKind::Choice { default, .. } => Some(Setting::Choice(default)),
         }
     }
 
     /// Smallest and largest value and the unit, of a number.
     pub fn number(&self) -> Option<([Real; 2], &'static str)> {
         match self.kind {
-            Kind::Number { range, unit, .. } => Some((range, unit)),
-            Kind::Flag { .. } | Kind::Choice { .. } => None,
+            KeyKind::Number { range, unit, .. } => Some((range, unit)),
+            KeyKind::Flag { .. } | KeyKind::Choice { .. } => None,
         }
     }
 
@@ -109,7 +109,7 @@ impl Key {
     pub fn check(&'static self, value: Setting) -> Result<(), ParamError> {
         match (self.kind, value) {
             (
-                Kind::Number {
+                KeyKind::Number {
                     range: [low, high], ..
                 },
                 Setting::Number(number),
@@ -120,8 +120,8 @@ impl Key {
                     Err(ParamError::OutOfRange(self, number))
                 }
             }
-            (Kind::Flag { .. }, Setting::Flag(_)) => Ok(()),
-            (Kind::Choice { choices, .. }, Setting::Choice(word)) => {
+            (KeyKind::Flag { .. }, Setting::Flag(_)) => Ok(()),
+            (KeyKind::Choice { choices, .. }, Setting::Choice(word)) => {
                 if choices.contains(&word) {
                     Ok(())
                 } else {
@@ -134,21 +134,21 @@ impl Key {
 }
 
 /// The values a parameter may have, in words: `a number in 0…1 m/s`, `true or false`, `one of printed, corrected`.
-impl fmt::Display for Kind {
+impl fmt::Display for KeyKind {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Kind::Number {
+            KeyKind::Number {
                 unit: "-",
                 range: [low, high],
                 ..
             } => write!(out, "a number in {low}…{high}"),
-            Kind::Number {
+            KeyKind::Number {
                 unit,
                 range: [low, high],
                 ..
             } => write!(out, "a number in {low}…{high} {unit}"),
-            Kind::Flag { .. } => write!(out, "true or false"),
-            Kind::Choice { choices, .. } => {
+            KeyKind::Flag { .. } => write!(out, "true or false"),
+            KeyKind::Choice { choices, .. } => {
                 write!(out, "one of ")?;
                 for (i, word) in choices.iter().enumerate() {
                     write!(out, "{}{word}", if i == 0 { "" } else { ", " })?;
@@ -282,7 +282,7 @@ pub trait Parameters: Default {
 /// It is a flag with `[flag]`, and with `[choice T]` a choice, where `T` is made by [`choices!`](crate::choices).
 ///
 /// ```
-/// use monorig_estimators::api::params::{Kind, ParamError, Parameters, Setting};
+/// use monorig_estimators::api::params::{KeyKind, ParamError, Parameters, Setting};
 ///
 /// monorig_estimators::choices! {
 ///     /// Which acceleration the filter uses.
@@ -312,7 +312,7 @@ pub trait Parameters: Default {
 /// assert!(matches!(params.set("gain", 11.0.into()), Err(ParamError::OutOfRange(key, _)) if key.name == "gain"));
 /// assert!(matches!(params.set("gian", 1.0.into()), Err(ParamError::UnknownKey(name)) if name.as_str() == "gian"));
 /// assert!(matches!(params.set("hold", 1.0.into()), Err(ParamError::OtherKind(_))));
-/// assert_eq!(MyParams::key("hold").map(|key| key.kind), Some(Kind::Flag { default: true }));
+/// assert_eq!(MyParams::key("hold").map(|key| key.kind), Some(KeyKind::Flag { default: true }));
 /// # Ok::<(), ParamError>(())
 /// ```
 #[macro_export]
@@ -323,7 +323,7 @@ macro_rules! params {
     (@field $head:tt [$($done:tt)*] $field:ident [flag] = $default:expr, $doc:literal; $($rest:tt)*) => {
         $crate::params! { @field $head [$($done)* {
             $field, bool, $default, $doc,
-            $crate::api::params::Kind::Flag { default: $default },
+            $crate::api::params::KeyKind::Flag { default: $default },
             (value) match value { $crate::api::params::Setting::Flag(flag) => Some(flag), _ => None },
             Some($crate::api::params::Setting::Flag(value))
         }] $($rest)* }
@@ -331,7 +331,7 @@ macro_rules! params {
     (@field $head:tt [$($done:tt)*] $field:ident [choice $choices:ident] = $default:expr, $doc:literal; $($rest:tt)*) => {
         $crate::params! { @field $head [$($done)* {
             $field, $choices, $default, $doc,
-            $crate::api::params::Kind::Choice { default: $choices::word($default), choices: $choices::WORDS },
+            $crate::api::params::KeyKind::Choice { default: $choices::word($default), choices: $choices::WORDS },
             (value) match value { $crate::api::params::Setting::Choice(word) => $choices::from_word(word), _ => None },
             Some($crate::api::params::Setting::Choice(value.word()))
         }] $($rest)* }
@@ -339,7 +339,7 @@ macro_rules! params {
     (@field $head:tt [$($done:tt)*] $field:ident [$unit:literal] = none, $low:expr => $high:expr, $doc:literal; $($rest:tt)*) => {
         $crate::params! { @field $head [$($done)* {
             $field, Option<$crate::Real>, None, $doc,
-            $crate::api::params::Kind::Number { unit: $unit, default: None, range: [$low, $high] },
+            $crate::api::params::KeyKind::Number { unit: $unit, default: None, range: [$low, $high] },
             (value) match value { $crate::api::params::Setting::Number(number) => Some(Some(number)), _ => None },
             value.map($crate::api::params::Setting::Number)
         }] $($rest)* }
@@ -347,7 +347,7 @@ macro_rules! params {
     (@field $head:tt [$($done:tt)*] $field:ident [$unit:literal] = $default:expr, $low:expr => $high:expr, $doc:literal; $($rest:tt)*) => {
         $crate::params! { @field $head [$($done)* {
             $field, $crate::Real, $default, $doc,
-            $crate::api::params::Kind::Number { unit: $unit, default: Some($default), range: [$low, $high] },
+            $crate::api::params::KeyKind::Number { unit: $unit, default: Some($default), range: [$low, $high] },
             (value) match value { $crate::api::params::Setting::Number(number) => Some(number), _ => None },
             Some($crate::api::params::Setting::Number(value))
         }] $($rest)* }

@@ -24,12 +24,12 @@ pub fn cos(x: Real) -> Real {
 
 /// Angle in rad whose sine is `x`; `x` is first limited to −1…1, so the answer is always finite for finite `x`.
 #[inline]
-pub fn asin(x: Real) -> Real {
+pub(crate) fn asin(x: Real) -> Real {
     Libm::<Real>::asin(x.clamp(-1.0, 1.0))
 }
 
 /// Largest whole number not above `x`.
-pub fn floor(x: Real) -> Real {
+pub(crate) fn floor(x: Real) -> Real {
     Libm::<Real>::floor(x)
 }
 
@@ -41,31 +41,31 @@ pub fn sqrt(x: Real) -> Real {
 
 /// e to the power `x`.
 #[inline]
-pub fn exp(x: Real) -> Real {
+pub(crate) fn exp(x: Real) -> Real {
     Libm::<Real>::exp(x)
 }
 
 /// Natural logarithm.
 #[inline]
-pub fn ln(x: Real) -> Real {
+pub(crate) fn ln(x: Real) -> Real {
     Libm::<Real>::log(x)
 }
 
 /// `base` to the power `exponent`.
 #[inline]
-pub fn pow(base: Real, exponent: Real) -> Real {
+pub(crate) fn pow(base: Real, exponent: Real) -> Real {
     Libm::<Real>::pow(base, exponent)
 }
 
 /// Hyperbolic tangent.
 #[inline]
-pub fn tanh(x: Real) -> Real {
+pub(crate) fn tanh(x: Real) -> Real {
     Libm::<Real>::tanh(x)
 }
 
 /// `x` limited to `low`…`high`. Unlike `clamp` it never panics; NaN stays NaN.
 #[inline]
-pub fn within(x: Real, low: Real, high: Real) -> Real {
+pub(crate) fn within(x: Real, low: Real, high: Real) -> Real {
     if x < low {
         low
     } else if x > high {
@@ -77,6 +77,6 @@ pub fn within(x: Real, low: Real, high: Real) -> Real {
 
 /// Share of a step a first-order lag of time constant `tau_s` makes in `dt_s`: 1 − exp(−dt/τ).
 #[inline]
-pub fn lag(dt_s: Real, tau_s: Real) -> Real {
+pub(crate) fn lag(dt_s: Real, tau_s: Real) -> Real {
     1.0 - exp(-dt_s / tau_s)
 }

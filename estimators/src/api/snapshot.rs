@@ -75,7 +75,7 @@ pub struct Archive<'a> {
 
 impl<'a> Archive<'a> {
     /// To write to.
-    pub fn writer(bytes: &'a mut [u8]) -> Self {
+    pub(crate) fn writer(bytes: &'a mut [u8]) -> Self {
         Self {
             bytes: Bytes::Out(bytes),
             at: 0,
@@ -84,7 +84,7 @@ impl<'a> Archive<'a> {
     }
 
     /// To read from.
-    pub fn reader(bytes: &'a [u8]) -> Self {
+    pub(crate) fn reader(bytes: &'a [u8]) -> Self {
         Self {
             bytes: Bytes::In(bytes),
             at: 0,
@@ -93,7 +93,7 @@ impl<'a> Archive<'a> {
     }
 
     /// Returns the number of bytes read or written, or the first refusal.
-    pub fn finish(self) -> Result<usize, SnapshotError> {
+    pub(crate) fn finish(self) -> Result<usize, SnapshotError> {
         match (self.fault, self.bytes) {
             (Some(SnapshotError::Room(_)), _) => Err(SnapshotError::Room(self.at)),
             (Some(fault), _) => Err(fault),
@@ -108,14 +108,14 @@ impl<'a> Archive<'a> {
     }
 
     /// Refuses it as nonsense unless it is `good`.
-    pub fn require(&mut self, good: bool) {
+    pub(crate) fn require(&mut self, good: bool) {
         if !good {
             self.refuse(SnapshotError::Nonsense);
         }
     }
 
     /// Writes `now` and returns it, or returns what is read in its place.
-    pub fn raw<const W: usize>(&mut self, now: [u8; W]) -> [u8; W] {
+    pub(crate) fn raw<const W: usize>(&mut self, now: [u8; W]) -> [u8; W] {
         let places = self.at..self.at.saturating_add(W);
         self.at = places.end;
         match &mut self.bytes {
@@ -193,7 +193,7 @@ impl<A: State, B: State> State for (A, B) {
 }
 
 /// Something to read into where there was nothing.
-pub trait Blank {
+pub(crate) trait Blank {
     /// It does not matter what: all of it is overwritten.
     fn blank() -> Self;
 }
@@ -252,7 +252,10 @@ impl<const R: usize, const C: usize> State for SMatrix<Real, R, C> {
 }
 
 /// A symmetric matrix: its lower triangle.
-pub fn visit_symmetric<const N: usize>(matrix: &mut SMatrix<Real, N, N>, archive: &mut Archive) {
+pub(crate) fn visit_symmetric<const N: usize>(
+    matrix: &mut SMatrix<Real, N, N>,
+    archive: &mut Archive,
+) {
     for j in 0..N {
         for i in j..N {
             if let Some(number) = matrix.get_mut((i, j)) {
@@ -264,7 +267,7 @@ pub fn visit_symmetric<const N: usize>(matrix: &mut SMatrix<Real, N, N>, archive
 }
 
 /// A part that is there or not by how the estimator was built.
-pub fn visit_built<T: State>(part: &mut Option<T>, archive: &mut Archive) {
+pub(crate) fn visit_built<T: State>(part: &mut Option<T>, archive: &mut Archive) {
     if let Some(part) = part {
         part.visit(archive);
     }

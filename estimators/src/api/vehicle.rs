@@ -186,7 +186,8 @@ impl Vehicle {
     }
 
     /// The same without what only a road vehicle has.
-    pub fn without_road(&self) -> Self {
+    #[cfg(test)]
+    pub(crate) fn without_road(&self) -> Self {
         Self(VehicleData {
             road: None,
             ..self.0
@@ -194,7 +195,7 @@ impl Vehicle {
     }
 
     /// The same as a point: nothing of it before or behind the IMU.
-    pub fn as_point(&self) -> Self {
+    pub(crate) fn as_point(&self) -> Self {
         Self(VehicleData {
             tare_span_m: [0.0; 2],
             load_span_m: [0.0; 2],
@@ -211,12 +212,12 @@ impl Vehicle {
     }
 
     /// Returns true if its masses are at one place, so that its effective grade is the grade under that place.
-    pub fn is_point(&self) -> bool {
+    pub(crate) fn is_point(&self) -> bool {
         self.tare_span_m == [0.0; 2] && self.load_span_m == [0.0; 2]
     }
 
     /// Standard deviation of the accelerometer's bias, m/s²: the one given, that of the sheet, or `otherwise`.
-    pub fn accel_bias_sd(&self, given_mps2: Option<Real>, otherwise: Real) -> Real {
+    pub(crate) fn accel_bias_sd(&self, given_mps2: Option<Real>, otherwise: Real) -> Real {
         given_mps2.or(self.accel_bias_sd_mps2).unwrap_or(otherwise)
     }
 

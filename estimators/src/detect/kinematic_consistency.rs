@@ -322,11 +322,6 @@ impl KinematicConsistency {
         let [_, wrong] = self.wrong;
         !wrong
     }
-
-    /// Gains of the accelerometer on wheels and gyro: 1 and 1.
-    pub fn gains(&self) -> [Real; 2] {
-        [self.gains.x.x, self.gains.x.y]
-    }
 }
 
 state!(KinematicConsistency { low, force, acceleration, across, cross_slow, pitch_rate, pitch, pitch_leaked, gains, wrong, cross, swapped, since_s, step_mps, before_mps, heard_s; shares });
@@ -384,7 +379,7 @@ mod tests {
             }
             assert!(consistency.acceleration_consistent(), "{k}");
         }
-        let [gain, _] = consistency.gains();
+        let gain = consistency.gains.x.x;
         assert!((gain - 1.0).abs() < 0.1, "{gain}");
     }
 
@@ -427,7 +422,7 @@ mod tests {
             let theta = 0.01 * (t - 10.0).clamp(0.0, 30.0);
             consistency.observe([9.81 * theta, 0.0], 0.9, Some(rate), 0.01);
         }
-        let [_, gain] = consistency.gains();
+        let gain = consistency.gains.x.y;
         assert!((gain - 1.0).abs() < 0.05, "{gain}");
     }
 

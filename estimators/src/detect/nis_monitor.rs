@@ -56,11 +56,6 @@ impl NisMonitor {
         self.mean
     }
 
-    /// Largest mean of a consistent filter.
-    pub fn limit(&self) -> Real {
-        self.limit
-    }
-
     /// Returns true if the mean is within its limit.
     pub fn consistent(&self) -> bool {
         !self.on || self.mean <= self.limit
@@ -119,7 +114,7 @@ mod tests {
         });
         assert!(steps.unwrap() < 30);
         monitor.observe(Real::NAN, 0.01);
-        assert!(monitor.mean().is_finite() && monitor.mean() > monitor.limit());
+        assert!(monitor.mean().is_finite() && monitor.mean() > monitor.limit);
     }
 
     /// A window of 4 s with 5 independent innovations a second averages over 40: χ² is 73.40 at 99.9 %.
@@ -127,9 +122,9 @@ mod tests {
     fn the_limit_goes_by_the_number_of_independent_innovations() {
         let monitor = NisMonitor::new(true, 4.0, 5.0, 3.090);
         assert!(
-            (40.0 * monitor.limit() / 73.40 - 1.0).abs() < 5e-3,
+            (40.0 * monitor.limit / 73.40 - 1.0).abs() < 5e-3,
             "{}",
-            monitor.limit()
+            monitor.limit
         );
     }
 }

@@ -138,15 +138,6 @@ impl Validity {
             .unwrap_or(1.0)
     }
 
-    /// Returns true if all sources are consistent and all instruments plausible.
-    pub fn consistent(&self) -> bool {
-        self.consistent_in(&[
-            Source::WheelSpeed,
-            Source::Accelerometer,
-            Source::ForceBalance,
-        ])
-    }
-
     fn consistent_in(&self, sources: &[Source]) -> bool {
         let of = |source: &Source| self.nis.get(*source as usize);
         self.plausibility.plausible() && sources.iter().filter_map(of).all(NisMonitor::consistent)
@@ -326,7 +317,7 @@ mod tests {
             let after_steps = |steps: usize| {
                 let mut rule = validity(Integrity::default());
                 (0..steps).for_each(|_| rule.innovation(source, 25.0, 0.05));
-                rule.consistent()
+                rule.consistent_in(&[source])
             };
             assert!(after_steps(before) && !after_steps(after), "{source:?}");
         }

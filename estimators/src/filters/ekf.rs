@@ -57,7 +57,7 @@ impl<T, const N: usize> Ekf<T, N> {
 
 /// Expected innovation of the next measurement, before the step to it: for strong tracking.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Preview<const M: usize> {
+pub(crate) struct Preview<const M: usize> {
     /// Innovation z − h(f(x)).
     pub y: SVector<Real, M>,
     /// H F P Fᵀ Hᵀ: its covariance by what is known now.
@@ -69,7 +69,12 @@ pub struct Preview<const M: usize> {
 impl<T, const N: usize> Ekf<T, N> {
     /// Returns the innovation that the measurement `z` would have after a step of `dt` seconds. Nothing is changed.
     #[inline]
-    pub fn preview<const M: usize>(&self, z: SVector<Real, M>, u: &T::Input, dt: Real) -> Preview<M>
+    pub(crate) fn preview<const M: usize>(
+        &self,
+        z: SVector<Real, M>,
+        u: &T::Input,
+        dt: Real,
+    ) -> Preview<M>
     where
         T: Model<N, M>,
     {

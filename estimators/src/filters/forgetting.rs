@@ -13,7 +13,7 @@ use crate::Real;
 use crate::api::real::{exp, pow};
 
 /// Updates after which running statistics of the residual are trusted.
-pub const SPREAD_KNOWN: u32 = 10;
+pub(crate) const SPREAD_KNOWN: u32 = 10;
 
 /// Rule by which old samples lose weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +57,7 @@ impl<const N: usize> Forgetting<N> {
     /// λ for a residual of `size` standard deviations ([`Forgetting::ByResidual`]: units), after a number of `updates`.
     /// The smallest, where there are several.
     #[inline]
-    pub fn lambda(&self, size: Real, updates: u32) -> Real {
+    pub(crate) fn lambda(&self, size: Real, updates: u32) -> Real {
         match self {
             Forgetting::None => 1.0,
             Forgetting::Constant(lambda) => *lambda,

@@ -363,7 +363,7 @@ impl<const N: usize> Gaussian<N> {
 
     /// Removes the asymmetry that rounding leaves: what is below the diagonal stands for both.
     #[inline]
-    pub fn symmetrise(&mut self) {
+    pub(crate) fn symmetrise(&mut self) {
         self.P.fill_upper_triangle_with_lower_triangle();
     }
 

@@ -2,16 +2,16 @@
 
 pub mod adaptive_low_pass;
 pub mod ekf;
-pub mod ewma_variance;
+pub(crate) mod ewma_variance;
 pub mod forgetting;
 pub mod gaussian;
 pub mod imm;
-pub mod lag_share;
+pub(crate) mod lag_share;
 pub mod low_pass;
 pub mod model;
-pub mod ring_buffer;
+pub(crate) mod ring_buffer;
 pub mod rls;
 pub mod sage_husa;
 pub mod strong_tracking;
-pub mod ud;
+pub(crate) mod ud;
 pub mod ukf;

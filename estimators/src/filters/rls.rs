@@ -98,7 +98,7 @@ impl<const N: usize> Rls<N> {
     /// The same with samples weighed by the size of the residuals found: each enters with `r` times the a posteriori
     /// variance factor. Errors of the model then do not outweigh the prior by the number of samples, and what samples
     /// alone cannot separate stays where the prior has it.
-    pub fn weighed_by_residuals(mut self, wanted: bool) -> Self {
+    pub(crate) fn weighed_by_residuals(mut self, wanted: bool) -> Self {
         self.by_residuals = wanted;
         self
     }
@@ -212,14 +212,14 @@ impl<const N: usize> Rls<N> {
     }
 
     /// A posteriori variance factor, at least 1, times [`Rls::correlation_factor`].
-    pub fn excess(&self) -> Real {
+    pub(crate) fn excess(&self) -> Real {
         let spread = self.spread().max(1.0);
         spread * spread * self.correlation_factor()
     }
 
     /// Covariance of slowly varying parameters, widened where residuals are larger than expected or hang together; no
     /// variance exceeds that of the start, which was known without any sample.
-    pub fn widened(&self) -> SMatrix<Real, N, N> {
+    pub(crate) fn widened(&self) -> SMatrix<Real, N, N> {
         let mut belief = self.belief;
         // What the weights have in P already is not put in again.
         belief.P *= (self.excess() * self.weight).max(1.0);
@@ -230,7 +230,7 @@ impl<const N: usize> Rls<N> {
     /// Keeps the numbers usable where samples make no sense: parameters, scaled so that they should be about 1, stop at
     /// a thousand. Limits of what is plausible do not belong here but where the parameters are reported: a parameter
     /// cut back without the parameters correlated with it contradicts all samples before.
-    pub fn clamp_usable(&mut self) {
+    pub(crate) fn clamp_usable(&mut self) {
         self.belief.x = self
             .belief
             .x
@@ -244,7 +244,7 @@ impl<const N: usize> Rls<N> {
 
     /// Adds these shares of their prior variances to those of the parameters, up to the prior; what hangs together goes
     /// on to.
-    pub fn inflate(&mut self, shares: &SVector<Real, N>) {
+    pub(crate) fn inflate(&mut self, shares: &SVector<Real, N>) {
         self.belief.P += SMatrix::from_diagonal(&shares.component_mul(&self.prior));
         self.belief.limit_variance(&self.prior);
         self.factors = self.factors.map(|_| Factors::of(&self.belief.P));

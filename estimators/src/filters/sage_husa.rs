@@ -54,7 +54,7 @@ impl<const M: usize> SageHusa<M> {
 
     /// As published: d = (1 − b)/(1 − bᵏ⁺¹) from k = 0, so that the first observation takes the place of the start, and
     /// no limits.
-    pub fn unlimited(start: SMatrix<Real, M, M>, fading: Real) -> Self {
+    pub(crate) fn unlimited(start: SMatrix<Real, M, M>, fading: Real) -> Self {
         Self {
             power: fading,
             ..Self::new(start, fading, [0.0, Real::INFINITY])
@@ -207,7 +207,7 @@ impl<T, const M: usize> Adaptive<T, M> {
 
     /// Lets the noise learn from the residual ε = z − h(x⁺) that [`Adaptive::update`] by the same measurement has left.
     #[inline]
-    pub fn adapt<const N: usize>(&mut self, z: SVector<Real, M>)
+    pub(crate) fn adapt<const N: usize>(&mut self, z: SVector<Real, M>)
     where
         T: Filter<N, M>,
     {

@@ -1,8 +1,8 @@
 //! Our own estimators: an attitude filter, a memory of the rail and a force balance in which the load swings.
 
-pub mod attitude;
+pub(crate) mod attitude;
 #[cfg(feature = "rail_fusion")]
 pub mod attitude_alone;
 #[cfg(feature = "rail_fusion")]
 pub mod rail_fusion;
-pub mod swing_balance;
+pub(crate) mod swing_balance;

@@ -56,7 +56,7 @@ const BLIND_Q: [Real; 2] = [1.0, 1e-4];
 
 /// Inputs of the model: specific force along the train, m/s², and pitch rate, rad/s; `None` while stale.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Inertial {
+pub(crate) struct Inertial {
     /// Specific force f, m/s².
     pub specific_force_mps2: Option<Real>,
     /// Pitch rate ω, rad/s.
@@ -65,7 +65,7 @@ pub struct Inertial {
 
 /// The model: state [v, θ, b_g, b_a], measurement wheel speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BiasModel {
+pub(crate) struct BiasModel {
     /// Process noise of the four states.
     pub q: [Real; 4],
 }

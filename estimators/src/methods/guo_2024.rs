@@ -107,30 +107,30 @@ methods! {
     /// The kinematic model alone.
     kinematic_stf: KinematicStfPublished = Guo2024<1>,
         { models: Models, tracking: Tracking, mass: Regression },
-        |vehicle, p| build(vehicle, &p.mass, &p.models, alone(Acceleration::Kinematic), Some(p.tracking));
+        |vehicle, p| build(vehicle, &p.mass, &p.models, alone(RampAcceleration::Kinematic), Some(p.tracking));
     /// The dynamic model alone.
     dynamic_stf: DynamicStfPublished = Guo2024<1>,
         { models: Models, tracking: Tracking, mass: Regression },
-        |vehicle, p| build(vehicle, &p.mass, &p.models, alone(Acceleration::Dynamic), Some(p.tracking));
+        |vehicle, p| build(vehicle, &p.mass, &p.models, alone(RampAcceleration::Dynamic), Some(p.tracking));
 }
 
 /// Settings by which the methods differ from each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Choice<const K: usize> {
-    models: [Acceleration; K],
+    models: [RampAcceleration; K],
     stay: Real,
     time_varying: bool,
     lateral: bool,
 }
 
 const METHOD: Choice<2> = Choice {
-    models: [Acceleration::Kinematic, Acceleration::Dynamic],
+    models: [RampAcceleration::Kinematic, RampAcceleration::Dynamic],
     stay: 0.95,
     time_varying: true,
     lateral: true,
 };
 
-fn alone(model: Acceleration) -> Choice<1> {
+fn alone(model: RampAcceleration) -> Choice<1> {
     Choice {
         models: [model],
         stay: 1.0,
@@ -141,7 +141,7 @@ fn alone(model: Acceleration) -> Choice<1> {
 
 /// Model of the acceleration: a random walk, or the force balance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Acceleration {
+pub(crate) enum RampAcceleration {
     /// Eq. 8–13.
     Kinematic,
     /// Eq. 14–17.
@@ -150,9 +150,9 @@ pub enum Acceleration {
 
 /// State [v, a, i], i = sin θ; measurement [a_sen, v].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RampModel {
+pub(crate) struct RampModel {
     /// Which of the two.
-    pub acceleration: Acceleration,
+    pub acceleration: RampAcceleration,
     /// Rotating masses J reflected to the rim, kg.
     pub rotating_mass_kg: Real,
     /// Process noise of v (m²/s³), a (m²/s⁵) and i (1/s).
@@ -166,7 +166,7 @@ impl RampModel {
     fn balance<'a>(&self, u: &'a Option<Drive>) -> Option<(&'a Drive, Real)> {
         let u = u
             .as_ref()
-            .filter(|_| self.acceleration == Acceleration::Dynamic)?;
+            .filter(|_| self.acceleration == RampAcceleration::Dynamic)?;
         Some((u, 1.0 + self.rotating_mass_kg / u.mass_kg))
     }
 }

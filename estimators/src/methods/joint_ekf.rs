@@ -36,11 +36,11 @@ methods! {
 }
 
 /// M w, kg.
-pub const SCALE: Real = 1e4;
+pub(crate) const SCALE: Real = 1e4;
 
 /// Inputs of a step of [`JointModel`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Push {
+pub(crate) struct NetForce {
     /// Traction at the rims less drag, N.
     pub traction_n: Real,
     /// Running resistance with the sign of the speed: sgn(v) μ.
@@ -49,7 +49,7 @@ pub struct Push {
 
 /// The force balance with the mass in the state: [v, θ, w], measurement wheel speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointModel {
+pub(crate) struct JointModel {
     /// Constants of the balance.
     pub balance: ForceBalance,
     /// Process noise of v (m²/s³) and θ (rad²/s).
@@ -57,9 +57,9 @@ pub struct JointModel {
 }
 
 impl Process<3> for JointModel {
-    type Input = Push;
+    type Input = NetForce;
 
-    fn f(&self, x: &Vector3<Real>, u: &Push, dt: Real) -> Vector3<Real> {
+    fn f(&self, x: &Vector3<Real>, u: &NetForce, dt: Real) -> Vector3<Real> {
         let mass = SCALE / x.z; // M of eq. 23 is a state
         let v_dot = self
             .balance
@@ -67,7 +67,7 @@ impl Process<3> for JointModel {
         vector![x.x + dt * v_dot, x.y, x.z]
     }
 
-    fn F(&self, x: &Vector3<Real>, u: &Push, dt: Real) -> Matrix3<Real> {
+    fn F(&self, x: &Vector3<Real>, u: &NetForce, dt: Real) -> Matrix3<Real> {
         let (mass, J) = (SCALE / x.z, self.balance.rotating_mass_kg);
         let v_dot = self
             .balance
@@ -78,7 +78,7 @@ impl Process<3> for JointModel {
         matrix![1.0, dt * by_theta, dt * by_w; 0.0, 1.0, 0.0; 0.0, 0.0, 1.0]
     }
 
-    fn Q(&self, _: &Push, dt: Real) -> Matrix3<Real> {
+    fn Q(&self, _: &NetForce, dt: Real) -> Matrix3<Real> {
         let [q_v, q_theta] = self.q;
         Matrix3::from_diagonal(&vector![q_v * dt, q_theta * dt, 0.0])
     }
@@ -114,7 +114,7 @@ impl Joint {
             self.started = false;
             return None;
         };
-        let push = Push {
+        let push = NetForce {
             traction_n,
             resistance: z.direction * self.mu,
         };

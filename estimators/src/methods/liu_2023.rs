@@ -100,7 +100,7 @@ methods! {
 
 /// State [v, θ], measurement v.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GradeModel {
+pub(crate) struct GradeModel {
     /// Rotating masses J reflected to the rim, kg.
     pub rotating_mass_kg: Real,
     /// Process noise of v (m²/s³) and θ (rad²/s).

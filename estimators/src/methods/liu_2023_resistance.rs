@@ -42,14 +42,14 @@ params! {
 
 methods! {
     /// The method.
-    resistance_dffrls: ResistancePublished = Resistance,
+    resistance_dffrls: ResistancePublished = ResistanceRegression,
         { regression: Regression },
         |vehicle, p| build(vehicle, &p.regression);
 }
 
 /// The regression.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Resistance {
+pub struct ResistanceRegression {
     mass_kg: Real,
     rotating_mass_kg: Real,
     r: Real,
@@ -60,7 +60,7 @@ pub struct Resistance {
     outcome: Outcome,
 }
 
-impl Resistance {
+impl ResistanceRegression {
     fn learn(&mut self, now: &ResampledSample, direction: Real) -> Option<()> {
         let (f, v_dot) = (now.specific_force_mps2?, now.acceleration_mps2);
         let net_n = now.force_n - self.rotating_mass_kg * v_dot;
@@ -73,7 +73,7 @@ impl Resistance {
     }
 }
 
-impl Method for Resistance {
+impl Method for ResistanceRegression {
     const INTERNALS: &'static [Internal] = &[
         Internal::new("running_resistance", "-"),
         Internal::new("running_resistance_sd", "-"),
@@ -112,16 +112,16 @@ impl Method for Resistance {
     }
 }
 
-state!(Resistance { rls, grade_rad, learnt, outcome; mass_kg, rotating_mass_kg, r });
+state!(ResistanceRegression { rls, grade_rad, learnt, outcome; mass_kg, rotating_mass_kg, r });
 
-fn build(vehicle: &Vehicle, p: &Regression) -> ([Real; 2], Resistance) {
+fn build(vehicle: &Vehicle, p: &Regression) -> ([Real; 2], ResistanceRegression) {
     let prior = Gaussian::independent(vector![p.resistance0], vector![p.resistance0_sd]);
     let policy = Forgetting::ByResidual {
         floor: p.delta,
         sharpness: p.sigma,
         first: p.lambda0,
     };
-    let method = Resistance {
+    let method = ResistanceRegression {
         mass_kg: vehicle.first_mass_kg(p.known_mass_kg),
         rotating_mass_kg: vehicle.rotating_mass_kg,
         r: p.residual_sd_mps2 * p.residual_sd_mps2,

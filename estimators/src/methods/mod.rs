@@ -15,16 +15,7 @@ pub mod joint_ekf;
 pub mod liu_2023;
 #[cfg(feature = "resistance")]
 pub mod liu_2023_resistance;
-#[cfg(any(
-    feature = "baseline",
-    feature = "liu2023",
-    feature = "huainan",
-    feature = "guo2024",
-    feature = "patent",
-    feature = "resistance",
-    feature = "rail_fusion"
-))]
-pub mod method;
+pub(crate) mod method;
 #[cfg(feature = "patent")]
 pub mod patent;
-pub mod published;
+pub(crate) mod published;

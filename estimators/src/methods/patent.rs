@@ -74,7 +74,7 @@ methods! {
 
 /// State [v, i], measurement v.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClimbModel {
+pub(crate) struct ClimbModel {
     /// Rotating masses J reflected to the rim, kg: δ = 1 + J/m.
     pub rotating_mass_kg: Real,
     /// Process noise of v (m²/s³) and i (1/s).
@@ -123,13 +123,13 @@ const MAX_I: Real = 0.87;
 
 /// One regression with the likelihood of its last residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Mass {
+struct WeighedRegression {
     /// m/m₀.
     rls: Rls<1>,
     likelihood: Real,
 }
 
-impl Mass {
+impl WeighedRegression {
     fn learn(&mut self, y: Real, h: Real, r: Real) -> Option<Outcome> {
         let S = 1.0 + h * h * self.rls.belief.P.x / r; // eq. 28, 29
         let outcome = self.rls.update(y, &vector![h], r, false)?; // eq. 21
@@ -150,8 +150,8 @@ pub struct Patent {
     road: Option<RoadVehicle>,
     r: Real,
     gamma: Real,
-    straight: Mass,
-    turning: Mass,
+    straight: WeighedRegression,
+    turning: WeighedRegression,
     /// Weight of the straight model.
     weight: Real,
     /// Traction lost by turning, N, behind the low-pass of the force.
@@ -303,7 +303,7 @@ impl Method for Patent {
     }
 }
 
-state!(Mass { rls, likelihood; });
+state!(WeighedRegression { rls, likelihood; });
 state!(Patent { straight, turning, weight, lost_n, steer_rad, slope, tracking, fading, since_s, learnt, started, outcome, last;
     mass0_kg, range_kg, rotating_mass_kg, resistance, road, r, gamma });
 
@@ -314,7 +314,7 @@ fn build(vehicle: &Vehicle, mass: &Regressions, p: &Slope) -> ([Real; 2], Patent
         loss: 0.05,
         decay: 0.98,
     };
-    let first = Mass {
+    let first = WeighedRegression {
         rls: Rls::new(
             Gaussian::independent(vector![1.0], vector![mass.mass_sd]),
             law,

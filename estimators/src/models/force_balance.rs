@@ -17,7 +17,7 @@ use crate::api::real::{GRAVITY, PI, cos, sin, sqrt};
 use crate::api::signals::Vehicle;
 
 /// Largest grade angle of an estimate, rad: no monorail climbs more.
-pub const MAX_GRADE_RAD: Real = PI / 3.0;
+pub(crate) const MAX_GRADE_RAD: Real = PI / 3.0;
 
 /// Input of a prediction by the force balance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,17 +66,17 @@ impl ForceBalance {
     }
 
     /// Traction at the rims less the drag of the air, N: what is left for weight, running resistance and acceleration.
-    pub fn net_traction(&self, motor_torque_nm: Real, speed_mps: Real) -> Real {
+    pub(crate) fn net_traction(&self, motor_torque_nm: Real, speed_mps: Real) -> Real {
         self.traction(motor_torque_nm, speed_mps) - self.drag(speed_mps)
     }
 
     /// Drag of the air, N, with the sign of the speed; 0 on a rail.
-    pub fn drag(&self, speed_mps: Real) -> Real {
+    pub(crate) fn drag(&self, speed_mps: Real) -> Real {
         self.drag_npm2s2 * speed_mps * speed_mps.abs()
     }
 
     /// Acceleration v̇, m/s², under a net traction. `resistance` is sgn(v) μ.
-    pub fn acceleration(
+    pub(crate) fn acceleration(
         &self,
         traction_n: Real,
         mass_kg: Real,
@@ -89,14 +89,19 @@ impl ForceBalance {
     }
 
     /// ∂v̇/∂θ, m/s² per rad.
-    pub fn acceleration_by_theta(&self, mass_kg: Real, theta: Real, resistance: Real) -> Real {
+    pub(crate) fn acceleration_by_theta(
+        &self,
+        mass_kg: Real,
+        theta: Real,
+        resistance: Real,
+    ) -> Real {
         -mass_kg * GRAVITY * (cos(theta) - resistance * sin(theta))
             / (mass_kg + self.rotating_mass_kg)
     }
 
     /// cos θ from what accelerometer and wheels read, sin θ = (f − v̇)/g: exact enough for a cosine, and no loop
     /// through a filter.
-    pub fn cosine(specific_force_mps2: Real, acceleration_mps2: Real) -> Real {
+    pub(crate) fn cosine(specific_force_mps2: Real, acceleration_mps2: Real) -> Real {
         let sine = ((specific_force_mps2 - acceleration_mps2) / GRAVITY).clamp(-0.7, 0.7);
         sqrt(1.0 - sine * sine)
     }

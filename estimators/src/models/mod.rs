@@ -1,9 +1,9 @@
 //! Models of vehicle and rail that the estimators share.
 
-pub mod attitude;
+pub(crate) mod attitude;
 pub mod force_balance;
-pub mod sample;
-pub mod single_track;
-pub mod slope_force;
-pub mod swing;
-pub mod swing_balance;
+pub(crate) mod sample;
+pub(crate) mod single_track;
+pub(crate) mod slope_force;
+pub(crate) mod swing;
+pub(crate) mod swing_balance;

@@ -1,12 +1,12 @@
 //! From samples to signals: checks, freshness, one speed out of many wheels, matched filters.
 
-pub mod arrivals;
-pub mod conditioning;
-pub mod drive_hold;
-pub mod front_end;
-pub mod gyro_calibration;
-pub mod input_check;
-pub mod noise_learning;
-pub mod resampler;
-pub mod sample_hold;
+pub(crate) mod arrivals;
+pub(crate) mod conditioning;
+pub(crate) mod drive_hold;
+pub(crate) mod front_end;
+pub(crate) mod gyro_calibration;
+pub(crate) mod input_check;
+pub(crate) mod noise_learning;
+pub(crate) mod resampler;
+pub(crate) mod sample_hold;
 pub mod wheel_speed_vote;

@@ -36,26 +36,6 @@ impl SampleHold {
         true
     }
 
-    /// Mean gap between arrivals, s; 0 before the second sample.
-    pub fn gap_s(&self) -> Real {
-        self.arrivals.gap_s()
-    }
-
-    /// Time from the sample before to the value held, s.
-    pub fn waited_s(&self) -> Real {
-        self.arrivals.waited_s()
-    }
-
-    /// Number of samples dropped because a younger one had come before them.
-    pub fn late(&self) -> u32 {
-        self.late
-    }
-
-    /// The value held, fresh or not.
-    pub fn value(&self) -> Option<Real> {
-        self.value
-    }
-
     /// Returns true if the sensor is stuck.
     pub fn is_stuck(&self, now: Time) -> bool {
         self.stuck.is_stuck(now)
@@ -198,7 +178,7 @@ mod tests {
             let mut random = Random::new(seed);
             let (stale, held) = stale_share(period, || Some(0.05 * random.uniform()));
             assert_eq!(stale, 0.0, "jitter at {period} s");
-            assert!(period > 0.02 || held.late() > 0);
+            assert!(period > 0.02 || held.late > 0);
             let (stale, _) = stale_share(period, || Some(0.0).filter(|_| random.uniform() > 0.2));
             // At 20 Hz five samples in a row, a quarter of a second, are lost now and then.
             let most = if period > 0.02 { 0.003 } else { 0.0 };
@@ -268,8 +248,8 @@ mod tests {
             stuck += u32::from(fresh[1].is_none() && fresh[0].is_some());
         }
         let [first, ..] = channels;
-        assert_eq!(vector.gap_s(), first.gap_s());
-        assert_eq!(vector.waited_s(), first.waited_s());
+        assert_eq!(vector.gap_s(), first.arrivals.gap_s());
+        assert_eq!(vector.waited_s(), first.arrivals.waited_s());
         assert!(stuck > 500 && vector.value().is_some());
     }
 
@@ -277,18 +257,21 @@ mod tests {
     fn what_is_held_how_often_it_comes_and_what_came_late() {
         let mut held = SampleHold::default();
         assert_eq!(
-            (held.value(), held.gap_s(), held.waited_s()),
+            (held.value, held.arrivals.gap_s(), held.arrivals.waited_s()),
             (None, 0.0, 0.0)
         );
         for k in 0..400 {
             let t_s = 0.04 * f64::from(k);
             held.take(at(t_s, 2.0), Time::from_s(t_s));
         }
-        assert_eq!((held.value(), held.late()), (Some(2.0), 0));
-        assert!((held.gap_s() - 0.04).abs() < 1e-6 && (held.waited_s() - 0.04).abs() < 1e-6);
+        assert_eq!((held.value, held.late), (Some(2.0), 0));
+        assert!(
+            (held.arrivals.gap_s() - 0.04).abs() < 1e-6
+                && (held.arrivals.waited_s() - 0.04).abs() < 1e-6
+        );
         for k in 1..=2 {
             assert!(!held.take(at(15.0, 9.0), Time::from_s(15.97)));
-            assert_eq!((held.value(), held.late()), (Some(2.0), k));
+            assert_eq!((held.value, held.late), (Some(2.0), k));
         }
     }
 

@@ -60,7 +60,7 @@ const RIGHT_FADING: (Real, Real) = (50.0, 3.0);
 const BALANCE_SD: Real = 0.03;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Model {
+struct ModelState {
     belief: Gaussian<3>,
     /// After the last measurement, before mixing.
     last_P: Matrix3<Real>,
@@ -79,8 +79,8 @@ pub struct ImmStfPrinted {
     mass: MassFromDifferences,
     last_felt: Option<Real>,
     /// Kinematic, dynamic.
-    models: [Model; 2],
-    start: Model,
+    models: [ModelState; 2],
+    start: ModelState,
     probability: Vector2<Real>,
     transition: Matrix2<Real>,
     started: bool,
@@ -95,7 +95,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> ImmStfPrinted {
     let sd = own.grade0_sd_deg * PI / 180.0;
     let belief = Gaussian::independent(Vector3::zeros(), vector![own.wheel_speed_sd_mps, 0.5, sd]);
     let (most, level) = RIGHT_FADING;
-    let start = Model {
+    let start = ModelState {
         belief,
         last_P: belief.P,
         last_a: 0.0,

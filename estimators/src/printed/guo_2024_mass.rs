@@ -31,7 +31,7 @@ const MAX_KG: Real = 1e9;
 
 /// Force, acceleration of the wheels, specific force.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Sample {
+struct ForceSample {
     force: Real,
     rate: Real,
     felt: Real,
@@ -46,7 +46,7 @@ pub struct MassFromDifferences {
     m: Real,
     P: Real,
     filters: [MatchedFilter; 3],
-    last: Option<Sample>,
+    last: Option<ForceSample>,
     last_speed: Option<Real>,
     countdown: u32,
     breakdowns: Real,
@@ -101,11 +101,11 @@ impl MassFromDifferences {
         }
     }
 
-    fn sample(&mut self, force: Real, speed: Real, felt: Real, dt: Real) -> Option<Sample> {
+    fn sample(&mut self, force: Real, speed: Real, felt: Real, dt: Real) -> Option<ForceSample> {
         let last_speed = self.last_speed.replace(speed);
         if self.own.eq4.is_printed() {
             let rate = (speed - last_speed?) / dt;
-            return Some(Sample { force, rate, felt });
+            return Some(ForceSample { force, rate, felt });
         }
         let [forces, speeds, felts] = &mut self.filters;
         forces.step(force, dt);
@@ -116,7 +116,7 @@ impl MassFromDifferences {
             return None;
         }
         self.countdown = RIGHT_SAMPLES - 1;
-        Some(Sample {
+        Some(ForceSample {
             force: forces.value()?,
             rate: speeds.rate(),
             felt: felts.value()?,

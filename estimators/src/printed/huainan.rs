@@ -118,7 +118,7 @@ impl Smoother {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct State {
+struct AukfState {
     x: Vector2<Real>,
     P: Matrix2<Real>,
     Q: Option<Matrix2<Real>>,
@@ -137,8 +137,8 @@ pub struct DffrlsAukfPrinted {
     curvature: Curvature,
     force: MatchedFilter,
     speed: MatchedFilter,
-    now: State,
-    start: State,
+    now: AukfState,
+    start: AukfState,
     started: bool,
     /// Open sum of θ′, rad.
     angle: Real,
@@ -151,7 +151,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAukfPrinted {
     let own = params.own;
     let [low, high] = vehicle.mass_range_kg;
     let (r, sd) = (own.wheel_speed_sd_mps, own.grade0_sd_deg * PI / 180.0);
-    let start = State {
+    let start = AukfState {
         x: Vector2::zeros(),
         P: Matrix2::from_diagonal(&vector![r * r, sd * sd]),
         Q: None,
@@ -189,7 +189,7 @@ impl DffrlsAukfPrinted {
         f: impl Fn(&Vector2<Real>) -> Vector2<Real>,
         z: Real,
         dt: Real,
-    ) -> Option<State> {
+    ) -> Option<AukfState> {
         let own = &self.own;
         let scale = own.alpha * own.alpha * (2.0 + own.kappa_ukf);
         let centre = (scale - 2.0) / scale;
@@ -205,7 +205,7 @@ impl DffrlsAukfPrinted {
             let (a, b) = (reach.column(0), reach.column(1));
             Some([*x, x + a, x + b, x - a, x - b])
         };
-        let State { x, P, Q, R, k, .. } = self.now;
+        let AukfState { x, P, Q, R, k, .. } = self.now;
         let Q = Q.unwrap_or(Matrix2::from_diagonal(&vector![
             own.q_v * dt,
             own.q_theta * dt
@@ -240,7 +240,7 @@ impl DffrlsAukfPrinted {
         let x = x_prior + K * innovation;
         let P = P_prior - K * K.transpose() * S;
 
-        let mut next = State {
+        let mut next = AukfState {
             x,
             P,
             Q: Some(Q),

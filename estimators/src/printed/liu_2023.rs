@@ -20,7 +20,7 @@ use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::front_end::motion;
-use crate::printed::slope_ekf::{Balance, Noise, SlopeEkf, Told};
+use crate::printed::slope_ekf::{Balance, NoiseRule, SlopeEkf, Told};
 use crate::printed::{Erratum, PrintReading, PrintedAnswer, mass_from_inverse, usable};
 use crate::runner::{Pipeline, copy_into};
 use crate::{Real, Time};
@@ -56,7 +56,7 @@ param_groups! {
 const STANDSTILL_MPS: Real = 0.05;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Mass {
+struct RegressionState {
     /// [M₀/M, sin(θ + θ_μ)].
     chi: Vector2<Real>,
     P: Matrix2<Real>,
@@ -71,8 +71,8 @@ pub struct DffrlsAekfPrinted {
     rotating_mass_kg: Real,
     mu: Real,
     mass0_kg: Real,
-    mass: Mass,
-    start: Mass,
+    mass: RegressionState,
+    start: RegressionState,
     force: MatchedFilter,
     speed: MatchedFilter,
     accelerometer: MatchedFilter,
@@ -86,17 +86,17 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> DffrlsAekfPrinted {
     let own = params.own;
     let mu = vehicle.running_resistance;
     let filter = MatchedFilter::new(own.cutoff_hz);
-    let start = Mass {
+    let start = RegressionState {
         chi: vector![1.0, mu / sqrt(1.0 + mu * mu)],
         P: Matrix2::identity() * own.p0,
         lambda: own.lambda0,
     };
     let noise = if own.eq30 == PrintReading::Other {
-        Noise::Literal
+        NoiseRule::Literal
     } else if own.eq30.is_printed() {
-        Noise::Printed
+        NoiseRule::Printed
     } else {
-        Noise::Fixed
+        NoiseRule::Fixed
     };
     DffrlsAekfPrinted {
         own,
@@ -141,7 +141,7 @@ impl DffrlsAekfPrinted {
             (force - self.rotating_mass_kg * beside_inertia) / self.mass0_kg,
             -GRAVITY * sqrt(1.0 + self.mu * self.mu)
         ];
-        let Mass { chi, P, lambda } = self.mass;
+        let RegressionState { chi, P, lambda } = self.mass;
         let residual = y - alpha.dot(&chi);
         let next_lambda =
             self.own.delta + (1.0 - self.own.delta) * exp(-self.own.sigma * residual.abs());
@@ -151,7 +151,7 @@ impl DffrlsAekfPrinted {
             next_lambda
         };
         let K = P * alpha / (used + alpha.dot(&(P * alpha)));
-        let next = Mass {
+        let next = RegressionState {
             chi: chi + K * residual,
             P: (P - K * (alpha.transpose() * P)) / used,
             lambda: next_lambda,
@@ -220,7 +220,7 @@ impl Pipeline for DffrlsAekfPrinted {
     }
 
     fn internal_values(&self, values: &mut [Real]) {
-        let Mass { chi, lambda, .. } = self.mass;
+        let RegressionState { chi, lambda, .. } = self.mass;
         let (breakdowns, share) = self.slope.failures();
         copy_into(
             values,

@@ -21,12 +21,12 @@
 //! an estimator that is not finite.
 
 pub mod guo_2024;
-pub mod guo_2024_mass;
+pub(crate) mod guo_2024_mass;
 pub mod huainan;
 pub mod liu_2023;
 pub mod liu_2023_resistance;
 pub mod patent;
-pub mod slope_ekf;
+pub(crate) mod slope_ekf;
 
 use crate::api::params::choices;
 use crate::api::real::sqrt;

@@ -22,7 +22,7 @@ use crate::models::sample::ResampledSample;
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::front_end::motion;
 use crate::preprocess::resampler::Resampler;
-use crate::printed::slope_ekf::{Balance, Noise, SlopeEkf, Told};
+use crate::printed::slope_ekf::{Balance, NoiseRule, SlopeEkf, Told};
 use crate::printed::{Erratum, PrintedAnswer};
 use crate::runner::{Pipeline, copy_into};
 use crate::{Real, Time};
@@ -63,7 +63,7 @@ const MAX_KG: Real = 1e9;
 
 /// One scalar regression in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Mass {
+struct ScalarRegression {
     m: Real,
     P: Real,
     /// Posterior residual, N, and what its variance is taken for.
@@ -71,7 +71,7 @@ struct Mass {
     S: Real,
 }
 
-impl Mass {
+impl ScalarRegression {
     /// Eq. 21 with eq. 24 and 28.
     fn learn(&mut self, y: Real, h: Real, forget: Real, own: &Own) {
         let K = self.P * h / (forget + h * self.P * h);
@@ -108,9 +108,9 @@ pub struct MmrlsShStfPrinted {
     own: Own,
     balance: ForceBalance,
     mu: Real,
-    first: Mass,
-    straight: Mass,
-    turning: Mass,
+    first: ScalarRegression,
+    straight: ScalarRegression,
+    turning: ScalarRegression,
     straight_weight: Real,
     samples: u32,
     signals: Resampler,
@@ -124,7 +124,7 @@ pub struct MmrlsShStfPrinted {
 /// Builds the estimator from the vehicle's nominal values and the parameters.
 pub fn new(vehicle: &Vehicle, params: &Params) -> MmrlsShStfPrinted {
     let own = params.own;
-    let first = Mass {
+    let first = ScalarRegression {
         m: vehicle.first_mass_kg(own.mass0_kg),
         P: own.p0,
         e: 0.0,
@@ -149,9 +149,9 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> MmrlsShStfPrinted {
             grade0_sd_deg: own.grade0_sd_deg,
             fading: own.b,
             noise: if own.eq46.is_printed() {
-                Noise::Printed
+                NoiseRule::Printed
             } else {
-                Noise::Fixed
+                NoiseRule::Fixed
             },
             small_angles: true,
         }),
@@ -213,7 +213,7 @@ impl MmrlsShStfPrinted {
 }
 
 /// Eq. 32: Λₛ/(Λₛ + Λₜ).
-fn weight(straight: &Mass, turning: &Mass, own: &Own) -> Real {
+fn weight(straight: &ScalarRegression, turning: &ScalarRegression, own: &Own) -> Real {
     let (s, t) = (straight.likelihood(own), turning.likelihood(own));
     s / (s + t)
 }

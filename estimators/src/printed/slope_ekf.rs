@@ -18,7 +18,7 @@ use crate::printed::usable;
 
 /// Method for the noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Noise {
+pub enum NoiseRule {
     /// As given, for ever.
     Fixed,
     /// Adapted as printed, with A P Aᵀ in place of the term whose dimension does not fit.
@@ -39,7 +39,7 @@ pub struct Told {
     /// Forgetting factor κ or b.
     pub fading: Real,
     /// Method for the noise.
-    pub noise: Noise,
+    pub noise: NoiseRule,
     /// sin θ ≈ θ, cos θ ≈ 1.
     pub small_angles: bool,
 }
@@ -58,7 +58,7 @@ pub struct Balance {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct State {
+struct EkfState {
     x: Vector2<Real>,
     P: Matrix2<Real>,
     q: Vector2<Real>,
@@ -75,8 +75,8 @@ struct State {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlopeEkf {
     told: Told,
-    now: State,
-    start: State,
+    now: EkfState,
+    start: EkfState,
     started: bool,
     breakdowns: u32,
     steps: u32,
@@ -87,7 +87,7 @@ impl SlopeEkf {
     /// Level at the start.
     pub fn new(told: Told) -> Self {
         let sd = told.grade0_sd_deg * PI / 180.0;
-        let start = State {
+        let start = EkfState {
             x: Vector2::zeros(),
             P: Matrix2::from_diagonal(&vector![told.r, sd * sd]),
             q: Vector2::zeros(),
@@ -149,8 +149,8 @@ impl SlopeEkf {
         )
     }
 
-    fn next(&self, balance: &Balance, z: Real, dt: Real) -> State {
-        let State {
+    fn next(&self, balance: &Balance, z: Real, dt: Real) -> EkfState {
+        let EkfState {
             P, q, r, R, k, Q, ..
         } = self.now;
         let [q_v, q_theta] = self.told.q;
@@ -169,10 +169,10 @@ impl SlopeEkf {
         let moved = K * innovation;
         let found = moved * moved.transpose() + P;
         let found = match self.told.noise {
-            Noise::Literal => found.add_scalar(-P_prior.m11),
+            NoiseRule::Literal => found.add_scalar(-P_prior.m11),
             _ => found - carried_P,
         };
-        let mut next = State {
+        let mut next = EkfState {
             x,
             P,
             Q: Some(Q),
@@ -181,7 +181,7 @@ impl SlopeEkf {
             nis: innovation * innovation / S,
             ..self.now
         };
-        if self.told.noise != Noise::Fixed {
+        if self.told.noise != NoiseRule::Fixed {
             next.q = q * (1.0 - d) + (x - carried) * d;
             next.Q = Some(Q * (1.0 - d) + found * d);
             next.r = r * (1.0 - d) + (z - x_prior.x) * d;

@@ -57,14 +57,14 @@ pub struct Motion {
     /// Specific force f along the train, m/s²; `None` while the accelerometer is stale.
     pub specific_force_mps2: Option<Real>,
     /// Change of the grade angle.
-    pub turn: Turn,
+    pub turn: SlopeRate,
     /// Standard deviation of the specific force beyond what the process noise of speed allows for, m/s².
     pub force_noise_mps2: Real,
 }
 
 /// Change of the grade angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Turn {
+pub enum SlopeRate {
     /// With the curvature ρ of the rail, 1/m: θ̇ = ρ v.
     Curvature(Real),
     /// At the rate of a pitch gyro, rad/s.
@@ -91,8 +91,8 @@ impl Process<2> for InertialModel {
             .specific_force_mps2
             .map_or(0.0, |f| f - GRAVITY * sin(x.y));
         let theta_dot = match u.turn {
-            Turn::Curvature(rho) => rho * x.x,
-            Turn::Gyro(rate) => rate,
+            SlopeRate::Curvature(rho) => rho * x.x,
+            SlopeRate::Gyro(rate) => rate,
         };
         vector![x.x + dt * v_dot, x.y + dt * theta_dot]
     }
@@ -102,8 +102,8 @@ impl Process<2> for InertialModel {
             .specific_force_mps2
             .map_or(0.0, |_| -dt * GRAVITY * cos(x.y));
         let by_v = match u.turn {
-            Turn::Curvature(rho) => dt * rho,
-            Turn::Gyro(_) => 0.0,
+            SlopeRate::Curvature(rho) => dt * rho,
+            SlopeRate::Gyro(_) => 0.0,
         };
         matrix![1.0, by_theta; by_v, 1.0]
     }
@@ -115,8 +115,8 @@ impl Process<2> for InertialModel {
             .map_or(BLIND_Q_V, |_| self.q_v.max(noise));
         let [by_curvature, by_gyro] = self.q_theta;
         let q_theta = match u.turn {
-            Turn::Curvature(_) => by_curvature,
-            Turn::Gyro(_) => by_gyro,
+            SlopeRate::Curvature(_) => by_curvature,
+            SlopeRate::Gyro(_) => by_gyro,
         };
         Matrix2::from_diagonal(&vector![q_v, q_theta]) * dt
     }
@@ -225,7 +225,10 @@ impl CurvatureSlope {
         self.learn_noise(&reading.noise);
         let motion = Motion {
             specific_force_mps2: reading.specific_force_mps2,
-            turn: gyro.map_or(Turn::Curvature(self.curvature.per_m().0), Turn::Gyro),
+            turn: gyro.map_or(
+                SlopeRate::Curvature(self.curvature.per_m().0),
+                SlopeRate::Gyro,
+            ),
             force_noise_mps2: self.force_noise(reading, dt),
         };
         // P is kept positive definite by Q; should rounding break it, the next measurement finds the last one.

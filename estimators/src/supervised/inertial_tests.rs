@@ -72,16 +72,24 @@ fn the_process_noise_is_that_of_what_carries_the_slope() {
         force_noise_mps2,
     };
     for (u, q_v, q_theta) in [
-        (motion(Some(1.0), Turn::Curvature(0.1), 0.0), 1e-6, 5e-6),
-        (motion(Some(1.0), Turn::Gyro(0.1), 0.0), 1e-6, 1e-8),
-        (motion(None, Turn::Curvature(0.1), 0.0), 1.0, 5e-6),
+        (
+            motion(Some(1.0), SlopeRate::Curvature(0.1), 0.0),
+            1e-6,
+            5e-6,
+        ),
+        (motion(Some(1.0), SlopeRate::Gyro(0.1), 0.0), 1e-6, 1e-8),
+        (motion(None, SlopeRate::Curvature(0.1), 0.0), 1.0, 5e-6),
         // White noise of f moves the speed by its part of the step; never below the parameter.
         (
-            motion(Some(1.0), Turn::Curvature(0.1), 0.3),
+            motion(Some(1.0), SlopeRate::Curvature(0.1), 0.3),
             0.3 * 0.3 * DT,
             5e-6,
         ),
-        (motion(Some(1.0), Turn::Curvature(0.1), 0.009), 1e-6, 5e-6),
+        (
+            motion(Some(1.0), SlopeRate::Curvature(0.1), 0.009),
+            1e-6,
+            5e-6,
+        ),
     ] {
         let Q = model.Q(&u, DT);
         assert!((Q.m11 - q_v * DT).abs() < 1e-15 && (Q.m22 - q_theta * DT).abs() < 1e-15);

@@ -32,7 +32,7 @@ use crate::models::{attitude, swing_balance};
 use crate::rail::train_means::TrainMeans;
 use crate::supervised::force_balance_ekf::ForceBalanceModel;
 use crate::supervised::imm::{self, Acceleration, SlopeModel};
-use crate::supervised::inertial::{InertialModel, Motion, Turn};
+use crate::supervised::inertial::{InertialModel, Motion, SlopeRate};
 use crate::testing::Random;
 use crate::testing::vehicles::vehicle;
 
@@ -140,8 +140,8 @@ fn inertial(random: &mut Random) {
         q_theta: [5e-6, 1e-8],
     };
     let turns = [
-        Turn::Curvature(0.1 * random.normal()),
-        Turn::Gyro(0.1 * random.normal()),
+        SlopeRate::Curvature(0.1 * random.normal()),
+        SlopeRate::Gyro(0.1 * random.normal()),
     ];
     let force = random.normal();
     for turn in turns {
@@ -161,7 +161,7 @@ fn joint(random: &mut Random) {
         balance: ForceBalance::new(&vehicle()),
         q: [1e-4, 1e-4],
     };
-    let push = joint_ekf::Push {
+    let push = joint_ekf::NetForce {
         traction_n: 2e4 * random.normal(),
         resistance: 0.03 * random.normal(),
     };
@@ -174,7 +174,7 @@ fn joint(random: &mut Random) {
 }
 
 fn ramp(random: &mut Random) {
-    use guo_2024::Acceleration::{Dynamic, Kinematic};
+    use guo_2024::RampAcceleration::{Dynamic, Kinematic};
     for acceleration in [Kinematic, Dynamic] {
         let model = RampModel {
             acceleration,

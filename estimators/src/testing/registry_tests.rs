@@ -2,7 +2,7 @@
 
 use crate::Time;
 use crate::api::estimator::Estimator;
-use crate::api::params::{Key, Kind, Name, ParamError};
+use crate::api::params::{Key, KeyKind, Name, ParamError};
 use crate::api::signals::Sample;
 use crate::api::signals::{Command, Estimate, Measurements, RoadVehicle, Vehicle, VehicleData};
 use crate::registry::*;
@@ -34,7 +34,7 @@ fn every_key_has_a_default_in_its_range_and_a_unique_name() {
             let set = |value| build(name, &vehicle(), [(key.name, value)]);
             assert!(key.default().is_none_or(|value| set(value).is_ok()));
             match key.kind {
-                Kind::Number {
+                KeyKind::Number {
                     unit,
                     range: [low, high],
                     ..
@@ -47,11 +47,11 @@ fn every_key_has_a_default_in_its_range_and_a_unique_name() {
                     );
                     assert_eq!(set(true.into()), Err(ParamError::OtherKind(key)));
                 }
-                Kind::Flag { .. } => {
+                KeyKind::Flag { .. } => {
                     assert!(set(true.into()).is_ok() && set(false.into()).is_ok());
                     assert_eq!(set(1.0.into()), Err(ParamError::OtherKind(key)));
                 }
-                Kind::Choice { choices, .. } => {
+                KeyKind::Choice { choices, .. } => {
                     assert!(choices.iter().all(|&word| set(word.into()).is_ok()));
                     assert_eq!(
                         set("any".into()),

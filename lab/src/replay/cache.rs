@@ -5,7 +5,7 @@ use crate::metrics::series::Target;
 use crate::replay::{ReplayData, record};
 use monorig_estimators::Time;
 use monorig_estimators::api::mass_layout::MassLayout;
-use monorig_estimators::api::vehicle::{RoadVehicle, Vehicle, VehicleData};
+use monorig_estimators::api::signals::{RoadVehicle, Vehicle, VehicleData};
 use monorig_sim::closed_loop::SimulationBuilder;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::scenario::Scenario;

@@ -2,7 +2,7 @@
 
 use crate::metrics;
 use crate::tuning::study::Range;
-use monorig_estimators::api::params::Kind;
+use monorig_estimators::api::params::KeyKind;
 use monorig_sim::closed_loop::registry::{EstimatorType, Refusal, Registry};
 use monorig_sim::config::file::{input_error, nearest};
 use monorig_sim::config::scenario::ParameterFile;
@@ -17,7 +17,7 @@ pub(crate) fn range(
     range: &Range,
 ) -> Result<(), (&'static str, Refusal)> {
     let found = of.key(key).map_err(|w| ("", w))?;
-    if range.choices.is_none() && !matches!(found.kind, Kind::Number { .. }) {
+    if range.choices.is_none() && !matches!(found.kind, KeyKind::Number { .. }) {
         let message = format!("`{key}` is {}, not a number with a range", found.kind);
         let help = format!(
             "the values to try: `{key}: {{choices: [{}]}}`",
@@ -38,9 +38,9 @@ pub(crate) fn range(
 }
 
 /// The values of a flag or a choice, as in a list.
-fn words(kind: Kind) -> String {
+fn words(kind: KeyKind) -> String {
     match kind {
-        Kind::Choice { choices, .. } => choices.join(", "),
+        KeyKind::Choice { choices, .. } => choices.join(", "),
         _ => "true, false".into(),
     }
 }

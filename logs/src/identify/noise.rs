@@ -2,7 +2,7 @@
 
 use crate::drive::{Drive, Found, Plan};
 use crate::map::Map;
-use monorig_estimators::api::params::Kind;
+use monorig_estimators::api::params::KeyKind;
 use monorig_estimators::api::signals::Measurements;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::scenario::Settings;
@@ -158,7 +158,7 @@ impl Noise {
             };
             for (parameter, kind) in NAMES {
                 let key = of_type.keys().find(|k| k.name == *parameter);
-                let Some(Kind::Number {
+                let Some(KeyKind::Number {
                     range: [low, high],
                     default,
                     ..

@@ -10,7 +10,7 @@ use super::wheel::WheelSpec;
 use crate::config::motor_file::MotorFile;
 use crate::error::DataError;
 use crate::train::{Body, Drive, Limits, Mount, Resistance, Train};
-use monorig_estimators::api::vehicle::{RoadVehicle, VehicleData};
+use monorig_estimators::api::signals::{RoadVehicle, VehicleData};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use std::f64::consts::PI;
 

@@ -21,7 +21,7 @@ pub struct Heading {
 
 /// Input of a step of the heading.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Turn {
+pub struct HeadingInput {
     /// Rate of the heading, rad/s; `None` while there is no gyro.
     pub rate_radps: Option<Real>,
     /// Standard deviation of its bias, rad/s.
@@ -35,7 +35,7 @@ pub struct Turn {
 impl Heading {
     /// Turns on for `dt` seconds. Errors of bias and scale add up as if they always had one sign: cautious where bends
     /// to the left and to the right follow each other. The random walk adds by squares to what there is.
-    pub fn step(&mut self, turn: &Turn, dt: Real) {
+    pub fn step(&mut self, turn: &HeadingInput, dt: Real) {
         match turn.rate_radps {
             Some(rate) => {
                 let angle = self.angle_rad + rate * dt;
@@ -71,7 +71,7 @@ state!(Heading { angle_rad, sd_rad; });
 mod tests {
     use super::*;
 
-    const LEFT: Turn = Turn {
+    const LEFT: HeadingInput = HeadingInput {
         rate_radps: Some(0.5),
         bias_sd_radps: 1e-4,
         walk: 1e-3,
@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn without_a_gyro_it_may_have_gone_round_a_bend() {
         let mut heading = Heading::default();
-        let without = Turn {
+        let without = HeadingInput {
             rate_radps: None,
             ..LEFT
         };

@@ -43,7 +43,7 @@ use crate::preprocess::front_end::Channels;
 use arm_error::ArmError;
 use calibration::Calibration;
 use gyro_monitor::GyroMonitor;
-use heading::{Heading, Turn};
+use heading::{Heading, HeadingInput};
 use imu_health::{ImuHealth, SoundImu};
 use params::{AttitudeParams, AttitudeSupervision};
 use rail_curvature::{MAX_CURVATURE_PER_M, RailCurvature};
@@ -421,7 +421,7 @@ impl AttitudeFilter {
             wheels: [ballot.used, ballot.rejected],
         };
         self.heading.step(
-            &Turn {
+            &HeadingInput {
                 rate_radps: rates.body_radps.map(|_| yaw_rate_radps),
                 bias_sd_radps: self.yaw_bias_sd_radps(),
                 walk: self.params.angle_random_walk,
@@ -452,11 +452,6 @@ impl AttitudeFilter {
     /// Attitude and speed of the last step.
     pub fn found(&self) -> &Attitude {
         &self.found
-    }
-
-    /// Returns true if the filter has started.
-    pub fn started(&self) -> bool {
-        self.started
     }
 
     /// Test of the gyro monitor: square of the mean innovation of the wheels over its variance.

@@ -393,11 +393,6 @@ impl SwingMass {
         self.published
     }
 
-    /// Tare, kg.
-    pub fn tare_kg(&self) -> Real {
-        self.tare_kg
-    }
-
     /// The train on its rail.
     pub fn train(&self) -> &TrainOnRail {
         &self.train

@@ -99,11 +99,6 @@ impl TorqueMonitor {
         self.on && self.doubt
     }
 
-    /// Drives whose torque is in use.
-    pub fn used(&self) -> u32 {
-        self.used
-    }
-
     /// N at the rim per N·m at the motor: with the efficiency when driving, by it when braking.
     fn gain(&self, torque: Real, speed_mps: Real) -> Real {
         let sign = if torque < 0.0 { -1.0 } else { 1.0 };
