@@ -8,10 +8,10 @@ const MAX_COLUMNS: usize = 120;
 /// For each folder: how many lines of comments are wider, and how many doc comments open with a noun clause. Both may
 /// only fall.
 const AT_MOST: [(&str, usize, usize); 9] = [
-    ("estimators", 18, 220),
+    ("estimators", 13, 0),
     ("sim", 2, 0),
-    ("logs", 1, 7),
-    ("lab", 1, 21),
+    ("logs", 1, 2),
+    ("lab", 1, 19),
     ("viz", 0, 0),
     ("cli", 0, 0),
     ("tests", 0, 0),

@@ -101,7 +101,7 @@ macro_rules! pipeline {
         $(
             #[cfg(feature = $feature)]
             fn estimator(vehicle: Vehicle) -> Option<impl Estimator> {
-                use estimators::pipelines::$($part)::+ as pipeline;
+                use estimators::$($part)::+ as pipeline;
                 let params = pipeline::Params::default();
                 Some(estimators::Runner::new($feature, pipeline::new, &vehicle, &params))
             }
@@ -111,11 +111,11 @@ macro_rules! pipeline {
 
 #[cfg(not(any(feature = "named", feature = "empty")))]
 pipeline! {
-    "dffrls_aekf": liu_2023::dffrls_aekf;
-    "dffrls_aekf_robust": liu_2023_robust::dffrls_aekf_robust;
-    "dffrls_aukf_robust": huainan_robust::dffrls_aukf_robust;
-    "imm_stf_robust": guo_2024_robust::imm_stf_robust;
-    "mmrls_sh_stf_robust": patent_robust::mmrls_sh_stf_robust;
+    "dffrls_aekf": methods::liu_2023::dffrls_aekf;
+    "dffrls_aekf_robust": supervised::liu_2023::dffrls_aekf_robust;
+    "dffrls_aukf_robust": supervised::huainan::dffrls_aukf_robust;
+    "imm_stf_robust": supervised::guo_2024::imm_stf_robust;
+    "mmrls_sh_stf_robust": supervised::patent::mmrls_sh_stf_robust;
 }
 
 /// Bytes below the stack pointer that are painted, to see how deep a step goes.
