@@ -71,7 +71,6 @@
 #![no_std]
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)]
-#![allow(rustdoc::private_intra_doc_links)] // they help a reader of the source
 // A build with some of the sources leaves shared parts unused.
 #![cfg_attr(
     not(all(
