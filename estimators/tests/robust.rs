@@ -518,14 +518,21 @@ fn a_day_at_standstill_winds_nothing_up() {
     day_at(0.0);
 }
 
+/// Supervised estimators that find no mass: the slope alone, or the resistance of a train of known mass.
+const WITHOUT_MASS: [&str; 5] = [
+    "attitude",
+    "complementary_filter",
+    "dffrls_aukf_robust",
+    "ekf_v_theta_biases",
+    "resistance_dffrls_robust",
+];
+
 #[test]
 fn a_mass_once_learnt_is_kept_for_a_day_at_constant_speed() {
     let mut broken = Vec::new();
-    for (name, mut estimator) in all(2).filter(|(name, _)| supervised(name)) {
+    let finds_mass = |name: &str| supervised(name) && !WITHOUT_MASS.contains(&name);
+    for (name, mut estimator) in all(2).filter(|(name, _)| finds_mass(name)) {
         let mut crane = Crane::new(vehicle(2), 18_000.0, 7);
-        let first = { estimator }
-            .step(&crane.clone().step(1.2, DT), &Command::default(), DT)
-            .unwrap();
         excite(&mut estimator, &mut crane);
         crane.grade_rad = 0.0;
         let mut learnt = None;
@@ -533,9 +540,6 @@ fn a_mass_once_learnt_is_kept_for_a_day_at_constant_speed() {
             let z = crane.step(1.0, SLOW_DT);
             let estimate = estimator.step(&z, &Command::default(), SLOW_DT).unwrap();
             let mass = estimate.total_mass_kg.value;
-            if mass == first.total_mass_kg.value {
-                break; // It finds no mass.
-            }
             let learnt = *learnt.get_or_insert(mass);
             let off = (learnt / crane.mass_kg - 1.0).abs();
             if off > 0.05 || (mass / learnt - 1.0).abs() > 0.01 {
