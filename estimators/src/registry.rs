@@ -199,7 +199,7 @@ registry! {{
     "mmrls_sh_stf_robust" in "patent" as Supervised => mmrls_sh_stf_robust::MmrlsShStf,
     /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic
     /// forgetting.
-    "resistance_dffrls_robust" in "resistance" as Supervised => resistance_robust::Resistance,
+    "resistance_dffrls_robust" in "resistance" as Supervised => resistance_robust::ResistancePipeline,
     /// Ours: attitude filter, rail memory, force balance with a swinging load.
     "rail_fusion" in "rail_fusion" as Supervised => rail_fusion::RailFusion,
     /// Ours: attitude filter alone (gyro, accelerometer, wheels), on a rail or a road.

@@ -3,6 +3,8 @@
 pub(crate) mod attitude;
 #[cfg(feature = "rail_fusion")]
 pub mod attitude_alone;
+pub(crate) mod effective;
 #[cfg(feature = "rail_fusion")]
 pub mod rail_fusion;
 pub(crate) mod swing_balance;
+pub(crate) mod train_core;

@@ -12,58 +12,39 @@
 //! third takes the first's speed and grade as known. Source: ours. Equations, observability, constants and what fails:
 //! `docs/src/methods/rail_fusion.md`.
 
-mod effective;
-
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
-use crate::api::mass_layout::MassLayout;
 use crate::api::params::param_groups;
-use crate::api::real::{GRAVITY, PI, sin, sqrt};
+use crate::api::real::{GRAVITY, PI, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
-use crate::detect::plausibility::Instruments;
-use crate::detect::validity::{Integrity, Source, Validity};
+use crate::detect::validity::Integrity;
+use crate::fusion::attitude::Attitude;
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
-use crate::fusion::attitude::{Attitude, AttitudeFilter};
+use crate::fusion::effective::EffectiveGrade;
 use crate::fusion::swing_balance::SwingMass;
 use crate::fusion::swing_balance::block::BlockInput;
 use crate::fusion::swing_balance::params::{SwingBalanceParams, SwingSupervision};
-use crate::fusion::swing_balance::torque_monitor::TorqueMonitor;
-use crate::models::force_balance::ForceBalance;
+use crate::fusion::train_core::{TrainCore, layout};
 use crate::models::swing_balance::{ANGLE, D, ETA, LENGTH, Nominal, R0};
 use crate::preprocess::front_end::Reading;
-use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::TrainOnRail;
 use crate::runner::{Pipeline, copy_into};
 use crate::{Real, Time};
-use effective::EffectiveGrade;
 
 param_groups! {
     /// Parameters of the rail fusion.
     Params { attitude: AttitudeParams, balance: SwingBalanceParams, attitude_supervision: AttitudeSupervision, balance_supervision: SwingSupervision, integrity: Integrity }
 }
 
-/// Speed below which no horizontal curvature is read, m/s.
-const MIN_BEND_SPEED_MPS: Real = 0.1;
-/// Standard deviation of sin θ + b/g up to which the rail is read.
-const MAX_SUM_SD: Real = 0.003;
-/// Lag of the brake, s.
-const BRAKE_LAG_S: Real = 0.3;
-
 /// The pipeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RailFusion {
-    validity: Validity,
+    core: TrainCore,
     nominal: Nominal,
-    standstill_mps: Real,
     force_fusion: bool,
-    air: ForceBalance,
-    attitude: AttitudeFilter,
-    rail: RailMemory,
-    torques: TorqueMonitor,
     mass: SwingMass,
     effective: EffectiveGrade,
-    brake: Real,
 }
 
 /// Builds the estimator from the vehicle's nominal values and the parameters.
@@ -74,31 +55,17 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
     let mount_sd = GRAVITY * params.attitude.mount_sd_deg * PI / 180.0;
     let bias_sd = sqrt(bias_sd * bias_sd + mount_sd * mount_sd);
     let nominal = Nominal::new(vehicle, &layout, params.balance.mass0_kg, bias_sd);
-    let [front, rear] = train.span_m();
-    let uses = Instruments {
-        accelerometer: true,
-        // On a rail the filter's own monitor contradicts a wrong gyro: the regression of the plausibility check takes
-        // the pitch rate for that of the grade, which it is not in the bends of a roadway.
-        gyro: vehicle.road.is_some(),
-    };
     RailFusion {
-        validity: Validity::new(vehicle, params.integrity, uses),
-        nominal,
-        standstill_mps: vehicle.standstill_mps(None),
-        force_fusion: params.balance_supervision.force_fusion,
-        air: ForceBalance::new(vehicle),
-        attitude: AttitudeFilter::new(
+        core: TrainCore::new(
             vehicle,
+            train.span_m(),
             params.attitude,
             params.attitude_supervision,
-            &params.integrity,
+            params.integrity,
+            (&params.balance, params.balance_supervision.torque_monitor),
         ),
-        rail: RailMemory::new(rear - front),
-        torques: TorqueMonitor::new(
-            vehicle,
-            &params.balance,
-            params.balance_supervision.torque_monitor,
-        ),
+        nominal,
+        force_fusion: params.balance_supervision.force_fusion,
         mass: SwingMass::new(
             nominal,
             train,
@@ -107,121 +74,48 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
             vehicle.drives,
         ),
         effective: EffectiveGrade::default(),
-        brake: 0.0,
-    }
-}
-
-/// The layout by the drawings, scaled to the tare; without drawings an even spread that does not swing.
-fn layout(vehicle: &Vehicle) -> MassLayout {
-    match vehicle.layout {
-        Some(layout) => layout.scaled_to(vehicle.tare_kg),
-        None => MassLayout::even(vehicle.tare_kg, vehicle.tare_span_m, vehicle.load_span_m),
     }
 }
 
 impl RailFusion {
-    fn fuse(&mut self, reading: &Reading, attitude: &Attitude, dt: Real) {
-        let v = attitude.speed_mps;
-        let bend = if v.abs() > MIN_BEND_SPEED_MPS {
-            (attitude.yaw_rate_radps / v).abs()
-        } else {
-            0.0
-        };
-        let u = sin(attitude.pitch_rad) + attitude.bias_mps2 / GRAVITY;
-        let readable = attitude.sum_sd < MAX_SUM_SD && attitude.speed_sd_mps < MAX_SPEED_SD_MPS;
-        self.rail.step(v * dt, readable.then_some([u, bend]));
-        self.brake += dt / (BRAKE_LAG_S + dt) * (reading.brake - self.brake);
-        let drag = self.air.drag(v);
-        let traction = self
-            .torques
-            .traction(&reading.channels, v, dt)
-            .map(|[force, variance]| [force - drag, variance]);
-        let [used, rejected] = attitude.wheels;
-        let standing = reading
-            .speed_mps
-            .is_some_and(|v| v.abs() < self.standstill_mps);
-        let input = BlockInput {
-            speed_mps: v,
-            speed_noise_mps: attitude.speed_noise_mps,
-            sum_sd: attitude.sum_sd,
-            mass_kg: self.mass.mass_kg(),
-            acceleration_mps2: attitude.acceleration_mps2,
-            traction,
-            bend_per_m: bend,
-            brake: self.brake,
-            sound: attitude.imu && !standing && (used > 0 || reading.new_speed_mps.is_none()),
-            slip: rejected > 0,
-            doubt: self.torques.doubt(),
-        };
-        let block = self.mass.step(&input, &self.rail, dt);
+    fn fuse(&mut self, attitude: &Attitude, input: &BlockInput, dt: Real) {
+        let rail = self.core.rail();
+        let block = self.mass.step(input, rail, dt);
         if let Some(block) = block.filter(|_| self.force_fusion) {
             self.effective
-                .correct(&block, &self.mass, &self.nominal, &self.rail);
+                .correct(&block, &self.mass, &self.nominal, rail);
         }
         self.effective.step(
             attitude,
-            self.attitude.mount_sd_rad(),
-            &self.mass,
-            &self.rail,
+            self.core.attitude().mount_sd_rad(),
+            self.mass.train(),
+            &self.mass.carried(),
+            rail,
             dt,
         );
     }
 
-    fn estimate(&mut self, t: Time, started: bool, moving: bool) -> Estimate {
-        let found = self.attitude.found();
-        let (innovation, nis) = self.attitude.innovation();
+    fn estimate(&mut self, t: Time, moving: bool) -> Estimate {
+        let started = self.core.is_started();
         let [mass, mass_sd] = self.mass.published();
+        let total_mass_kg = Value {
+            value: mass,
+            sd: mass_sd,
+            valid: started && self.mass.is_known(),
+        };
         let estimate = Estimate {
-            t,
-            total_mass_kg: Value {
-                value: mass,
-                sd: mass_sd,
-                valid: started && self.mass.is_known(),
-            },
-            grade_rad: Value {
-                value: self.attitude.grade_at_imu_rad(),
-                sd: self.attitude.grade_at_imu_sd_rad(),
-                valid: started,
-            },
+            total_mass_kg,
             effective_grade_rad: self.effective.value(started),
-            speed_mps: Value {
-                value: found.speed_mps,
-                sd: found.speed_sd_mps,
-                valid: started,
-            },
-            innovation,
-            nis,
             flags: Flags {
                 moving,
                 excited: self.mass.is_known(),
                 saturated: false,
             },
+            ..self.core.estimate(t)
         };
-        self.validity.publish(estimate, true)
-    }
-
-    /// Gives the validity rule its signals.
-    fn supervise(&mut self, reading: &Reading, dt: Real) {
-        // The check takes the pitch rate for that of the grade.
-        let found = self.attitude.found();
-        let pitch_rate_radps = reading.pitch_rate_radps.map(|_| found.pitch_rate_radps);
-        let seen = Reading {
-            pitch_rate_radps,
-            ..*reading
-        };
-        self.validity.observe(&seen, dt);
-        if let Some(nis) = self.attitude.new_nis() {
-            self.validity.innovation(Source::WheelSpeed, nis, dt);
-        }
-        if let Some((nis, period_s)) = self.mass.new_nis() {
-            self.validity
-                .innovation(Source::ForceBalance, nis, period_s);
-        }
+        self.core.publish(estimate, true)
     }
 }
-
-/// Standard deviation of the speed up to which the rail is read, m/s.
-const MAX_SPEED_SD_MPS: Real = 0.1;
 
 impl Pipeline for RailFusion {
     const INTERNALS: &'static [Internal] = &[
@@ -249,24 +143,20 @@ impl Pipeline for RailFusion {
     ];
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
-        let attitude = self.attitude.step(&reading.channels, dt);
-        if let Some(attitude) = attitude {
-            self.fuse(reading, &attitude, dt);
+        if let Some((attitude, input)) = self.core.step(reading, self.mass.mass_kg(), dt) {
+            self.fuse(&attitude, &input, dt);
         }
-        self.supervise(reading, dt);
-        let moving = reading
-            .speed_mps
-            .is_some_and(|v| v.abs() > self.standstill_mps);
-        self.estimate(t, attitude.is_some(), moving)
+        self.core.supervise(reading, self.mass.new_nis(), dt);
+        self.estimate(t, self.core.is_moving(reading))
     }
 
     fn internal_values(&self, values: &mut [Real]) {
-        let found = self.attitude.found();
+        let found = self.core.attitude().found();
         let mass = self.mass.found();
         let x = &mass.x;
-        let [bias_sd, read_sd, scale_sd, arm_m] = self.attitude.reading();
-        let lagged = self.attitude.lagged_grade();
-        let [heading, heading_sd] = self.attitude.heading();
+        let [bias_sd, read_sd, scale_sd, arm_m] = self.core.attitude().reading();
+        let lagged = self.core.attitude().lagged_grade();
+        let [heading, heading_sd] = self.core.attitude().heading();
         copy_into(
             values,
             &[
@@ -282,7 +172,7 @@ impl Pipeline for RailFusion {
                 x[ETA],
                 x[LENGTH],
                 sqrt(mass.mass_variance),
-                self.attitude.monitor(),
+                self.core.attitude().monitor(),
                 self.mass.changes() as Real,
                 read_sd,
                 scale_sd,
@@ -303,7 +193,7 @@ impl Pipeline for RailFusion {
     ];
 
     fn aid_status(&self, status: &mut [AidStatus]) {
-        let [wheels, lateral, vertical] = self.attitude.aid_status();
+        let [wheels, lateral, vertical] = self.core.attitude().aid_status();
         copy_into(status, &[wheels, lateral, vertical, self.mass.status()]);
     }
 
@@ -312,4 +202,4 @@ impl Pipeline for RailFusion {
     }
 }
 
-state!(RailFusion { validity, attitude, rail, torques, mass, effective, brake; nominal, standstill_mps, force_fusion, air });
+state!(RailFusion { core, mass, effective; nominal, force_fusion });

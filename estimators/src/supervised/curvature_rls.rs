@@ -21,7 +21,6 @@ use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
 use crate::models::slope_force::SlopeForce;
 use crate::preprocess::front_end::Reading;
-use crate::rail::grade_map::AtPlace;
 
 params! {
     /// Parameters of the curvature regression.
@@ -153,16 +152,6 @@ impl Curvature {
         self.running_s >= self.params.settle_s
     }
 
-    /// Rail at the instrument: g sin θ + bias, m/s² (no horizontal curvature: 0), and the speed, m/s, behind the same
-    /// filters.
-    pub fn at_place(&self) -> (Option<AtPlace>, Real) {
-        let (force, speed) = (self.signals.force.value(), self.signals.speed.value());
-        let here = force
-            .filter(|_| self.fresh)
-            .map(|f| [f - self.signals.speed.rate(), 0.0]);
-        (here, speed.unwrap_or(0.0))
-    }
-
     /// Forgetting factor of the last update.
     pub fn lambda(&self) -> Real {
         self.outcome.lambda
@@ -253,26 +242,6 @@ mod tests {
         }
         curvature.step(&Reading::default(), 0.0, 0.01);
         assert!(!curvature.learning());
-    }
-
-    /// A ramp of speed at 0.3 m/s² on a grade whose reading grows by 0.1 m/s³.
-    #[test]
-    fn what_the_place_reads_is_the_specific_force_less_the_acceleration() {
-        let policy = DynamicForgetting::default().policy();
-        let mut curvature = Curvature::new(&vehicle(), CurvatureParams::default(), policy);
-        assert_eq!(curvature.at_place(), (None, 0.0));
-        for k in 0..1_000 {
-            curvature.step(&straight(k, 1.0 + 0.003 * k as Real), 0.0, 0.01);
-        }
-        let (place, speed) = curvature.at_place();
-        // Late by the filters, the same for both.
-        let late_s = (1.0 + 0.003 * 999.0 - speed) / 0.3;
-        assert!((0.1..0.6).contains(&late_s), "{late_s}");
-        let [u, across] = place.unwrap();
-        assert!((u - 1.0 - 0.1 * (9.99 - late_s)).abs() < 0.01, "{u}");
-        assert_eq!(across, 0.0);
-        curvature.step(&Reading::default(), 0.0, 0.01);
-        assert_eq!(curvature.at_place(), (None, speed));
     }
 
     /// At constant speed every sample brings h²/r, h = g v cos θ, ten times a second.

@@ -10,7 +10,7 @@
 //! level of the force as well as μ₀ and b are known; once a start, a stop or a change of slope has moved f, M is its
 //! slope and needs neither μ₀ nor b.
 //!
-//! A train is long: f and κ are means over where its masses rest ([`DistributedTrain`]). With m₀ the tare, u = f − v̇
+//! A train is long: f and κ are means over where its masses rest ([`BalanceSample`]). With m₀ the tare, u = f − v̇
 //! the part of the slope, ū₀ its mean over the tare and ū₁ over where the load rests, the force on the right is M (v̇ +
 //! ū₁) + m₀ (ū₀ − ū₁): the second term is known and goes to the left, so the balance stays linear in M.
 //!
@@ -37,8 +37,7 @@ use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
 use crate::models::force_balance::ForceBalance;
-use crate::preprocess::resampler::Resampler;
-use crate::rail::distributed_train::{AlignedSample, DistributedTrain};
+use crate::supervised::sample::BalanceSample;
 use crate::supervised::two_stage::{MassEstimator, SteadyTraction};
 
 params! {
@@ -49,16 +48,12 @@ params! {
         mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the vehicle's nominal value.";
         accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias; not set: that of the vehicle's sheet, or 0.02.";
         curve_sd_m ["m"] = 0.05, 0.0 => 10.0, "Standard deviation of what a curve adds to the running-resistance coefficient, times its radius; 0 = curves add nothing.";
-        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals of the regression go through.";
-        regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression (slow enough for their errors to be independent); λ is per such sample.";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
         weigh_by_residuals [flag] = false, "Weigh samples by the size of the residuals found: what they cannot separate stays where the priors have it.";
         sway_share ["-"] = 0.3, 0.0 => 2.0, "Share of the running deviation of v̇ that is taken for force of a swinging load, which the balance leaves out.";
         excitation_mps2 ["m/s²"] = 0.06, 0.0 => 10.0, "Running standard deviation of the regressor above which it counts as excited.";
         excitation_memory_s ["s"] = 5.0, 0.5 => 60.0, "Memory of that running standard deviation.";
         unexcited_weight ["-"] = 0.02, 0.0 => 1.0, "Weight of a sample taken without excitation (noise in the regressor makes it less informative than it looks).";
-        standstill_mps ["m/s"] = none, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; not set: 0.05 on a rail, 0.3 on a road.";
-        settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
         excitation_gate [flag] = true, "Give samples little weight, and do not forget by them, while the regressor is not excited.";
         load_change ["-"] = 20.0, 1.0 => 1e6, "Cumulated sum of the normalised residual that means another load, and reopens the mass.";
         load_change_detector [flag] = true, "Reopen the mass when residuals say that the load is another one.";
@@ -81,6 +76,7 @@ pub struct ForceBalanceRls {
     /// Covariance, widened if the residuals are larger than expected or correlated.
     covariance: Matrix4<Real>,
     mass0_kg: Real,
+    tare_kg: Real,
     mu0: Real,
     range_kg: [Real; 2],
     gate: ExcitationGate,
@@ -114,6 +110,7 @@ impl ForceBalanceRls {
             covariance: rls.widened(),
             before: rls,
             mass0_kg,
+            tare_kg: vehicle.tare_kg,
             mu0,
             range_kg: vehicle.mass_range_kg,
             gate: ExcitationGate::new(
@@ -129,11 +126,6 @@ impl ForceBalanceRls {
             },
             jolts: EwmaVariance::default(),
         }
-    }
-
-    /// The resampler that its samples come from.
-    pub fn resampler(params: &MassParams) -> Resampler {
-        Resampler::new(params.cutoff_hz, params.regression_hz, params.settle_s)
     }
 
     /// M/M₀ within the range of the mass. It limits what is published, not the recursion ([`Rls::clamp_usable`]).
@@ -153,21 +145,12 @@ impl MassEstimator for ForceBalanceRls {
         Internal::new("windup_limit", "-"),
     ];
 
-    fn sample(
-        &mut self,
-        &AlignedSample { sample: now, felt }: &AlignedSample,
-        balance: &ForceBalance,
-        train: &DistributedTrain,
-    ) -> AidStatus {
+    fn sample(&mut self, now: &BalanceSample, balance: &ForceBalance) -> AidStatus {
         let acceleration = now.acceleration_mps2;
-        let tare = train.tare_kg() / self.mass0_kg;
-        let Some(felt) = felt else {
-            self.gate.close();
-            return control::without(AidOutcome::Stale);
-        };
-        let curvature = felt.curvature_per_m();
-        let ([tare_u, _], [load_u, _]) = (felt.tare.value, felt.load.value);
-        let (u, doubt) = felt.whole(tare, self.found());
+        let tare = self.tare_kg / self.mass0_kg;
+        let curvature = now.curvature_per_m;
+        let [tare_u, load_u] = now.u_mps2;
+        let [u, doubt] = now.whole(tare, self.found());
         let f = acceleration + load_u;
         let cosine = ForceBalance::cosine(acceleration + u, acceleration);
         // Force of the tare beyond that of the load, over M₀, m/s².
@@ -175,11 +158,7 @@ impl MassEstimator for ForceBalanceRls {
         self.gate.observe(f, now.period_s);
         let excited = self.gate.excited();
 
-        let against = if now.speed_mps < 0.0 {
-            -GRAVITY
-        } else {
-            GRAVITY
-        } * cosine;
+        let against = now.direction() * GRAVITY * cosine;
         let y = (now.force_n - balance.rotating_mass_kg * acceleration) / self.mass0_kg - known;
         let h = vector![f + against * self.mu0, against, 1.0, against * curvature];
         let weight = if excited {
@@ -194,7 +173,8 @@ impl MassEstimator for ForceBalanceRls {
             .add(acceleration, lag(now.period_s.min(60.0), SWAY_MEMORY_S));
         let noise = self.params.residual_sd_mps2;
         let sway = self.params.sway_share * self.params.sway_share * self.jolts.variance();
-        let r = (noise * noise + doubt * doubt + sway) / weight;
+        let measured = now.variance_n2 / (self.mass0_kg * self.mass0_kg);
+        let r = (noise * noise + doubt * doubt + sway + measured) / weight;
         let Some(outcome) = self.rls.update(y, &h, r, !excited) else {
             return control::regressed(None, excited);
         };
@@ -237,20 +217,20 @@ impl MassEstimator for ForceBalanceRls {
     }
 
     /// As far as it is separated from the accelerometer's bias; with what the curve under the train adds.
-    fn running_resistance(&self, train: &DistributedTrain) -> Real {
+    fn running_resistance(&self, curvature_per_m: Real) -> Real {
         let x = self.rls.belief.x;
-        (self.mu0 + (x.y + x.w * train.curvature_per_m()) / self.found()).clamp(0.0, 1.0)
+        (self.mu0 + (x.y + x.w * curvature_per_m) / self.found()).clamp(0.0, 1.0)
     }
 
     /// With μ = μ₀ + (r + q |κ|)/M.
-    fn slope_sd_rad(&self, steady: &SteadyTraction, train: &DistributedTrain) -> Real {
+    fn slope_sd_rad(&self, steady: &SteadyTraction, curvature_per_m: Real) -> Real {
         let (x, m) = (self.rls.belief.x, self.found());
         let [_, cosine] = steady.sin_cos;
         let against = steady.direction * cosine;
         let by_m = -steady.traction_n / (self.mass0_kg * GRAVITY * m * m)
-            + against * (x.y + x.w * train.curvature_per_m()) / (m * m);
+            + against * (x.y + x.w * curvature_per_m) / (m * m);
         let by_r = -against / m;
-        let gradient: Vector4<Real> = vector![by_m, by_r, 0.0, by_r * train.curvature_per_m()];
+        let gradient: Vector4<Real> = vector![by_m, by_r, 0.0, by_r * curvature_per_m];
         sqrt(gradient.dot(&(self.covariance * gradient))) / steady.by_theta()
     }
 
@@ -267,14 +247,14 @@ impl MassEstimator for ForceBalanceRls {
         self.saturated
     }
 
-    fn internals(&self, train: &DistributedTrain) -> [Real; 6] {
+    fn internals(&self, curvature_per_m: Real) -> [Real; 6] {
         let bias = -self.rls.belief.x.z / self.found();
         let limited = if self.outcome.limited { 1.0 } else { 0.0 };
         let residual_n = self.outcome.residual * self.mass0_kg;
         [
             self.outcome.lambda,
             residual_n,
-            self.running_resistance(train),
+            self.running_resistance(curvature_per_m),
             bias,
             self.load.changes() as Real,
             limited,
@@ -295,6 +275,7 @@ impl State for ForceBalanceRls {
             covariance: _,
             params: _,
             mass0_kg: _,
+            tare_kg: _,
             mu0: _,
             range_kg: _,
         } = self;

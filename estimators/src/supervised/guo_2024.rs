@@ -7,14 +7,24 @@
 //! one.
 
 use crate::detect::validity::Integrity;
+use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::preprocess::conditioning::ConditioningParams;
 use crate::supervised::differenced_rls::DifferencedParams;
 use crate::supervised::imm::{ImmParams, ModelParams, SlopeModels, TrackingParams};
-use crate::supervised::supervision::Supervision;
+use crate::supervised::pipeline::{CoreParams, Supervised, Supervision};
 
 variants! {
     /// `imm_stf_robust`: the method.
-    imm_stf_robust: ImmStf = SlopeModels,
-        { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams },
-        |vehicle, p| SlopeModels::new(vehicle, p.models, p.mass, p.imm, p.tracking, &p.supervision.with(p.integrity, p.conditioning));
+    imm_stf_robust: ImmStf = Supervised<SlopeModels>,
+        { imm: ImmParams, models: ModelParams, tracking: TrackingParams, mass: DifferencedParams, supervision: Supervision, attitude: AttitudeParams, attitude_supervision: AttitudeSupervision, integrity: Integrity, conditioning: ConditioningParams },
+        |vehicle, p| {
+            let core = CoreParams {
+                attitude: p.attitude,
+                attitude_supervision: p.attitude_supervision,
+                supervision: p.supervision,
+                integrity: p.integrity,
+                conditioning: p.conditioning,
+            };
+            Supervised::new(vehicle, &core, SlopeModels::new(vehicle, p.models, p.mass, p.imm, p.tracking, &p.integrity))
+        };
 }

@@ -8,10 +8,11 @@
 use crate::api::params::params;
 use crate::detect::validity::Integrity;
 use crate::filters::ukf::SigmaParams;
+use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::preprocess::conditioning::ConditioningParams;
 use crate::supervised::curvature_rls::{Curvature, CurvatureParams, DynamicForgetting};
 use crate::supervised::inertial::{CurvatureSlope, InertialParams};
-use crate::supervised::supervision::Supervision;
+use crate::supervised::pipeline::{CoreParams, Supervised, Supervision};
 
 params! {
     /// Adaptation of the inertial slope filter.
@@ -22,10 +23,18 @@ params! {
 
 variants! {
     /// `dffrls_aukf_robust`: the method.
-    dffrls_aukf_robust: DffrlsAukf = CurvatureSlope,
-        { adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, forgetting: DynamicForgetting, supervision: Supervision, integrity: Integrity, conditioning: ConditioningParams },
+    dffrls_aukf_robust: DffrlsAukf = Supervised<CurvatureSlope>,
+        { adaptive: AdaptiveParams, slope: InertialParams, sigma_points: SigmaParams, curvature: CurvatureParams, forgetting: DynamicForgetting, supervision: Supervision, attitude: AttitudeParams, attitude_supervision: AttitudeSupervision, integrity: Integrity, conditioning: ConditioningParams },
         |vehicle, p| {
+            let core = CoreParams {
+                attitude: p.attitude,
+                attitude_supervision: p.attitude_supervision,
+                supervision: p.supervision,
+                integrity: p.integrity,
+                conditioning: p.conditioning,
+            };
             let curvature = Curvature::new(vehicle, p.curvature, p.forgetting.policy());
-            CurvatureSlope::new(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b), &p.supervision.with(p.integrity, p.conditioning))
+            let method = CurvatureSlope::new(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b), &p.integrity);
+            Supervised::new(vehicle, &core, method)
         };
 }

@@ -11,43 +11,36 @@
 //! F is the traction less air drag, b what a bend takes ([`Bends`](crate::models::single_track::Bends): nothing on a
 //! rail). Standing, braking or without torque there is no force balance, and the dynamic model is the kinematic one. On
 //! a long train i is what the instrument reads, and the force balance gets the effective grade, i less what
-//! [`DistributedTrain`](crate::rail::distributed_train::DistributedTrain) has seen it to be ahead by.
+//! the core has seen it to be ahead by. The specific force comes without the bias that the core has found.
 //!
 //! Against the print: the force balance stands in the row of a and not in that of i (which left the slope without a
 //! memory); no derivative of a measurement as input beside the measurement itself; no correction by the full innovation
 //! inside the model; the fading factor is found from whitened innovations, fades the slope alone and only while they
 //! are too large; J is in; in a bend the side force is taken off instead of scaling the traction.
 //!
-//! As wide as its kinematic half is its bias: an accelerometer error of 0.01 m/s² is 0.06°.
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3, matrix, vector};
 
-use crate::api::aid::AidOutcome;
+use crate::Real;
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, asin, sin, sqrt};
-use crate::api::signals::{Estimate, Flags, Value, Vehicle};
-use crate::api::snapshot::{Archive, State, state};
-use crate::detect::control::{self, Control};
-use crate::detect::gate::{Gate, Judgement};
+use crate::api::signals::{Value, Vehicle};
+use crate::api::snapshot::state;
+use crate::detect::gate::Gate;
 use crate::detect::innovation_gate::Passage;
-use crate::detect::plausibility::Instruments;
-use crate::detect::validity::{Source, Validity};
+use crate::detect::validity::Integrity;
 use crate::filters::ekf::{Ekf, Preview};
 use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::imm::Imm;
 use crate::filters::model::{Model, Process};
 use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
 use crate::models::force_balance::ForceBalance;
-use crate::preprocess::conditioning::ConditioningParams;
 use crate::preprocess::front_end::Reading;
-use crate::preprocess::front_end::motion;
-use crate::rail::distributed_train::steeper;
-use crate::runner::{Pipeline, copy_into};
 use crate::supervised::differenced_rls::{DifferencedMass, DifferencedParams};
-use crate::supervised::supervision::Supervisors;
-use crate::{Real, Time};
+use crate::supervised::pipeline::{Method, Step};
+use crate::supervised::sample::BalanceSample;
 
 params! {
     /// Parameters of the slope models.
@@ -57,7 +50,6 @@ params! {
         q_i ["1/s"] = 5e-4, 1e-12 => 1.0, "Process noise of the sine of the grade angle.";
         force_sd_mps2 ["m/s²"] = 0.03, 1e-4 => 10.0, "What the force balance leaves out, divided by the mass, in the dynamic model.";
         accel_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 10.0, "Standard deviation of the specific force, vibration included.";
-        accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias, which the filters cannot see; not set: that of the vehicle's sheet, or 0.01.";
         wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
         grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
@@ -103,8 +95,9 @@ pub struct SlopeModels {
     models: [SlopeModel; 2],
     balance: ForceBalance,
     mu: Real,
-    standstill_mps: Real,
     mass: DifferencedMass,
+    /// Sine of the grade at the instrument less that of the effective grade, and its standard deviation.
+    ahead: [Real; 2],
     imm: Imm<3, 2>,
     tracking: [(StrongTracking<2>, Alarm<2>); 2],
     fading: [Real; 2],
@@ -113,15 +106,9 @@ pub struct SlopeModels {
     started: bool,
     saturated: bool,
     last: Option<Correction<2, 3>>,
-    validity: Validity,
-    conditioning: ConditioningParams,
     bias_sd_mps2: Real,
     /// Of wheel speed and of specific force.
     gates: [Gate; 2],
-    /// Time since the last difference of the mass regression, s.
-    since_difference_s: Real,
-    /// Status of the last wheel speed and specific force, which are fused as one measurement.
-    aids: [AidStatus; 2],
 }
 
 /// The force balance of one step, divided by the mass.
@@ -195,7 +182,7 @@ impl SlopeModels {
         mass: DifferencedParams,
         imm: ImmParams,
         tracking: TrackingParams,
-        supervision: &Supervisors,
+        integrity: &Integrity,
     ) -> Self {
         let rad = PI / 180.0;
         let x = vector![0.0, 0.0, sin(params.grade0_deg * rad)];
@@ -214,8 +201,8 @@ impl SlopeModels {
             }),
             balance: ForceBalance::new(vehicle),
             mu: vehicle.running_resistance,
-            standstill_mps: vehicle.standstill_mps(mass.standstill_mps),
-            mass: DifferencedMass::new(vehicle, mass, supervision.grade_map),
+            mass: DifferencedMass::new(vehicle, mass),
+            ahead: [0.0; 2],
             imm: Imm::new(Gaussian::independent(x, sd), imm.stay, true),
             tracking: [tracking; 2],
             fading: [1.0; 2],
@@ -223,19 +210,8 @@ impl SlopeModels {
             started: false,
             saturated: false,
             last: None,
-            validity: Validity::new(
-                vehicle,
-                supervision.integrity,
-                Instruments {
-                    accelerometer: true,
-                    gyro: false,
-                },
-            ),
-            conditioning: supervision.conditioning,
-            bias_sd_mps2: vehicle.accel_bias_sd(params.accel_bias_sd_mps2, 0.01),
-            gates: [Gate::new(&supervision.integrity); 2],
-            since_difference_s: 0.0,
-            aids: [AidStatus::default(); 2],
+            bias_sd_mps2: 0.0,
+            gates: [Gate::new(integrity); 2],
         }
     }
 
@@ -248,44 +224,28 @@ impl SlopeModels {
         // An error of mass is an error of traction over mass: it widens the noise of the row.
         let by_mass = net_n / mass * (self.mass.mass_kg().sd / mass).min(1.0);
         // The state is the grade that the instrument reads; the force balance holds for the effective one.
-        let ahead = self.mass.ahead();
-        let doubt = GRAVITY * ahead.sd;
+        let [ahead, ahead_sd] = self.ahead;
+        let doubt = GRAVITY * ahead_sd;
         let sd =
             sqrt(params.force_sd_mps2 * params.force_sd_mps2 + by_mass * by_mass + doubt * doubt);
         Push {
-            level_mps2: (net_n / mass - resistance + GRAVITY * ahead.unit) / inertia,
+            level_mps2: (net_n / mass - resistance + GRAVITY * ahead) / inertia,
             inertia,
             sd_mps2: sd / inertia,
         }
     }
 
     /// The force balance as it is now, at a wheel speed; `None` where there is none.
-    fn push_now(&self, reading: &Reading, running: bool, speed: Real) -> Option<Push> {
-        let torque = reading.motor_torque_nm.filter(|_| running)?;
+    fn push_now(&self, traction_n: Option<Real>, speed: Real) -> Option<Push> {
         let direction = if speed < 0.0 { -1.0 } else { 1.0 };
         let sine = self.imm.combined().x.z.clamp(-MAX_SINE, MAX_SINE);
         let bend_n = self.mass.bend().force_n(self.mass.mass_kg().value);
-        let net_n = self.balance.net_traction(torque, speed) - bend_n;
-        Some(self.push(net_n, direction, sine))
-    }
-
-    /// Marks sources that bring nothing. Neither is fused without the other.
-    fn control(&mut self, reading: &Reading) {
-        let [wheel_speed, accelerometer] = &mut self.aids;
-        let f = Control::of(None::<()>, reading.specific_force_mps2.is_some());
-        for (status, control) in [
-            (accelerometer, f),
-            (wheel_speed, control::wheel_speed(reading).map(|_| ())),
-        ] {
-            if let Control::Out(outcome) = control {
-                *status = control::without(outcome);
-            }
-        }
+        Some(self.push(traction_n? - bend_n, direction, sine))
     }
 
     /// Gates a wheel speed and a specific force, each against what all models together predict by the kinematic model,
     /// and takes what is not to enter, or not with its full weight, out by its noise `R`.
-    fn gate(&mut self, z: &Vector2<Real>, R: &mut Matrix2<Real>, dt: Real) -> [Judgement; 2] {
+    fn gate(&mut self, z: &Vector2<Real>, R: &mut Matrix2<Real>, dt: Real) {
         let Gaussian { x, P } = self.imm.combined();
         let [q_v, q_a, q_i] = [self.params.q_v, self.params.q_a, self.params.q_i].map(|q| q * dt);
         let of_speed = P.m11 + dt * (2.0 * P.m12 + dt * P.m22) + q_v + R.m22;
@@ -308,11 +268,6 @@ impl SlopeModels {
         if force.test_ratio > 1.0 {
             R.m11 += (force.test_ratio - 1.0) * of_force;
         }
-        for (source, judgement) in [(Source::WheelSpeed, speed), (Source::Accelerometer, force)] {
-            self.validity
-                .innovation(source, judgement.nis, judgement.period_s);
-        }
-        [speed, force]
     }
 
     /// One cycle of interacting models on the specific force and a wheel speed.
@@ -329,7 +284,7 @@ impl SlopeModels {
             }
             self.started = true;
         }
-        let [speed, force] = self.gate(z, &mut R, dt);
+        self.gate(z, &mut R, dt);
         self.imm.mix();
         let mut logs = Vector2::repeat(Real::NEG_INFINITY);
         let filters = self
@@ -366,16 +321,6 @@ impl SlopeModels {
                 (best, self.last) = (*log, Some(correction));
             }
         }
-        let fused = self.last.filter(|_| best.is_finite());
-        let by_speed = fused.map(|c| (c.y.y, c.S.m22));
-        let mut of_force = force.status(fused.map(|c| (c.y.x, c.S.m11)));
-        if fused.is_some() && force.test_ratio > 1.0 {
-            of_force.outcome = AidOutcome::Deweighted;
-        }
-        self.aids = [
-            speed.status(by_speed.filter(|_| speed.passage != Passage::Reject)),
-            of_force,
-        ];
         self.imm.weigh(&logs);
         self.saturated = false;
         for belief in &mut self.imm.beliefs {
@@ -386,7 +331,7 @@ impl SlopeModels {
     }
 }
 
-impl Pipeline for SlopeModels {
+impl Method for SlopeModels {
     const INTERNALS: &'static [Internal] = &[
         Internal::new("kinematic_fading", "-"),
         Internal::new("dynamic_fading", "-"),
@@ -397,76 +342,54 @@ impl Pipeline for SlopeModels {
         Internal::new("dynamic_model_probability", "-"),
     ];
 
-    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
-        let (moving, running) = motion(reading, self.standstill_mps);
-        self.validity.observe(reading, dt);
-        self.since_difference_s += dt;
-        if let Some(nis) = self.mass.step(reading, &self.balance, running, dt) {
-            self.validity
-                .innovation(Source::ForceBalance, nis, self.since_difference_s);
-            self.since_difference_s = 0.0;
-        }
+    fn sample(&mut self, sample: &BalanceSample) -> AidStatus {
+        self.mass.sample(sample, &self.balance)
+    }
 
-        self.since_s += dt;
-        self.gates.iter_mut().for_each(|gate| gate.tick(dt));
-        self.control(reading);
+    fn pause(&mut self) {
+        self.mass.pause();
+    }
+
+    fn step(&mut self, now: &Step) {
+        self.mass.step(now.reading, &self.balance, now.dt);
+        let [effective, effective_sd] = now.effective_rad;
+        self.ahead = [sin(now.attitude.pitch_rad) - sin(effective), effective_sd];
+        self.bias_sd_mps2 = now.bias_sd_mps2;
+        self.since_s += now.dt;
+        self.gates.iter_mut().for_each(|gate| gate.tick(now.dt));
+        let reading = now.reading;
         if let Some((speed, f)) = reading.new_speed_mps.zip(reading.specific_force_mps2) {
             let period = self.since_s.min(1.0);
             self.since_s = 0.0;
-            let push = self.push_now(reading, running, speed);
+            let push = self.push_now(now.traction_n, speed);
+            let f = f - now.attitude.bias_mps2;
             let z = vector![f + self.mass.bend().drift_mps2, speed];
             self.cycle(reading, &push, &z, period);
         }
+    }
 
+    fn mass_kg(&self) -> Value {
+        self.mass.mass_kg()
+    }
+
+    fn effective_grade_rad(&self) -> Value {
         let Gaussian { x, P } = self.imm.combined();
-        let theta = asin(x.z);
         let cosine = sqrt(1.0 - x.z * x.z).max(0.1);
         let bias = self.bias_sd_mps2 / GRAVITY;
-        let sd = sqrt(P.m33 + bias * bias) / cosine;
-        let known = self.started
-            && self.since_s < 0.5
-            && !self.saturated
-            && reading.speed_mps.is_some()
-            && reading.specific_force_mps2.is_some();
-        let ahead = self.mass.ahead();
-        let grade = |by: Real, doubt: Real| {
-            let sd = sqrt(sd * sd + doubt * doubt);
-            Value {
-                value: steeper(theta, by),
-                sd,
-                valid: known,
-            }
-        };
-        let estimate = Estimate {
-            t,
-            total_mass_kg: self.mass.mass_kg(),
-            grade_rad: grade(ahead.imu - ahead.unit, 0.0),
-            effective_grade_rad: grade(-ahead.unit, ahead.sd),
-            speed_mps: Value {
-                value: x.x,
-                sd: sqrt(P.m11),
-                valid: known,
-            },
-            innovation: self.last.map_or(0.0, |c| c.y.y),
-            nis: self.last.map_or(0.0, |c| c.nis / 2.0),
-            flags: Flags {
-                moving,
-                excited: self.mass.excited(),
-                saturated: self.saturated || self.mass.saturated(),
-            },
-        };
-        self.validity.publish(estimate, true)
+        let [ahead, ahead_sd] = self.ahead;
+        Value {
+            value: asin((x.z - ahead).clamp(-MAX_SINE, MAX_SINE)),
+            sd: sqrt(P.m33 + bias * bias + ahead_sd * ahead_sd) / cosine,
+            valid: self.started && self.since_s < 0.5 && !self.saturated,
+        }
     }
 
-    fn conditioning(&self) -> Option<ConditioningParams> {
-        Some(self.conditioning)
+    fn is_excited(&self) -> bool {
+        self.mass.excited()
     }
 
-    const AID_SOURCES: &'static [&'static str] = &["wheel_speed", "accelerometer", "force_balance"];
-
-    fn aid_status(&self, status: &mut [AidStatus]) {
-        let [wheel_speed, accelerometer] = self.aids;
-        copy_into(status, &[wheel_speed, accelerometer, self.mass.status()]);
+    fn is_saturated(&self) -> bool {
+        self.saturated || self.mass.saturated()
     }
 
     fn internal_values(&self, values: &mut [Real]) {
@@ -480,14 +403,10 @@ impl Pipeline for SlopeModels {
             *place = value;
         }
     }
-
-    fn visit(&mut self, archive: &mut Archive) {
-        State::visit(self, archive);
-    }
 }
 
-state!(SlopeModels { mass, imm, tracking, fading, since_s, started, saturated, last, validity, gates, since_difference_s, aids;
-    params, models, conditioning, bias_sd_mps2, balance, mu, standstill_mps });
+state!(SlopeModels { mass, ahead, imm, tracking, fading, since_s, started, saturated, last, gates, bias_sd_mps2;
+    params, models, balance, mu });
 
 #[cfg(test)]
 #[path = "imm_tests.rs"]

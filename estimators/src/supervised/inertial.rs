@@ -6,48 +6,41 @@
 //! (The consistent reading of the DFFRLS-AUKF method's eq. 14–16, which print a state [a, θ′] whose units do not fit.)
 //! The filter is unscented; the model is all but linear, so that an extended one agrees with it.
 //!
-//! It needs neither torque nor mass nor resistance, works under the brake and standing, and estimates no mass. Its
-//! slope is never better than the accelerometer's bias: 0.01 m/s² is 0.06°. With a pitch gyro in place of ρ v it is
-//! several times better.
+//! It needs neither torque nor mass nor resistance, works under the brake and standing, and estimates no mass. The
+//! specific force comes without the bias that the core has found.
 
 use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 
-use crate::api::aid::AidStatus;
+use crate::Real;
 use crate::api::estimator::Internal;
 use crate::api::params::params;
-use crate::api::real::{GRAVITY, PI, cos, sin, sqrt};
-use crate::api::signals::{Estimate, Flags, Value, Vehicle};
-use crate::api::snapshot::{Archive, State, state};
+use crate::api::real::{GRAVITY, PI, asin, cos, sin, sqrt};
+use crate::api::signals::{Value, Vehicle};
+use crate::api::snapshot::state;
 use crate::detect::control::{self, Control};
 use crate::detect::gate::Gate;
 use crate::detect::innovation_gate::Passage;
-use crate::detect::plausibility::Instruments;
-use crate::detect::validity::{Source, Validity};
-use crate::filters::gaussian::{Correction, Gaussian};
+use crate::detect::validity::Integrity;
+use crate::filters::gaussian::Gaussian;
 use crate::filters::model::{Filter, Model, Process};
 use crate::filters::sage_husa::{Adaptive, Noise, SageHusa};
 use crate::filters::ukf::{SigmaParams, Ukf};
 use crate::methods::published::no_mass;
 use crate::models::force_balance::MAX_GRADE_RAD;
-use crate::preprocess::conditioning::{ConditioningParams, LearntNoise};
+use crate::preprocess::conditioning::LearntNoise;
 use crate::preprocess::front_end::Reading;
-use crate::rail::distributed_train::{DistributedTrain, steeper};
-use crate::runner::{Pipeline, copy_into};
+use crate::runner::copy_into;
 use crate::supervised::curvature_rls::Curvature;
-use crate::supervised::supervision::{Supervisors, mapped};
-use crate::{Real, Time};
+use crate::supervised::pipeline::{Method, Step};
 
 params! {
     /// Parameters of the inertial slope filter.
     InertialParams {
         q_v ["m²/s³"] = 1e-6, 1e-12 => 10.0, "Process noise of speed.";
-        q_theta ["rad²/s"] = 5e-6, 1e-12 => 10.0, "Process noise of the grade angle with the curvature feed-forward.";
-        q_theta_gyro ["rad²/s"] = 1e-8, 1e-12 => 10.0, "Process noise of the grade angle with the gyro.";
+        q_theta ["rad²/s"] = 5e-6, 1e-12 => 10.0, "Process noise of the grade angle.";
         wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
-        accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias, which the filter cannot see; not set: that of the vehicle's sheet, or 0.01.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
         grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
-        gyro [flag] = false, "The pitch gyro carries the slope forward, not the curvature.";
     }
 }
 
@@ -56,19 +49,10 @@ params! {
 pub struct Motion {
     /// Specific force f along the train, m/s²; `None` while the accelerometer is stale.
     pub specific_force_mps2: Option<Real>,
-    /// Change of the grade angle.
-    pub turn: SlopeRate,
+    /// Curvature ρ of the rail, 1/m: θ̇ = ρ v.
+    pub curvature_per_m: Real,
     /// Standard deviation of the specific force beyond what the process noise of speed allows for, m/s².
     pub force_noise_mps2: Real,
-}
-
-/// Change of the grade angle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SlopeRate {
-    /// With the curvature ρ of the rail, 1/m: θ̇ = ρ v.
-    Curvature(Real),
-    /// At the rate of a pitch gyro, rad/s.
-    Gyro(Real),
 }
 
 /// The model: state [v, θ], measurement wheel speed.
@@ -76,8 +60,8 @@ pub enum SlopeRate {
 pub struct InertialModel {
     /// Process noise of speed, m²/s³.
     pub q_v: Real,
-    /// Process noise of the grade angle, rad²/s, by the curvature and by the gyro.
-    pub q_theta: [Real; 2],
+    /// Process noise of the grade angle, rad²/s.
+    pub q_theta: Real,
 }
 
 /// Process noise of speed without an accelerometer, m²/s³: it may do anything, up to 1 m/s² or so.
@@ -90,10 +74,7 @@ impl Process<2> for InertialModel {
         let v_dot = u
             .specific_force_mps2
             .map_or(0.0, |f| f - GRAVITY * sin(x.y));
-        let theta_dot = match u.turn {
-            SlopeRate::Curvature(rho) => rho * x.x,
-            SlopeRate::Gyro(rate) => rate,
-        };
+        let theta_dot = u.curvature_per_m * x.x;
         vector![x.x + dt * v_dot, x.y + dt * theta_dot]
     }
 
@@ -101,10 +82,7 @@ impl Process<2> for InertialModel {
         let by_theta = u
             .specific_force_mps2
             .map_or(0.0, |_| -dt * GRAVITY * cos(x.y));
-        let by_v = match u.turn {
-            SlopeRate::Curvature(rho) => dt * rho,
-            SlopeRate::Gyro(_) => 0.0,
-        };
+        let by_v = dt * u.curvature_per_m;
         matrix![1.0, by_theta; by_v, 1.0]
     }
 
@@ -113,12 +91,7 @@ impl Process<2> for InertialModel {
         let q_v = u
             .specific_force_mps2
             .map_or(BLIND_Q_V, |_| self.q_v.max(noise));
-        let [by_curvature, by_gyro] = self.q_theta;
-        let q_theta = match u.turn {
-            SlopeRate::Curvature(_) => by_curvature,
-            SlopeRate::Gyro(_) => by_gyro,
-        };
-        Matrix2::from_diagonal(&vector![q_v, q_theta]) * dt
+        Matrix2::from_diagonal(&vector![q_v, self.q_theta]) * dt
     }
 }
 
@@ -137,29 +110,22 @@ impl Model<2, 1> for InertialModel {
 pub struct CurvatureSlope {
     params: InertialParams,
     curvature: Curvature,
-    train: DistributedTrain,
-    mass_range_kg: [Real; 2],
     slope: Adaptive<Ukf<InertialModel, 2>, 1>,
     mass: Value,
-    standstill_mps: Real,
     started: bool,
     saturated: bool,
-    /// Innovation and NIS of the last wheel speed.
-    last: Option<(Real, Real)>,
-    validity: Validity,
-    conditioning: ConditioningParams,
     gate: Gate,
     bias_sd_mps2: Real,
+    /// Sine of the grade at the instrument less that of the effective grade, and its standard deviation.
+    ahead: [Real; 2],
     /// Standard deviation of wheel speed before any adaptation, m/s.
     unadapted_sd: Real,
-    /// Status of the last wheel speed.
-    wheel_speed: AidStatus,
 }
 
 fn model(params: &InertialParams) -> InertialModel {
     InertialModel {
         q_v: params.q_v,
-        q_theta: [params.q_theta, params.q_theta_gyro],
+        q_theta: params.q_theta,
     }
 }
 
@@ -178,7 +144,7 @@ impl CurvatureSlope {
         curvature: Curvature,
         sigma: SigmaParams,
         fading: Option<Real>,
-        supervision: &Supervisors,
+        integrity: &Integrity,
     ) -> Self {
         let filter = Ukf {
             model: model(&params),
@@ -191,44 +157,24 @@ impl CurvatureSlope {
         });
         Self {
             params,
-            standstill_mps: curvature.standstill_mps(),
-            train: DistributedTrain::new(
-                &mapped(vehicle, supervision.grade_map),
-                Some(curvature.standstill_mps()),
-            ),
-            mass_range_kg: vehicle.mass_range_kg,
             curvature,
             slope: Adaptive { filter, noise },
             mass: no_mass(vehicle),
             started: false,
             saturated: false,
-            last: None,
-            validity: Validity::new(
-                vehicle,
-                supervision.integrity,
-                Instruments {
-                    accelerometer: true,
-                    gyro: params.gyro,
-                },
-            ),
-            conditioning: supervision.conditioning,
-            gate: Gate::new(&supervision.integrity),
-            bias_sd_mps2: vehicle.accel_bias_sd(params.accel_bias_sd_mps2, 0.01),
+            gate: Gate::new(integrity),
+            bias_sd_mps2: 0.0,
+            ahead: [0.0; 2],
             unadapted_sd: params.wheel_speed_sd_mps,
-            wheel_speed: AidStatus::default(),
         }
     }
 
     fn predict(&mut self, reading: &Reading, dt: Real) {
-        let gyro = reading.pitch_rate_radps.filter(|_| self.params.gyro);
         self.gate.tick(dt);
         self.learn_noise(&reading.noise);
         let motion = Motion {
             specific_force_mps2: reading.specific_force_mps2,
-            turn: gyro.map_or(
-                SlopeRate::Curvature(self.curvature.per_m().0),
-                SlopeRate::Gyro,
-            ),
+            curvature_per_m: self.curvature.per_m().0,
             force_noise_mps2: self.force_noise(reading, dt),
         };
         // P is kept positive definite by Q; should rounding break it, the next measurement finds the last one.
@@ -274,120 +220,89 @@ impl CurvatureSlope {
         if judgement.passage == Passage::Reopen {
             belief.P.m11 += y * y;
         }
-        self.validity
-            .innovation(Source::WheelSpeed, judgement.nis, judgement.period_s);
-        self.last = Some((y, judgement.nis));
-        let passed = judgement.passage != Passage::Reject;
-        let correction = passed.then(|| self.fuse(speed)).flatten();
-        self.wheel_speed = judgement.status(correction.map(|c| (c.y.x, c.S.x)));
+        if judgement.passage != Passage::Reject {
+            self.fuse(speed);
+        }
     }
 
-    fn fuse(&mut self, speed: Real) -> Option<Correction<1, 2>> {
+    fn fuse(&mut self, speed: Real) {
         let z = vector![speed];
-        let correction = self.slope.update(z)?;
-        self.last = Some((correction.y.x, correction.nis));
-        self.limit();
-        self.slope.adapt(z);
-        Some(correction)
+        if self.slope.update(z).is_some() {
+            self.limit();
+            self.slope.adapt(z);
+        }
     }
 }
 
-impl Pipeline for CurvatureSlope {
+impl Method for CurvatureSlope {
     const INTERNALS: &'static [Internal] = &[
         Internal::new("curvature_per_m", "1/m"),
         Internal::new("curvature_sd_per_m", "1/m"),
         Internal::new("lambda", "-"),
         Internal::new("wheel_speed_sd_mps", "m/s"),
-        Internal::new("slope_filter_sd_rad", "rad"),
+        Internal::new("method_grade_rad", "rad"),
+        Internal::new("method_grade_sd_rad", "rad"),
     ];
+    const WEIGHS: bool = false;
 
-    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
-        self.validity.observe(reading, dt);
-        self.curvature
-            .step(reading, self.slope.filter.belief().x.y, dt);
-        let (place, delayed_mps) = self.curvature.at_place();
-        let speed = reading.speed_mps.unwrap_or(delayed_mps);
-        self.train.roll(place, delayed_mps, speed, dt);
-        self.predict(reading, dt);
-        match control::wheel_speed(reading) {
-            Control::New(speed) => self.update(speed),
-            Control::Held => {}
-            Control::Out(outcome) => self.wheel_speed = control::without(outcome),
+    fn step(&mut self, now: &Step) {
+        let unbiased = now.reading.specific_force_mps2;
+        let reading = Reading {
+            specific_force_mps2: unbiased.map(|f| f - now.attitude.bias_mps2),
+            ..*now.reading
+        };
+        let [effective, effective_sd] = now.effective_rad;
+        self.ahead = [sin(now.attitude.pitch_rad) - sin(effective), effective_sd];
+        self.bias_sd_mps2 = now.bias_sd_mps2;
+        let theta = self.slope.filter.belief().x.y;
+        self.curvature.step(&reading, theta, now.dt);
+        self.predict(&reading, now.dt);
+        if let Control::New(speed) = control::wheel_speed(&reading) {
+            self.update(speed);
         }
+    }
+
+    fn mass_kg(&self) -> Value {
+        self.mass
+    }
+
+    fn effective_grade_rad(&self) -> Value {
         let Gaussian { x, P } = *self.slope.filter.belief();
         // g sin θ is read with the bias.
         let bias_rad = self.bias_sd_mps2 / (GRAVITY * cos(x.y));
-        let sd = sqrt(P.m22 + bias_rad * bias_rad);
-        let known = self.started
-            && reading.specific_force_mps2.is_some()
-            && reading.speed_mps.is_some()
-            && !self.saturated;
-        // It has no mass: the spread of the effective grade over all masses possible is added to the doubt.
-        let ahead = self.train.ahead(self.mass.value);
-        let [light, heavy] = self.mass_range_kg.map(|kg| self.train.ahead(kg).unit);
-        let spread = (heavy - light) / sqrt(12.0);
-        let grade = |by: Real, doubt: Real| {
-            let sd = sqrt(sd * sd + doubt * doubt);
-            Value {
-                value: steeper(x.y, by).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
-                sd,
-                valid: known,
-            }
-        };
-        let doubt = sqrt(ahead.sd * ahead.sd + spread * spread);
-        let estimate = Estimate {
-            t,
-            total_mass_kg: self.mass,
-            grade_rad: grade(ahead.imu - ahead.unit, 0.0),
-            effective_grade_rad: grade(-ahead.unit, doubt),
-            speed_mps: Value {
-                value: x.x,
-                sd: sqrt(P.m11),
-                valid: reading.speed_mps.is_some(),
-            },
-            innovation: self.last.map_or(0.0, |(y, _)| y),
-            nis: self.last.map_or(0.0, |(_, nis)| nis),
-            flags: Flags {
-                moving: reading
-                    .speed_mps
-                    .is_some_and(|v| v.abs() > self.standstill_mps),
-                excited: false,
-                saturated: self.saturated || self.slope.noise.limited(),
-            },
-        };
-        self.validity.publish(estimate, false)
+        let [ahead, ahead_sd] = self.ahead;
+        let limit = sin(MAX_GRADE_RAD);
+        Value {
+            value: asin((sin(x.y) - ahead).clamp(-limit, limit)),
+            sd: sqrt(P.m22 + bias_rad * bias_rad + ahead_sd * ahead_sd),
+            valid: self.started && !self.saturated,
+        }
     }
 
-    fn conditioning(&self) -> Option<ConditioningParams> {
-        Some(self.conditioning)
+    fn is_excited(&self) -> bool {
+        self.curvature.learning()
     }
 
-    const AID_SOURCES: &'static [&'static str] = &["wheel_speed"];
-
-    fn aid_status(&self, status: &mut [AidStatus]) {
-        copy_into(status, &[self.wheel_speed]);
+    fn is_saturated(&self) -> bool {
+        self.saturated || self.slope.noise.limited()
     }
 
     fn internal_values(&self, values: &mut [Real]) {
         let (rho, rho_sd) = self.curvature.per_m();
-        copy_into(
-            values,
-            &[
-                rho,
-                rho_sd,
-                self.curvature.lambda(),
-                sqrt(self.slope.noise.R().x),
-                sqrt(self.slope.filter.belief().P.m22),
-            ],
-        );
-    }
-
-    fn visit(&mut self, archive: &mut Archive) {
-        State::visit(self, archive);
+        let grade = self.effective_grade_rad();
+        let now = [
+            rho,
+            rho_sd,
+            self.curvature.lambda(),
+            sqrt(self.slope.noise.R().x),
+            grade.value,
+            grade.sd,
+        ];
+        copy_into(values, &now);
     }
 }
 
-state!(CurvatureSlope { curvature, train, slope, mass, started, saturated, last, validity, gate, unadapted_sd, wheel_speed; params, conditioning, bias_sd_mps2, mass_range_kg, standstill_mps });
+state!(CurvatureSlope { curvature, slope, mass, started, saturated, gate, bias_sd_mps2, ahead, unadapted_sd; params });
 
 #[cfg(test)]
 #[path = "inertial_tests.rs"]

@@ -10,12 +10,13 @@
 use crate::api::params::params;
 use crate::detect::validity::Integrity;
 use crate::filters::forgetting::Forgetting;
+use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::models::force_balance::ForceBalance;
 use crate::preprocess::conditioning::ConditioningParams;
 use crate::supervised::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
 use crate::supervised::force_balance_rls::{ForceBalanceRls, MassParams};
-use crate::supervised::supervision::TwoStageSupervision;
-use crate::supervised::two_stage::TwoStage;
+use crate::supervised::pipeline::{CoreParams, Supervised, Supervision};
+use crate::supervised::two_stage::{SlipSupervision, TwoStage};
 
 params! {
     /// Forgetting and adaptation of `dffrls_aekf_robust`.
@@ -39,19 +40,23 @@ impl ForgettingParams {
 
 variants! {
     /// `dffrls_aekf_robust`: the method of the paper, dynamic forgetting and adapted noise.
-    dffrls_aekf_robust: DffrlsAekf = TwoStage<ForceBalanceRls>,
-        { forgetting: ForgettingParams, mass: MassParams, slope: GradeParams, supervision: TwoStageSupervision, integrity: Integrity, conditioning: ConditioningParams },
-        |vehicle, p| TwoStage::new(
-            vehicle,
-            ForceBalanceRls::resampler(&p.mass),
-            ForceBalanceRls::new(vehicle, p.mass, p.forgetting.policy()),
-            ForceBalanceEkf::new(
+    dffrls_aekf_robust: DffrlsAekf = Supervised<TwoStage<ForceBalanceRls>>,
+        { forgetting: ForgettingParams, mass: MassParams, slope: GradeParams, slip: SlipSupervision, supervision: Supervision, attitude: AttitudeParams, attitude_supervision: AttitudeSupervision, integrity: Integrity, conditioning: ConditioningParams },
+        |vehicle, p| {
+            let core = CoreParams {
+                attitude: p.attitude,
+                attitude_supervision: p.attitude_supervision,
+                supervision: p.supervision,
+                integrity: p.integrity,
+                conditioning: p.conditioning,
+            };
+            let slope = ForceBalanceEkf::new(
                 ForceBalance::new(vehicle),
                 p.slope,
                 Adaptation::SageHusa { fading: p.forgetting.kappa },
                 &p.integrity,
-            ),
-            &p.supervision.with(p.integrity, p.conditioning),
-            p.mass.standstill_mps,
-        );
+            );
+            let mass = ForceBalanceRls::new(vehicle, p.mass, p.forgetting.policy());
+            Supervised::new(vehicle, &core, TwoStage::new(vehicle, mass, slope, p.slip.slip_detector))
+        };
 }

@@ -15,7 +15,8 @@ pub mod liu_2023;
 pub(crate) mod multi_model_rls;
 #[cfg(feature = "patent")]
 pub mod patent;
+pub(crate) mod pipeline;
 #[cfg(feature = "resistance")]
 pub mod resistance;
-pub(crate) mod supervision;
+pub(crate) mod sample;
 pub(crate) mod two_stage;

@@ -22,7 +22,7 @@
 use nalgebra::vector;
 
 use crate::Real;
-use crate::api::aid::{AidOutcome, AidStatus};
+use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, exp, ln, sqrt, tanh, within};
@@ -36,8 +36,7 @@ use crate::filters::rls::{Outcome, Rls};
 use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::Bends;
 use crate::preprocess::front_end::Reading;
-use crate::preprocess::resampler::Resampler;
-use crate::rail::distributed_train::{AlignedSample, DistributedTrain};
+use crate::supervised::sample::BalanceSample;
 use crate::supervised::two_stage::{MassEstimator, SteadyTraction};
 
 params! {
@@ -46,14 +45,10 @@ params! {
         mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
         mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
         mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the nominal value; only widens what is reported.";
-        accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias, which only widens what is reported; not set: that of the vehicle's sheet, or 0.02.";
         loss ["-"] = 0.05, 0.0 => 0.5, "Loss of weight in the time law λ = 1 − loss · decayᵏ.";
         decay ["-"] = 0.98, 0.0 => 1.0, "Decay in the time law.";
-        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals go through.";
-        regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regressions; λ is per such sample.";
+        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the low-pass that the signals of a bend go through.";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
-        standstill_mps ["m/s"] = none, 0.0 => 2.0, "Speed below which the train counts as standing: no learning; not set: 0.05 on a rail, 0.3 on a road.";
-        settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
         load_change ["-"] = 20.0, 1.0 => 1e6, "Cumulated sum of the normalised residual that means another load.";
         load_change_detector [flag] = true, "Start both models again when residuals say that the load is another one.";
     }
@@ -78,6 +73,7 @@ pub struct MultiModelMass {
     mass0_kg: Real,
     mu: Real,
     bias_sd_mps2: Real,
+    tare_kg: Real,
     range_kg: [Real; 2],
     saturated: bool,
     outcome: Outcome,
@@ -105,16 +101,12 @@ impl MultiModelMass {
             load: LoadChangeDetector::new(params.load_change_detector, params.load_change),
             mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
             mu: vehicle.running_resistance,
-            bias_sd_mps2: vehicle.accel_bias_sd(params.accel_bias_sd_mps2, 0.02),
+            bias_sd_mps2: vehicle.accel_bias_sd(None, 0.02),
+            tare_kg: vehicle.tare_kg,
             range_kg: vehicle.mass_range_kg,
             saturated: false,
             outcome: Outcome::default(),
         }
-    }
-
-    /// The resampler that its samples come from.
-    pub fn resampler(params: &MultiModelParams) -> Resampler {
-        Resampler::new(params.cutoff_hz, params.regression_hz, params.settle_s)
     }
 
     /// M/M₀ of both models.
@@ -173,38 +165,28 @@ impl MassEstimator for MultiModelMass {
         Internal::new("straight_weight", "-"),
     ];
 
-    fn step(
-        &mut self,
-        reading: &Reading,
-        balance: &ForceBalance,
-        _: &Resampler,
-        _: Real,
-        dt: Real,
-    ) {
+    fn step(&mut self, reading: &Reading, balance: &ForceBalance, dt: Real) {
         let mass_kg = self.fused() * self.mass0_kg;
         self.bends.step(reading, balance, mass_kg, dt);
     }
 
-    fn sample(
-        &mut self,
-        &AlignedSample { sample: now, felt }: &AlignedSample,
-        balance: &ForceBalance,
-        train: &DistributedTrain,
-    ) -> AidStatus {
-        let Some(felt) = felt else {
-            return control::without(AidOutcome::Stale);
-        };
+    fn sample(&mut self, now: &BalanceSample, balance: &ForceBalance) -> AidStatus {
         let acceleration = now.acceleration_mps2;
-        let direction = if now.speed_mps < 0.0 { -1.0 } else { 1.0 };
+        let direction = now.direction();
         // f with the slope under the load; the difference of the slope under the tare is known and goes to the other
-        // side.
-        let ([tare_u, _], [load_u, _]) = (felt.tare.value, felt.load.value);
+        // side. The core knows the bias better than a level taken as known could.
+        let [bias, bias_sd] = now.bias_mps2;
+        self.bias_sd_mps2 = bias_sd;
+        let [tare_u, load_u] = now.u_mps2.map(|u| u - bias);
         let f = acceleration + load_u;
-        let tare_kg = train.tare_kg();
-        let (u, doubt) = felt.whole(tare_kg, self.fused() * self.mass0_kg);
+        let tare_kg = self.tare_kg;
+        let [u, doubt] = now.whole(tare_kg, self.fused() * self.mass0_kg);
+        let u = u - bias;
         let cosine = ForceBalance::cosine(acceleration + u, acceleration);
         let a = f + direction * self.mu * GRAVITY * cosine;
-        let r = self.params.residual_sd_mps2 * self.params.residual_sd_mps2 + doubt * doubt;
+        let measured = now.variance_n2 / (self.mass0_kg * self.mass0_kg);
+        let noise = self.params.residual_sd_mps2;
+        let r = noise * noise + doubt * doubt + measured;
         let inertia = balance.rotating_mass_kg * acceleration + tare_kg * (tare_u - load_u);
 
         let y = (now.force_n - inertia) / self.mass0_kg;
@@ -267,12 +249,12 @@ impl MassEstimator for MultiModelMass {
         }
     }
 
-    fn running_resistance(&self, _: &DistributedTrain) -> Real {
+    fn running_resistance(&self, _: Real) -> Real {
         self.mu
     }
 
     /// Errors of mass and of resistance, taken as independent.
-    fn slope_sd_rad(&self, steady: &SteadyTraction, _: &DistributedTrain) -> Real {
+    fn slope_sd_rad(&self, steady: &SteadyTraction, _: Real) -> Real {
         let mass = self.mass_kg();
         let by_mass = steady.traction_n / (mass.value * GRAVITY) * mass.sd / mass.value;
         let [_, cosine] = steady.sin_cos;
@@ -293,7 +275,7 @@ impl MassEstimator for MultiModelMass {
         self.saturated
     }
 
-    fn internals(&self, _: &DistributedTrain) -> [Real; 6] {
+    fn internals(&self, _: Real) -> [Real; 6] {
         let kg = self.mass0_kg;
         [
             self.outcome.lambda,
@@ -306,8 +288,8 @@ impl MassEstimator for MultiModelMass {
     }
 }
 
-state!(MultiModelMass { bends, straight, turning, straight_weight, sums, load, saturated, outcome;
-    params, start, mass0_kg, mu, bias_sd_mps2, range_kg });
+state!(MultiModelMass { bends, straight, turning, straight_weight, sums, load, saturated, outcome, bias_sd_mps2;
+    params, start, mass0_kg, mu, tare_kg, range_kg });
 
 #[cfg(test)]
 #[path = "multi_model_rls_tests.rs"]

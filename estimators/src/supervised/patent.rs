@@ -7,12 +7,13 @@
 
 use crate::api::params::params;
 use crate::detect::validity::Integrity;
+use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::models::force_balance::ForceBalance;
 use crate::preprocess::conditioning::ConditioningParams;
 use crate::supervised::force_balance_ekf::{Adaptation, ForceBalanceEkf, GradeParams};
 use crate::supervised::multi_model_rls::{MultiModelMass, MultiModelParams};
-use crate::supervised::supervision::TwoStageSupervision;
-use crate::supervised::two_stage::TwoStage;
+use crate::supervised::pipeline::{CoreParams, Supervised, Supervision};
+use crate::supervised::two_stage::{SlipSupervision, TwoStage};
 
 params! {
     /// Adaptation of `mmrls_sh_stf_robust`.
@@ -26,16 +27,20 @@ params! {
 
 variants! {
     /// `mmrls_sh_stf_robust`: the method.
-    mmrls_sh_stf_robust: MmrlsShStf = TwoStage<MultiModelMass>,
-        { switch: SwitchParams, mass: MultiModelParams, slope: GradeParams, supervision: TwoStageSupervision, integrity: Integrity, conditioning: ConditioningParams },
-        |vehicle, p| TwoStage::new(
-            vehicle,
-            MultiModelMass::resampler(&p.mass),
-            MultiModelMass::new(vehicle, p.mass),
-            ForceBalanceEkf::new(ForceBalance::new(vehicle), p.slope, p.switch.adaptation(), &p.integrity),
-            &p.supervision.with(p.integrity, p.conditioning),
-            p.mass.standstill_mps,
-        );
+    mmrls_sh_stf_robust: MmrlsShStf = Supervised<TwoStage<MultiModelMass>>,
+        { switch: SwitchParams, mass: MultiModelParams, slope: GradeParams, slip: SlipSupervision, supervision: Supervision, attitude: AttitudeParams, attitude_supervision: AttitudeSupervision, integrity: Integrity, conditioning: ConditioningParams },
+        |vehicle, p| {
+            let core = CoreParams {
+                attitude: p.attitude,
+                attitude_supervision: p.attitude_supervision,
+                supervision: p.supervision,
+                integrity: p.integrity,
+                conditioning: p.conditioning,
+            };
+            let slope = ForceBalanceEkf::new(ForceBalance::new(vehicle), p.slope, p.switch.adaptation(), &p.integrity);
+            let mass = MultiModelMass::new(vehicle, p.mass);
+            Supervised::new(vehicle, &core, TwoStage::new(vehicle, mass, slope, p.slip.slip_detector))
+        };
 }
 
 impl SwitchParams {

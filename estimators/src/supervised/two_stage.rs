@@ -1,25 +1,29 @@
-//! Common part of the two-stage pipelines: signals → mass regression → slope filter with that mass → estimate.
+//! Mass by a regression, then slope by the force balance with that mass: the two stages of Liu et al. 2023 and of patent
+//! CN 111507019 B.
 
+use crate::Real;
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
+use crate::api::params::params;
 use crate::api::real::{GRAVITY, cos, sin, sqrt};
-use crate::api::signals::{Estimate, Flags, Value, Vehicle};
-use crate::api::snapshot::{Archive, State, state};
+use crate::api::signals::{Value, Vehicle};
+use crate::api::snapshot::{State, state};
 use crate::detect::control::{self, Control};
 use crate::detect::observability::GradeObservability;
-use crate::detect::plausibility::Instruments;
 use crate::detect::slip::SlipDetector;
-use crate::detect::validity::{Source, Validity};
-use crate::models::force_balance::ForceBalance;
-use crate::models::force_balance::{Drive, MAX_GRADE_RAD};
-use crate::preprocess::conditioning::ConditioningParams;
-use crate::preprocess::front_end::{Reading, motion};
-use crate::preprocess::resampler::Resampler;
-use crate::rail::distributed_train::{AlignedSample, DistributedTrain, steeper};
-use crate::runner::{Pipeline, copy_into};
+use crate::models::force_balance::{Drive, ForceBalance};
+use crate::preprocess::front_end::Reading;
+use crate::runner::copy_into;
 use crate::supervised::force_balance_ekf::ForceBalanceEkf;
-use crate::supervised::supervision::{Supervisors, mapped};
-use crate::{Real, Time};
+use crate::supervised::pipeline::{Method, Step};
+use crate::supervised::sample::BalanceSample;
+
+params! {
+    /// Supervisor of the second stage.
+    SlipSupervision {
+        slip_detector [flag] = true, "The method's own grade does not count while wheel speed does not follow the force balance.";
+    }
+}
 
 /// The traction that keeps the speed on a grade: sin θ + s μ cos θ = F/(M g).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,32 +48,15 @@ impl SteadyTraction {
 }
 
 /// A first stage: something that learns the mass while the train runs.
-///
-/// Its samples come aligned with the rail under the train; the train with the rail memory stands beside the stages and
-/// is lent to them.
 pub trait MassEstimator: Copy {
     /// Names of [`MassEstimator::internals`].
     const INTERNALS: &'static [Internal; 6];
 
-    /// One step of what the stage filters itself, before the samples of that step. `grade_rad` is the grade angle that
-    /// the second stage had after the step before.
-    fn step(
-        &mut self,
-        _reading: &Reading,
-        _balance: &ForceBalance,
-        _signals: &Resampler,
-        _grade_rad: Real,
-        _dt: Real,
-    ) {
-    }
+    /// One step of what the stage filters itself, before the samples of that step.
+    fn step(&mut self, _reading: &Reading, _balance: &ForceBalance, _dt: Real) {}
 
-    /// One sample of the regression: gate and fuse. What became of it.
-    fn sample(
-        &mut self,
-        sample: &AlignedSample,
-        balance: &ForceBalance,
-        train: &DistributedTrain,
-    ) -> AidStatus;
+    /// Takes a sample of the force balance and returns what became of it.
+    fn sample(&mut self, sample: &BalanceSample, balance: &ForceBalance) -> AidStatus;
 
     /// The train stands, brakes, or has not run long enough for samples to count.
     fn pause(&mut self) {}
@@ -77,12 +64,12 @@ pub trait MassEstimator: Copy {
     /// Total mass, kg.
     fn mass_kg(&self) -> Value;
 
-    /// Running-resistance coefficient to go with that mass.
-    fn running_resistance(&self, train: &DistributedTrain) -> Real;
+    /// Running-resistance coefficient to go with that mass on rail of this horizontal curvature, 1/m.
+    fn running_resistance(&self, curvature_per_m: Real) -> Real;
 
     /// Standard deviation, rad, that the uncertainty of mass and resistance gives to a slope computed from the force
     /// balance with the traction of `steady`.
-    fn slope_sd_rad(&self, steady: &SteadyTraction, train: &DistributedTrain) -> Real;
+    fn slope_sd_rad(&self, steady: &SteadyTraction, curvature_per_m: Real) -> Real;
 
     /// Standard deviation of the errors of its force balance beyond the noise of the parameters, m/s²: an error of the
     /// slope by this over g.
@@ -104,208 +91,84 @@ pub trait MassEstimator: Copy {
     fn saturated(&self) -> bool;
 
     /// Its own quantities, for plots.
-    fn internals(&self, train: &DistributedTrain) -> [Real; 6];
+    fn internals(&self, curvature_per_m: Real) -> [Real; 6];
 }
 
-/// Places of the sources in the list of statuses.
-const WHEEL_SPEED: usize = 0;
-const FORCE_BALANCE: usize = 1;
-
-/// Mass first, then slope, with the rail memory of a distributed train beside the two.
+/// Mass first, then slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoStage<M> {
     /// Constants of the force balance.
     balance: ForceBalance,
-    /// Signals of the regression.
-    signals: Resampler,
-    /// The train on the rail memory, with the samples that wait for rail not yet read.
-    train: DistributedTrain,
     /// First stage.
     mass: M,
     /// Second stage.
     slope: ForceBalanceEkf,
     slip: SlipDetector,
     observability: GradeObservability,
-    validity: Validity,
-    conditioning: ConditioningParams,
-    /// Speed below which the train counts as standing, m/s.
-    standstill_mps: Real,
-    /// Status of the last wheel speed, and of the last sample of the force balance.
-    aids: [AidStatus; 2],
-    /// Time since the last sample of the force balance, s.
-    since_sample_s: Real,
+    curvature_per_m: Real,
+    /// Effective grade of the last step, rad.
+    grade: Value,
 }
 
 impl<M: MassEstimator> TwoStage<M> {
-    /// Builds the estimator from the signals of the regression, the two stages, and which supervisors are on.
-    pub fn new(
-        vehicle: &Vehicle,
-        signals: Resampler,
-        mass: M,
-        slope: ForceBalanceEkf,
-        supervision: &Supervisors,
-        standstill_mps: Option<Real>,
-    ) -> Self {
-        let mapped = mapped(vehicle, supervision.grade_map);
+    /// Builds the method from its two stages; `slip_detector`: no grade of its own is valid while the wheels slip.
+    pub fn new(vehicle: &Vehicle, mass: M, slope: ForceBalanceEkf, slip_detector: bool) -> Self {
         Self {
             balance: ForceBalance::new(vehicle),
-            signals,
-            train: DistributedTrain::new(&mapped, standstill_mps),
-            validity: Validity::new(
-                vehicle,
-                supervision.integrity,
-                Instruments {
-                    accelerometer: true,
-                    gyro: false,
-                },
-            ),
-            conditioning: supervision.conditioning,
             mass,
-            slip: SlipDetector::new(supervision.slip_detector),
             slope,
+            slip: SlipDetector::new(slip_detector),
             observability: GradeObservability::default(),
-            standstill_mps: vehicle.standstill_mps(standstill_mps),
-            aids: [AidStatus::default(); 2],
-            since_sample_s: 0.0,
+            curvature_per_m: 0.0,
+            grade: Value::default(),
         }
-    }
-
-    /// First stage: resample, align with the rail memory, regress.
-    fn learn_mass(&mut self, reading: &Reading, running: bool, dt: Real) {
-        if let Control::Out(outcome) = control::force_balance(reading, running, true) {
-            self.note(FORCE_BALANCE, control::without(outcome));
-        }
-        let balance = &self.balance;
-        let sample = self.signals.step(reading, balance, running, dt);
-        let grade_rad = self.slope.belief().x.y;
-        self.mass
-            .step(reading, balance, &self.signals, grade_rad, dt);
-        let next = self.train.step(&self.signals, sample, reading, running, dt);
-        self.since_sample_s += dt;
-        if let Some(next) = next {
-            let status = self.mass.sample(&next, &self.balance, &self.train);
-            if let Some(nis) = status.nis() {
-                self.validity
-                    .innovation(Source::ForceBalance, nis, self.since_sample_s);
-                self.since_sample_s = 0.0;
-            }
-            self.note(FORCE_BALANCE, status);
-        }
-        if !self.signals.settled() {
-            self.mass.pause();
-        }
-    }
-
-    /// Inputs of the train by the force balance; `None` while it does not hold.
-    fn drive(&self, reading: &Reading, mass: &Value, running: bool) -> Option<Drive> {
-        let (torque, speed) = reading
-            .motor_torque_nm
-            .zip(reading.speed_mps)
-            .filter(|_| running)?;
-        Some(Drive {
-            traction_n: self.balance.net_traction(torque, speed) - self.mass.bend_n(),
-            mass_kg: mass.value,
-            resistance: self.mass.running_resistance(&self.train) * direction(reading),
-        })
     }
 
     /// Second stage: predict by the force balance, correct by wheel speed.
-    fn filter_slope(
-        &mut self,
-        reading: &Reading,
-        drive: Option<Drive>,
-        (moving, running): (bool, bool),
-        dt: Real,
-    ) {
-        self.slope.learn_noise(&reading.noise);
-        self.slope.predict(drive, dt);
-        if moving && drive.is_none() {
-            self.slope.drift(dt);
+    fn filter_slope(&mut self, drive: Option<Drive>, now: &Step) {
+        self.slope.learn_noise(&now.reading.noise);
+        self.slope.predict(drive, now.dt);
+        if now.moving && drive.is_none() {
+            self.slope.drift(now.dt);
             self.observability.lose();
         }
-        match control::wheel_speed(reading) {
-            Control::New(speed) => {
-                let (judgement, correction) = self.slope.update(speed, running);
-                if correction.is_some() {
-                    self.observability.update(self.slope.belief().P.m22);
-                }
-                if running {
-                    self.validity
-                        .innovation(Source::WheelSpeed, judgement.nis, judgement.period_s);
-                }
-                let fused = correction.map(|c| (c.y.x, c.S.x));
-                self.note(WHEEL_SPEED, judgement.status(fused));
+        if let Control::New(speed) = control::wheel_speed(now.reading) {
+            let (_, correction) = self.slope.update(speed, now.running);
+            if correction.is_some() {
+                self.observability.update(self.slope.belief().P.m22);
             }
-            Control::Held => {}
-            Control::Out(outcome) => self.note(WHEEL_SPEED, control::without(outcome)),
         }
     }
 
-    /// Notes what became of a measurement.
-    fn note(&mut self, source: usize, status: AidStatus) {
-        if let Some(place) = self.aids.get_mut(source) {
-            *place = status;
-        }
-    }
-
-    /// Effective grade: that of the second stage, with the uncertainty of what the first one gave it.
-    fn effective_grade(
-        &self,
-        reading: &Reading,
-        mass: Value,
-        drive: Option<Drive>,
-        running: bool,
-    ) -> Value {
+    /// Effective grade of the second stage, with the uncertainty of what the first one gave it.
+    fn found(&self, drive: Option<Drive>, direction: Real, mu: Real) -> Value {
         let belief = self.slope.belief();
         let parameters_sd = drive.map_or(0.0, |drive| {
-            let direction = direction(reading);
             let steady = SteadyTraction {
                 traction_n: self.slope.steady_traction_n(&drive),
                 sin_cos: [sin(belief.x.y), cos(belief.x.y)],
                 direction,
-                mu: drive.resistance * direction,
+                mu,
             };
-            self.mass.slope_sd_rad(&steady, &self.train)
+            self.mass.slope_sd_rad(&steady, self.curvature_per_m)
         });
         let unmodelled = self.mass.unmodelled_mps2() / GRAVITY;
-        let sd = sqrt(belief.P.m22 + parameters_sd * parameters_sd + unmodelled * unmodelled);
-        // Couplings, bristles and the load take up the torque before a train that drives off moves as one.
-        let basis = running
-            && self.signals.settled()
+        let variance = belief.P.m22 + parameters_sd * parameters_sd + unmodelled * unmodelled;
+        let basis = drive.is_some()
             && self.slope.started()
             && !self.slope.clamped()
-            && self.validity.mass(mass).valid
+            && self.mass.mass_kg().valid
             && self.slip.wheel_speed_consistent(self.slope.adapted_ratio())
             && self.observability.grade_observable();
-        self.validity.grade(Value {
-            value: belief.x.y,
-            sd,
-            valid: basis,
-        })
-    }
-
-    /// Grade at the IMU, by the rail memory.
-    fn grade_at_imu(&self, mass_kg: Real, effective: &Value) -> Value {
-        let (offset, offset_sd) = self.train.imu_offset(mass_kg, effective.value);
-        let sd = sqrt(effective.sd * effective.sd + offset_sd * offset_sd);
         Value {
-            value: steeper(effective.value, offset).clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD),
-            sd,
-            valid: effective.valid,
+            value: belief.x.y,
+            sd: sqrt(variance),
+            valid: basis,
         }
     }
 }
 
-/// Sign of the speed, ±1.
-fn direction(reading: &Reading) -> Real {
-    if reading.speed_mps.is_some_and(|v| v < 0.0) {
-        -1.0
-    } else {
-        1.0
-    }
-}
-
-impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
+impl<M: MassEstimator + State + core::fmt::Debug> Method for TwoStage<M> {
     const INTERNALS: &'static [Internal] = {
         let [a, b, c, d, e, f] = *M::INTERNALS;
         &[
@@ -316,59 +179,57 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
             e,
             f,
             Internal::new("wheel_speed_sd_mps", "m/s"),
-            Internal::new("slope_filter_sd_rad", "rad"),
+            Internal::new("method_grade_rad", "rad"),
+            Internal::new("method_grade_sd_rad", "rad"),
             Internal::new("fading", "-"),
         ]
     };
 
-    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
-        let (moving, running) = motion(reading, self.standstill_mps);
-        self.validity.observe(reading, dt);
-        self.learn_mass(reading, running, dt);
-        let total_mass_kg = self.mass.mass_kg();
-        let drive = self.drive(reading, &total_mass_kg, running);
-        self.filter_slope(reading, drive, (moving, running), dt);
-        let effective = self.effective_grade(reading, total_mass_kg, drive, running);
-        if effective.valid {
-            self.train
-                .learn_bias(total_mass_kg.value, effective.value, dt);
-        }
-        let speed = self.slope.belief();
-        let (innovation, nis) = self.slope.innovation();
-        let estimate = Estimate {
-            t,
-            total_mass_kg,
-            grade_rad: self.grade_at_imu(total_mass_kg.value, &effective),
-            effective_grade_rad: effective,
-            speed_mps: Value {
-                value: speed.x.x,
-                sd: sqrt(speed.P.m11),
-                valid: reading.speed_mps.is_some(),
-            },
-            innovation,
-            nis,
-            flags: Flags {
-                moving,
-                excited: self.signals.settled() && self.mass.excited(),
-                saturated: self.mass.saturated() || self.slope.saturated(),
-            },
+    fn sample(&mut self, sample: &BalanceSample) -> AidStatus {
+        self.mass.sample(sample, &self.balance)
+    }
+
+    fn pause(&mut self) {
+        self.mass.pause();
+    }
+
+    fn step(&mut self, now: &Step) {
+        self.mass.step(now.reading, &self.balance, now.dt);
+        self.curvature_per_m = now.curvature_per_m;
+        let direction = if now.attitude.speed_mps < 0.0 {
+            -1.0
+        } else {
+            1.0
         };
-        self.validity.publish(estimate, true)
+        let mu = self.mass.running_resistance(self.curvature_per_m);
+        let drive = now.traction_n.map(|traction| Drive {
+            traction_n: traction - self.mass.bend_n(),
+            mass_kg: self.mass.mass_kg().value,
+            resistance: mu * direction,
+        });
+        self.filter_slope(drive, now);
+        self.grade = self.found(drive, direction, mu);
     }
 
-    fn conditioning(&self) -> Option<ConditioningParams> {
-        Some(self.conditioning)
+    fn mass_kg(&self) -> Value {
+        self.mass.mass_kg()
     }
 
-    const AID_SOURCES: &'static [&'static str] = &["wheel_speed", "force_balance"];
+    fn effective_grade_rad(&self) -> Value {
+        self.grade
+    }
 
-    fn aid_status(&self, status: &mut [AidStatus]) {
-        copy_into(status, &self.aids);
+    fn is_excited(&self) -> bool {
+        self.mass.excited()
+    }
+
+    fn is_saturated(&self) -> bool {
+        self.mass.saturated() || self.slope.saturated()
     }
 
     fn internal_values(&self, values: &mut [Real]) {
-        let [a, b, c, d, e, f] = self.mass.internals(&self.train);
-        let slope = &self.slope;
+        let [a, b, c, d, e, f] = self.mass.internals(self.curvature_per_m);
+        let (slope, grade) = (&self.slope, self.grade);
         let now = [
             a,
             b,
@@ -377,19 +238,12 @@ impl<M: MassEstimator + State> Pipeline for TwoStage<M> {
             e,
             f,
             slope.measurement_sd(),
-            sqrt(slope.belief().P.m22),
+            grade.value,
+            grade.sd,
             slope.fading(),
         ];
         copy_into(values, &now);
     }
-
-    fn visit(&mut self, archive: &mut Archive) {
-        State::visit(self, archive);
-    }
 }
 
-state!(@[M: State] TwoStage<M> { signals, train, mass, slope, observability, validity, aids, since_sample_s; balance, slip, conditioning, standstill_mps });
-
-#[cfg(test)]
-#[path = "two_stage_tests.rs"]
-mod tests;
+state!(@[M: State] TwoStage<M> { mass, slope, observability, curvature_per_m, grade; balance, slip });

@@ -27,7 +27,7 @@ const NOISE_STEP: Real = 1e-4;
 const LENGTH_STEP_S: Real = 2e-5;
 
 /// Share of the brake beyond which a block is of no use.
-pub(super) const MAX_BRAKE: Real = 0.002;
+pub const MAX_BRAKE: Real = 0.002;
 
 fn steps(value: Real, step: Real) -> i16 {
     within(floor(value / step + 0.5), -32_000.0, 32_000.0) as i16
@@ -212,6 +212,12 @@ impl BlockBuilder {
         let noise = self.noise / self.length_s.max(SUBSTEP_S);
         let beyond = (2.0 * noise * noise - NOMINAL_MPS2 * NOMINAL_MPS2).max(0.0);
         mass_kg * mass_kg * beyond
+    }
+}
+
+impl Blank for Block {
+    fn blank() -> Self {
+        Self::default()
     }
 }
 

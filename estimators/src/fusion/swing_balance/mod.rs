@@ -19,6 +19,7 @@ use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::{Archive, State, state};
+use crate::fusion::effective::MassOnRail;
 use crate::models::swing_balance::{CV, ETA, MASS, N, Nominal, R0};
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::{TrainMeans, TrainOnRail};
@@ -385,6 +386,22 @@ impl SwingMass {
     )]
     pub fn mass_kg(&self) -> Real {
         self.tare_kg + self.found.x[MASS]
+    }
+
+    /// Masses that the effective grade is a mean over.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
+    pub fn carried(&self) -> MassOnRail {
+        MassOnRail {
+            mass_kg: self.mass_kg(),
+            load_kg: self.found.x[MASS],
+            // The correction by the force stands for it.
+            load_sd_kg: 0.0,
+            eta_rad: self.found.x[ETA],
+            eta_variance: self.found.eta_variance,
+        }
     }
 
     /// Total mass and its standard deviation with that of what no filter can see (scale of the torque), kg: as it was

@@ -10,9 +10,9 @@ use crate::fusion::attitude::Attitude;
 use crate::fusion::swing_balance::SwingMass;
 use crate::fusion::swing_balance::block::Block;
 use crate::models::force_balance::MAX_GRADE_RAD;
-use crate::models::swing_balance::{ANGLE, B, CV, ETA, MASS, Nominal, QC, R0};
+use crate::models::swing_balance::{ANGLE, B, CV, MASS, Nominal, QC, R0};
 use crate::rail::rail_memory::RailMemory;
-use crate::rail::train_means::TrainMeans;
+use crate::rail::train_means::{TrainMeans, TrainOnRail};
 
 /// Time between two looks at the memory, s.
 const PERIOD_S: Real = 0.1;
@@ -50,6 +50,41 @@ pub struct EffectiveGrade {
     blind_m: Real,
 }
 
+/// Masses that the effective grade is a mean over, and the grade of the rail behind the one read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MassOnRail {
+    /// Total mass, kg.
+    pub mass_kg: Real,
+    /// Load in it, kg.
+    pub load_kg: Real,
+    /// Standard deviation of the load, kg.
+    pub load_sd_kg: Real,
+    /// Grade [`ETA_M`] behind the rail read beyond that of its end, rad.
+    pub eta_rad: Real,
+    /// Its variance, rad².
+    pub eta_variance: Real,
+}
+
+impl MassOnRail {
+    /// Mean distance of the masses behind the rail read, as a share of [`ETA_M`].
+    fn behind(&self, means: &TrainMeans) -> Real {
+        (means.behind_tare_kgm + self.load_kg * means.behind_load_m) / ETA_M / self.mass_kg
+    }
+
+    /// Variance of the mean grade from rail behind what was read.
+    fn behind_variance(&self, means: &TrainMeans) -> Real {
+        let behind = self.behind(means);
+        behind * behind * self.eta_variance
+    }
+
+    /// Variance of the mean grade from rail that was not read.
+    fn unread_variance(&self, means: &TrainMeans, rail: &RailMemory) -> Real {
+        let per_m = AHEAD_RAD_PER_M + AHEAD_M * rail.end_gradient().abs();
+        let ahead = means.ahead_kgm / self.mass_kg * per_m;
+        ahead * ahead + self.behind_variance(means)
+    }
+}
+
 impl EffectiveGrade {
     /// Takes a new block for the correction by force.
     pub fn correct(
@@ -62,10 +97,10 @@ impl EffectiveGrade {
         let v = Real::from(block.speed_mps);
         let use_it =
             block.outcome == AidOutcome::Fused && v.abs() > MIN_SPEED_MPS && mass.used() > 0;
-        let means = mass.train().at(rail, block.place);
+        let (means, carried) = (mass.train().at(rail, block.place), mass.carried());
         if !use_it {
             let way = v.abs() * block.length_s();
-            if behind_variance(&means, mass) > UNREAD_SD_RAD * UNREAD_SD_RAD {
+            if carried.behind_variance(&means) > UNREAD_SD_RAD * UNREAD_SD_RAD {
                 self.correction *= exp(-way / FADE_M);
                 // only going back brings rail under the train that nothing has read
                 let back = if v < 0.0 { way } else { 0.0 };
@@ -91,9 +126,9 @@ impl EffectiveGrade {
             + M * x[B];
         let read = GRAVITY * (means.tare_deep_kg + x[MASS] * means.load_deep);
         // The part that η explains is in the mean already.
-        let by_eta = x[ETA] * behind(&means, mass);
+        let by_eta = carried.eta_rad * carried.behind(&means);
         let difference = (uphill - read) / (M * GRAVITY) - by_eta;
-        let unread = unread_variance(&means, mass, rail);
+        let unread = carried.unread_variance(&means, rail);
         let of = |sd: Real| sd * sd;
         let force = of(FORCE_SD_RAD)
             + of(FORCE_MOTION * a / GRAVITY)
@@ -102,12 +137,13 @@ impl EffectiveGrade {
         self.correction += SHARE * (weight * difference - self.correction);
     }
 
-    /// One step.
+    /// One step: the mean over the masses of a train on its rail.
     pub fn step(
         &mut self,
         attitude: &Attitude,
         mount_sd_rad: Real,
-        mass: &SwingMass,
+        train: &TrainOnRail,
+        mass: &MassOnRail,
         rail: &RailMemory,
         dt: Real,
     ) {
@@ -116,19 +152,18 @@ impl EffectiveGrade {
             return;
         }
         (self.age_s, self.looked) = (0.0, true);
-        let means = mass.train().at(rail, rail.here());
-        let x = &mass.found().x;
-        let M = mass.mass_kg();
-        let behind = behind(&means, mass);
-        self.sine = (means.tare_kg + x[MASS] * means.load) / M - attitude.bias_mps2 / GRAVITY
-            + x[ETA] * behind
-            + self.correction;
+        let means = train.at(rail, rail.here());
+        let behind = mass.behind(&means);
+        let mean = (means.tare_kg + mass.load_kg * means.load) / mass.mass_kg;
+        self.sine = mean - attitude.bias_mps2 / GRAVITY + mass.eta_rad * behind + self.correction;
         let pitch = attitude.pitch_sd_rad;
         let blind = BLIND_RAD_PER_M * self.blind_m * behind.min(1.0);
+        let by_load = (means.load - mean) / mass.mass_kg * mass.load_sd_kg;
         self.variance = pitch * pitch
             + mount_sd_rad * mount_sd_rad
-            + unread_variance(&means, mass, rail)
-            + blind * blind;
+            + mass.unread_variance(&means, rail)
+            + blind * blind
+            + by_load * by_load;
     }
 
     /// The effective grade, marked `valid` or not.
@@ -139,29 +174,6 @@ impl EffectiveGrade {
             valid,
         }
     }
-}
-
-/// Mean distance of the masses behind the rail read, as a share of [`ETA_M`].
-#[allow(
-    clippy::indexing_slicing,
-    reason = "indices of states are constants below N"
-)]
-fn behind(means: &TrainMeans, mass: &SwingMass) -> Real {
-    let load = mass.found().x[MASS];
-    (means.behind_tare_kgm + load * means.behind_load_m) / ETA_M / mass.mass_kg()
-}
-
-/// Variance of the mean grade from rail that was not read.
-fn unread_variance(means: &TrainMeans, mass: &SwingMass, rail: &RailMemory) -> Real {
-    let ahead =
-        means.ahead_kgm / mass.mass_kg() * (AHEAD_RAD_PER_M + AHEAD_M * rail.end_gradient().abs());
-    ahead * ahead + behind_variance(means, mass)
-}
-
-/// Its part behind what was read.
-fn behind_variance(means: &TrainMeans, mass: &SwingMass) -> Real {
-    let behind = behind(means, mass);
-    behind * behind * mass.found().eta_variance
 }
 
 state!(EffectiveGrade { correction, age_s, sine, variance, looked, blind_m; });

@@ -1,0 +1,203 @@
+//! Core of every estimator of a train: attitude and speed, the rail that was read, and the traction of the motors.
+//!
+//! It finds what an estimator of the mass takes as known: the grade under each mass of the train, speed, acceleration
+//! and traction, all by instruments that have been checked. It uses no force for the grade, so no fault of a torque, of
+//! the load or of the running resistance can reach the slope.
+
+use crate::api::mass_layout::MassLayout;
+use crate::api::real::{GRAVITY, sin};
+use crate::api::signals::{Estimate, Value, Vehicle};
+use crate::api::snapshot::state;
+use crate::detect::plausibility::Instruments;
+use crate::detect::validity::{Integrity, Source, Validity};
+use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
+use crate::fusion::attitude::{Attitude, AttitudeFilter};
+use crate::fusion::swing_balance::block::BlockInput;
+use crate::fusion::swing_balance::params::SwingBalanceParams;
+use crate::fusion::swing_balance::torque_monitor::TorqueMonitor;
+use crate::models::force_balance::ForceBalance;
+use crate::preprocess::front_end::Reading;
+use crate::rail::rail_memory::RailMemory;
+use crate::{Real, Time};
+
+/// Speed below which no horizontal curvature is read, m/s.
+const MIN_BEND_SPEED_MPS: Real = 0.1;
+/// Standard deviation of sin θ + b/g up to which the rail is read.
+const MAX_SUM_SD: Real = 0.003;
+/// Standard deviation of the speed up to which the rail is read, m/s.
+const MAX_SPEED_SD_MPS: Real = 0.1;
+/// Lag of the brake, s.
+const BRAKE_LAG_S: Real = 0.3;
+
+/// The core.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrainCore {
+    standstill_mps: Real,
+    air: ForceBalance,
+    attitude: AttitudeFilter,
+    rail: RailMemory,
+    torques: TorqueMonitor,
+    brake: Real,
+    started: bool,
+    validity: Validity,
+}
+
+impl TrainCore {
+    /// Builds the core for a vehicle whose train reaches over `span_m`. `torque` is the noise of the torques, and true
+    /// if they are monitored.
+    pub fn new(
+        vehicle: &Vehicle,
+        span_m: [Real; 2],
+        attitude: AttitudeParams,
+        supervision: AttitudeSupervision,
+        integrity: Integrity,
+        (torque, monitored): (&SwingBalanceParams, bool),
+    ) -> Self {
+        let [front, rear] = span_m;
+        let uses = Instruments {
+            accelerometer: true,
+            // On a rail the filter's own monitor contradicts a wrong gyro: the regression of the plausibility check
+            // takes the pitch rate for that of the grade, which it is not in the bends of a roadway.
+            gyro: vehicle.road.is_some(),
+        };
+        Self {
+            standstill_mps: vehicle.standstill_mps(None),
+            air: ForceBalance::new(vehicle),
+            attitude: AttitudeFilter::new(vehicle, attitude, supervision, &integrity),
+            rail: RailMemory::new(rear - front),
+            torques: TorqueMonitor::new(vehicle, torque, monitored),
+            brake: 0.0,
+            started: false,
+            validity: Validity::new(vehicle, integrity, uses),
+        }
+    }
+
+    /// One step with the total mass found so far, kg; `None` until there has been an accelerometer and a wheel.
+    pub fn step(
+        &mut self,
+        reading: &Reading,
+        mass_kg: Real,
+        dt: Real,
+    ) -> Option<(Attitude, BlockInput)> {
+        let attitude = self.attitude.step(&reading.channels, dt);
+        self.started = attitude.is_some();
+        let attitude = attitude?;
+        let v = attitude.speed_mps;
+        let bend = if v.abs() > MIN_BEND_SPEED_MPS {
+            (attitude.yaw_rate_radps / v).abs()
+        } else {
+            0.0
+        };
+        let u = sin(attitude.pitch_rad) + attitude.bias_mps2 / GRAVITY;
+        let readable = attitude.sum_sd < MAX_SUM_SD && attitude.speed_sd_mps < MAX_SPEED_SD_MPS;
+        self.rail.step(v * dt, readable.then_some([u, bend]));
+        self.brake += dt / (BRAKE_LAG_S + dt) * (reading.brake - self.brake);
+        let drag = self.air.drag(v);
+        let traction = self
+            .torques
+            .traction(&reading.channels, v, dt)
+            .map(|[force, variance]| [force - drag, variance]);
+        let [used, rejected] = attitude.wheels;
+        let standing = reading
+            .speed_mps
+            .is_some_and(|v| v.abs() < self.standstill_mps);
+        let input = BlockInput {
+            speed_mps: v,
+            speed_noise_mps: attitude.speed_noise_mps,
+            sum_sd: attitude.sum_sd,
+            mass_kg,
+            acceleration_mps2: attitude.acceleration_mps2,
+            traction,
+            bend_per_m: bend,
+            brake: self.brake,
+            sound: attitude.imu && !standing && (used > 0 || reading.new_speed_mps.is_none()),
+            slip: rejected > 0,
+            doubt: self.torques.doubt(),
+        };
+        Some((attitude, input))
+    }
+
+    /// Gives the validity rule the signals of a step: what the instruments read, and the normalised innovation squared
+    /// of a block of the force balance with its length, s.
+    pub fn supervise(&mut self, reading: &Reading, block: Option<(Real, Real)>, dt: Real) {
+        // The check takes the pitch rate for that of the grade.
+        let found = self.attitude.found();
+        let pitch_rate_radps = reading.pitch_rate_radps.map(|_| found.pitch_rate_radps);
+        let seen = Reading {
+            pitch_rate_radps,
+            ..*reading
+        };
+        self.validity.observe(&seen, dt);
+        if let Some(nis) = self.attitude.new_nis() {
+            self.validity.innovation(Source::WheelSpeed, nis, dt);
+        }
+        if let Some((nis, period_s)) = block {
+            self.validity
+                .innovation(Source::ForceBalance, nis, period_s);
+        }
+    }
+
+    /// What the core alone estimates: grade at the IMU and speed.
+    pub fn estimate(&self, t: Time) -> Estimate {
+        let found = self.attitude.found();
+        let (innovation, nis) = self.attitude.innovation();
+        Estimate {
+            t,
+            grade_rad: Value {
+                value: self.attitude.grade_at_imu_rad(),
+                sd: self.attitude.grade_at_imu_sd_rad(),
+                valid: self.started,
+            },
+            speed_mps: Value {
+                value: found.speed_mps,
+                sd: found.speed_sd_mps,
+                valid: self.started,
+            },
+            innovation,
+            nis,
+            ..Estimate::default()
+        }
+    }
+
+    /// Marks an estimate by the validity rule; `mass` is true if a mass is estimated.
+    pub fn publish(&mut self, estimate: Estimate, mass: bool) -> Estimate {
+        self.validity.publish(estimate, mass)
+    }
+
+    /// True once attitude and speed have started.
+    pub fn is_started(&self) -> bool {
+        self.started
+    }
+
+    /// True if the vehicle moves by its wheels.
+    pub fn is_moving(&self, reading: &Reading) -> bool {
+        reading
+            .speed_mps
+            .is_some_and(|v| v.abs() > self.standstill_mps)
+    }
+
+    /// The attitude filter.
+    pub fn attitude(&self) -> &AttitudeFilter {
+        &self.attitude
+    }
+
+    /// The rail that was read.
+    pub fn rail(&self) -> &RailMemory {
+        &self.rail
+    }
+
+    /// The validity rule.
+    pub fn validity(&self) -> &Validity {
+        &self.validity
+    }
+}
+
+/// The layout by the drawings, scaled to the tare; without drawings an even spread that does not swing.
+pub fn layout(vehicle: &Vehicle) -> MassLayout {
+    match vehicle.layout {
+        Some(layout) => layout.scaled_to(vehicle.tare_kg),
+        None => MassLayout::even(vehicle.tare_kg, vehicle.tare_span_m, vehicle.load_span_m),
+    }
+}
+
+state!(TrainCore { validity, attitude, rail, torques, brake, started; standstill_mps, air });

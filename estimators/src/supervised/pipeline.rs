@@ -1,0 +1,404 @@
+//! A published method under supervision: the core of a train around the algorithm of the paper.
+//!
+//! 1. [core](crate::fusion::train_core): attitude and speed by instruments that have been checked, the rail that was
+//!    read, the traction of the motors
+//! 2. blocks of half a second that wait until the rail under the train has been read: samples of the force balance
+//! 3. the [`Method`]: mass by its regression, and if it has one a grade by its own filter
+//! 4. effective grade: mean over the masses by the core, and by the method where the core does not know it better
+//!
+//! The method's grade is worth what it was worth while the core knew the grade: its standard deviation is widened by how
+//! far it was off then ([`MethodTrust`]).
+
+use crate::api::aid::{AidOutcome, AidStatus, Rejection};
+use crate::api::estimator::Internal;
+use crate::api::params::params;
+use crate::api::real::{exp, sqrt};
+use crate::api::signals::{Estimate, Flags, Value, Vehicle};
+use crate::api::snapshot::{Archive, State, state};
+use crate::detect::control;
+use crate::detect::validity::Integrity;
+use crate::filters::ring_buffer::RingBuffer;
+use crate::fusion::attitude::Attitude;
+use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
+use crate::fusion::effective::{EffectiveGrade, MassOnRail};
+use crate::fusion::swing_balance::block::{Block, BlockBuilder, MAX_BRAKE};
+use crate::fusion::swing_balance::params::SwingBalanceParams;
+use crate::fusion::train_core::{TrainCore, layout};
+use crate::preprocess::conditioning::ConditioningParams;
+use crate::preprocess::front_end::{Reading, motion};
+use crate::rail::train_means::{TrainMeans, TrainOnRail};
+use crate::runner::{Pipeline, copy_into};
+use crate::supervised::sample::{BEHIND_SD_RAD, BalanceSample};
+use crate::{Real, Time};
+
+params! {
+    /// Which supervisors around a method are on.
+    Supervision {
+        rail_memory [flag] = true, "Keep the rail under a long train in memory; off: the train is a point.";
+        torque_monitor [flag] = true, "Torques are compared with each other and with the command; off: they are not.";
+        method_grade [flag] = true, "The effective grade takes the method's own where the core does not know it better; off: it does not.";
+    }
+}
+
+/// Blocks that may wait for rail.
+const BLOCKS: usize = 26;
+/// Speed from which a block is of use, m/s; time after standing, s.
+const MIN_SPEED_MPS: Real = 0.06;
+const SETTLE_S: Real = 0.3;
+/// Speed from which a block waits for rail, m/s: a train that stands or goes back will not read any.
+const MIN_WAIT_MPS: Real = 0.05;
+/// Way ahead of the rail read up to which a block is of use, m, and mean distance of the tare behind it when going back.
+const MAX_AHEAD_M: Real = 0.8;
+const MAX_BEHIND_M: Real = 0.3;
+
+/// What the core gives a method in a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Step<'a> {
+    /// Signals of the step.
+    pub reading: &'a Reading,
+    /// Attitude and speed.
+    pub attitude: &'a Attitude,
+    /// Traction at the rims less air drag, N; `None` while the force balance does not hold (standing, braking, torques
+    /// unknown or in doubt, wheels that slip).
+    pub traction_n: Option<Real>,
+    /// Effective grade by the core, rad, and its standard deviation.
+    pub effective_rad: [Real; 2],
+    /// Standard deviation of the accelerometer's bias that the attitude has, m/s².
+    pub bias_sd_mps2: Real,
+    /// Mean horizontal curvature under the train, 1/m.
+    pub curvature_per_m: Real,
+    /// True if the train moves, and if it does so under the force balance alone.
+    pub moving: bool,
+    /// See above.
+    pub running: bool,
+    /// Time since the step before, s.
+    pub dt: Real,
+}
+
+/// A published method.
+pub trait Method: Copy + core::fmt::Debug + State {
+    /// Names of its internal quantities.
+    const INTERNALS: &'static [Internal];
+    /// True if it estimates the mass.
+    const WEIGHS: bool = true;
+
+    /// Takes a sample of the force balance and returns what became of it.
+    fn sample(&mut self, _sample: &BalanceSample) -> AidStatus {
+        control::without(AidOutcome::Stale)
+    }
+
+    /// The force balance has been interrupted: standing, brake, slip.
+    fn pause(&mut self) {}
+
+    /// One step.
+    fn step(&mut self, now: &Step);
+
+    /// Total mass, kg.
+    fn mass_kg(&self) -> Value;
+
+    /// Effective grade by its own filter, rad; not valid without one.
+    fn effective_grade_rad(&self) -> Value {
+        Value::default()
+    }
+
+    /// True if its last sample was excited.
+    fn is_excited(&self) -> bool;
+
+    /// True if a limit acts.
+    fn is_saturated(&self) -> bool;
+
+    /// Its internal quantities, in the order of their names.
+    fn internal_values(&self, values: &mut [Real]);
+}
+
+/// Memory of how far the method's grade is off, s.
+const TRUST_MEMORY_S: Real = 20.0;
+/// Standard deviation of the core's grade up to which it judges the method's, rad.
+const JUDGE_SD_RAD: Real = 0.005;
+/// Largest square of a difference that counts, in variances.
+const MAX_SQUARE: Real = 1e4;
+
+/// Trust in the method's grade: the running mean square of its differences from the core's, in their variances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MethodTrust {
+    square: Real,
+}
+
+impl Default for MethodTrust {
+    fn default() -> Self {
+        Self { square: 1.0 }
+    }
+}
+
+impl MethodTrust {
+    /// The mean of both grades, each weighed by its variance, that of the method widened by how far it was off. The two
+    /// share instruments, so that the standard deviation is that of errors which are not independent.
+    fn weigh(&mut self, core: Value, method: Value, dt: Real) -> Value {
+        if !method.valid {
+            return core;
+        }
+        let off = method.value - core.value;
+        if core.sd < JUDGE_SD_RAD {
+            let variance = core.sd * core.sd + method.sd * method.sd;
+            let square = (off * off / variance.max(Real::MIN_POSITIVE)).min(MAX_SQUARE);
+            self.square += (1.0 - exp(-dt / TRUST_MEMORY_S)) * (square - self.square);
+        }
+        let sd = method.sd * sqrt(self.square.max(1.0));
+        let share = core.sd * core.sd / (core.sd * core.sd + sd * sd).max(Real::MIN_POSITIVE);
+        Value {
+            value: core.value + share * off,
+            sd: (1.0 - share) * core.sd + share * sd,
+            valid: core.valid,
+        }
+    }
+}
+
+state!(MethodTrust { square; } where |this| this.square >= 0.0);
+
+/// Groups of parameters of every supervised method.
+#[derive(Clone, Copy, Debug)]
+pub struct CoreParams {
+    /// Attitude filter.
+    pub attitude: AttitudeParams,
+    /// Its supervisors.
+    pub attitude_supervision: AttitudeSupervision,
+    /// Supervisors around the method.
+    pub supervision: Supervision,
+    /// Gates and validity rule.
+    pub integrity: Integrity,
+    /// Conditioning of the channels that the method reads itself.
+    pub conditioning: ConditioningParams,
+}
+
+/// A method under supervision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Supervised<M> {
+    core: TrainCore,
+    train: TrainOnRail,
+    tare_kg: Real,
+    gain_sd: Real,
+    front_m: Real,
+    standstill_mps: Real,
+    method_grade: bool,
+    conditioning: ConditioningParams,
+    builder: BlockBuilder,
+    waiting: RingBuffer<Block, BLOCKS>,
+    settle_s: Real,
+    since_s: Real,
+    curvature_per_m: Real,
+    method: M,
+    effective: EffectiveGrade,
+    trust: MethodTrust,
+    grade: Value,
+    status: AidStatus,
+}
+
+impl<M: Method> Supervised<M> {
+    /// Builds the estimator from the vehicle's nominal values, the parameters of the core and the method.
+    pub fn new(vehicle: &Vehicle, params: &CoreParams, method: M) -> Self {
+        let CoreParams {
+            attitude,
+            attitude_supervision,
+            supervision,
+            integrity,
+            conditioning,
+        } = *params;
+        let vehicle = match supervision.rail_memory {
+            true => *vehicle,
+            false => vehicle.as_point(),
+        };
+        let train = TrainOnRail::new(&layout(&vehicle), false);
+        let torque = SwingBalanceParams::default();
+        let [front_m, _] = train.span_m();
+        Self {
+            core: TrainCore::new(
+                &vehicle,
+                train.span_m(),
+                attitude,
+                attitude_supervision,
+                integrity,
+                (&torque, supervision.torque_monitor),
+            ),
+            train,
+            tare_kg: vehicle.tare_kg,
+            gain_sd: torque.gain_sd(vehicle.drives),
+            front_m: -front_m,
+            standstill_mps: vehicle.standstill_mps(None),
+            method_grade: supervision.method_grade,
+            conditioning,
+            builder: BlockBuilder::default(),
+            waiting: RingBuffer::new(),
+            settle_s: 0.0,
+            since_s: 0.0,
+            curvature_per_m: 0.0,
+            method,
+            effective: EffectiveGrade::default(),
+            trust: MethodTrust::default(),
+            grade: Value::default(),
+            status: AidStatus::default(),
+        }
+    }
+
+    /// The block that is worked off in this step: the oldest whose rail has been read.
+    fn next(&mut self, new: Option<Block>, speed_mps: Real) -> Option<Block> {
+        let full = new.and_then(|block| self.waiting.push(block));
+        if full.is_some() {
+            return full;
+        }
+        let oldest = self.waiting.first()?;
+        let waits =
+            speed_mps > MIN_WAIT_MPS && !self.core.rail().read_up_to(oldest.place, self.front_m);
+        match waits {
+            true => None,
+            false => self.waiting.pop(),
+        }
+    }
+
+    /// Reason why a block is of no use; `None` if it is of use.
+    fn refusal(&self, block: &Block, means: &TrainMeans) -> Option<AidOutcome> {
+        let onto_unknown =
+            block.speed_mps < 0.0 && means.behind_tare_kgm > MAX_BEHIND_M * self.tare_kg;
+        if self.settle_s > 0.0 {
+            Some(AidOutcome::Rejected(Rejection::NotRunning))
+        } else if block.outcome != AidOutcome::Fused {
+            Some(block.outcome)
+        } else if means.ahead_m > MAX_AHEAD_M || onto_unknown {
+            Some(AidOutcome::Rejected(Rejection::NotExcited))
+        } else {
+            None
+        }
+    }
+
+    /// Works a block off; returns its normalised innovation squared and its period, s, if the method has used it.
+    fn take(&mut self, block: &Block, attitude: &Attitude) -> Option<(Real, Real)> {
+        let means = self.train.at(self.core.rail(), block.place);
+        self.curvature_per_m = means.bend_per_m;
+        self.settle_s = match Real::from(block.speed_mps).abs() > MIN_SPEED_MPS {
+            true => (self.settle_s - block.length_s()).max(0.0),
+            false => SETTLE_S,
+        };
+        if let Some(outcome) = self.refusal(block, &means) {
+            self.method.pause();
+            self.status = control::without(outcome);
+            return None;
+        }
+        let [bias_sd, ..] = self.core.attitude().reading();
+        let sample = BalanceSample {
+            bias_mps2: [attitude.bias_mps2, bias_sd],
+            period_s: self.since_s,
+            ..BalanceSample::new(block, &means, self.tare_kg)
+        };
+        self.status = self.method.sample(&sample);
+        let nis = self.status.nis()?;
+        let period_s = self.since_s;
+        self.since_s = 0.0;
+        Some((nis, period_s))
+    }
+
+    fn weigh(&mut self, reading: &Reading, attitude: &Attitude, traction: Option<Real>, dt: Real) {
+        let mass = self.method.mass_kg();
+        let load_kg = (mass.value - self.tare_kg).max(0.0);
+        let carried = MassOnRail {
+            mass_kg: mass.value.max(self.tare_kg).max(1.0),
+            load_kg,
+            load_sd_kg: mass.sd,
+            eta_rad: 0.0,
+            eta_variance: BEHIND_SD_RAD * BEHIND_SD_RAD,
+        };
+        let core = &self.core;
+        let mount_sd = core.attitude().mount_sd_rad();
+        self.effective
+            .step(attitude, mount_sd, &self.train, &carried, core.rail(), dt);
+        let by_core = self.effective.value(true);
+        let [bias_sd_mps2, ..] = core.attitude().reading();
+        let (moving, running) = motion(reading, self.standstill_mps);
+        self.method.step(&Step {
+            reading,
+            attitude,
+            traction_n: traction.filter(|_| running),
+            effective_rad: [by_core.value, by_core.sd],
+            bias_sd_mps2,
+            curvature_per_m: self.curvature_per_m,
+            moving,
+            running,
+            dt,
+        });
+        let by_method = self.method.effective_grade_rad();
+        let known = self.method_grade && by_method.valid;
+        let by_method = Value {
+            valid: known,
+            ..by_method
+        };
+        self.grade = self.trust.weigh(by_core, by_method, dt);
+    }
+}
+
+impl<M: Method> Pipeline for Supervised<M> {
+    const INTERNALS: &'static [Internal] = M::INTERNALS;
+
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
+        self.since_s += dt;
+        let mut nis = None;
+        if let Some((attitude, input)) = self.core.step(reading, self.method.mass_kg().value, dt) {
+            let new = self.builder.take(&input, self.core.rail(), dt);
+            if let Some(block) = self.next(new, input.speed_mps) {
+                nis = self.take(&block, &attitude);
+            }
+            if input.brake > MAX_BRAKE {
+                self.status = control::without(AidOutcome::Rejected(Rejection::NotRunning));
+            }
+            let balanced = input.sound && !input.slip && !input.doubt;
+            let traction = input.traction.filter(|_| balanced).map(|[force, _]| force);
+            self.weigh(reading, &attitude, traction, dt);
+        }
+        self.core.supervise(reading, nis, dt);
+        let started = self.core.is_started();
+        let mass = self.method.mass_kg();
+        let gain_kg = self.gain_sd * mass.value;
+        let estimate = Estimate {
+            total_mass_kg: Value {
+                sd: sqrt(mass.sd * mass.sd + gain_kg * gain_kg),
+                valid: mass.valid && started,
+                ..mass
+            },
+            effective_grade_rad: Value {
+                valid: started,
+                ..self.grade
+            },
+            flags: Flags {
+                moving: self.core.is_moving(reading),
+                excited: self.method.is_excited(),
+                saturated: self.method.is_saturated(),
+            },
+            ..self.core.estimate(t)
+        };
+        self.core.publish(estimate, M::WEIGHS)
+    }
+
+    fn internal_values(&self, values: &mut [Real]) {
+        self.method.internal_values(values);
+    }
+
+    fn conditioning(&self) -> Option<ConditioningParams> {
+        Some(self.conditioning)
+    }
+
+    const AID_SOURCES: &'static [&'static str] = &[
+        "wheel_speed",
+        "lateral_force",
+        "vertical_force",
+        "force_balance",
+    ];
+
+    fn aid_status(&self, status: &mut [AidStatus]) {
+        let [wheels, lateral, vertical] = self.core.attitude().aid_status();
+        copy_into(status, &[wheels, lateral, vertical, self.status]);
+    }
+
+    fn visit(&mut self, archive: &mut Archive) {
+        State::visit(self, archive);
+    }
+}
+
+state!(@[M: State] Supervised<M> { core, builder, waiting, settle_s, since_s, curvature_per_m, method, effective, trust, grade, status;
+    train, tare_kg, gain_sd, front_m, standstill_mps, method_grade, conditioning });
