@@ -87,7 +87,7 @@ impl RailFusion {
         }
         self.effective.step(
             attitude,
-            self.core.attitude().mount_sd_rad(),
+            self.core.constant_sd_rad(),
             self.mass.train(),
             &self.mass.carried(),
             rail,

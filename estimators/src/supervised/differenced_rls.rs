@@ -2,7 +2,7 @@
 //!
 //! Δ(F − J v̇) = M Δ(v̇ + b), by recursive least squares with constant forgetting
 //!
-//! F is the traction less air drag and b, on a road, what a bend takes ([`Bends`]).
+//! F is the traction less air drag and b, on a road, what a bend takes ([`Bend`](crate::models::single_track::Bend)).
 //!
 //! Differences rid the equation of the running resistance and of a steady slope. They also keep only the noisiest part
 //! of the signals, and a slope that changes between two samples is taken for acceleration; hence the differences over
@@ -24,8 +24,6 @@ use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
 use crate::models::force_balance::ForceBalance;
-use crate::models::single_track::{Bend, Bends};
-use crate::preprocess::front_end::Reading;
 use crate::supervised::sample::BalanceSample;
 
 params! {
@@ -34,7 +32,6 @@ params! {
         omega ["-"] = 0.999, 0.5 => 1.0, "Constant forgetting factor ω, per difference used.";
         mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
         mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
-        cutoff_hz ["Hz"] = 2.0, 0.05 => 20.0, "Corner of the low-pass that the signals of a bend go through.";
         excitation_gate [flag] = true, "Use only differences whose change of force is considerable.";
         force_gate_mps2 ["m/s²"] = 0.05, 0.0 => 10.0, "Smallest change of force divided by mass that counts.";
         slope_gate_mps2 ["m/s²"] = 0.05, 0.0 => 10.0, "Largest change of f − v̇ (g times the change of slope) that passes.";
@@ -49,8 +46,7 @@ const MAX_PERIOD_S: Real = 0.8;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DifferencedMass {
     params: DifferencedParams,
-    bends: Bends,
-    last: Option<(BalanceSample, Bend)>,
+    last: Option<BalanceSample>,
     /// M/M₀.
     rls: Rls<1>,
     mass0_kg: Real,
@@ -67,7 +63,6 @@ impl DifferencedMass {
         let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
         Self {
             params,
-            bends: Bends::new(vehicle, params.cutoff_hz),
             last: None,
             rls: Rls::new(prior, Forgetting::Constant(params.omega)),
             mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
@@ -79,18 +74,11 @@ impl DifferencedMass {
         }
     }
 
-    /// One step: the signals of a bend.
-    pub fn step(&mut self, reading: &Reading, balance: &ForceBalance, dt: Real) {
-        let mass_kg = self.found_kg();
-        self.bends.step(reading, balance, mass_kg, dt);
-    }
-
     /// Takes a sample of the force balance and returns what became of its difference from the one before.
     pub fn sample(&mut self, sample: &BalanceSample, balance: &ForceBalance) -> AidStatus {
-        let now = (*sample, self.bends.filtered());
-        match self.last.replace(now) {
+        match self.last.replace(*sample) {
             Some(before) if sample.period_s < MAX_PERIOD_S => {
-                self.difference(&before, &now, balance)
+                self.difference(&before, sample, balance)
             }
             _ => control::without(AidOutcome::Rejected(Rejection::NotRunning)),
         }
@@ -104,10 +92,11 @@ impl DifferencedMass {
 
     fn difference(
         &mut self,
-        (before, bend_before): &(BalanceSample, Bend),
-        (now, bend): &(BalanceSample, Bend),
+        before: &BalanceSample,
+        now: &BalanceSample,
         balance: &ForceBalance,
     ) -> AidStatus {
+        let (bend, bend_before) = (now.bend, before.bend);
         let slope = |sample: &BalanceSample| {
             let [u, _] = sample.whole(self.tare_kg, self.found_kg());
             u
@@ -117,8 +106,7 @@ impl DifferencedMass {
         let h = faster + bend.taken_mps2 - bend_before.taken_mps2;
         let force = now.force_n - before.force_n + bend.gained_n - bend_before.gained_n;
         let y = (force - balance.rotating_mass_kg * faster) / self.mass0_kg;
-        let drift = bend.drift_mps2 - bend_before.drift_mps2;
-        let steady_slope = (u + drift - u_before).abs() < self.params.slope_gate_mps2;
+        let steady_slope = (u - u_before).abs() < self.params.slope_gate_mps2;
         let moved = !self.params.excitation_gate
             || force.abs() > self.params.force_gate_mps2 * self.mass0_kg;
         self.excited = steady_slope && moved;
@@ -154,11 +142,6 @@ impl DifferencedMass {
         }
     }
 
-    /// The bend now.
-    pub fn bend(&self) -> Bend {
-        self.bends.now()
-    }
-
     /// Returns true if the last difference was used.
     pub fn excited(&self) -> bool {
         self.excited
@@ -174,7 +157,7 @@ impl DifferencedMass {
         self.outcome.residual * self.mass0_kg
     }
 }
-state!(DifferencedMass { bends, last, rls, excited, saturated, outcome; params, mass0_kg, tare_kg, range_kg });
+state!(DifferencedMass { last, rls, excited, saturated, outcome; params, mass0_kg, tare_kg, range_kg });
 
 #[cfg(test)]
 #[path = "differenced_rls_tests.rs"]

@@ -46,7 +46,6 @@ params! {
         mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
         mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
         mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the vehicle's nominal value.";
-        accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias; not set: that of the vehicle's sheet, or 0.02.";
         curve_sd_m ["m"] = 0.05, 0.0 => 10.0, "Standard deviation of what a curve adds to the running-resistance coefficient, times its radius; 0 = curves add nothing.";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
         weigh_by_residuals [flag] = false, "Weigh samples by the size of the residuals found: what they cannot separate stays where the priors have it.";
@@ -90,14 +89,20 @@ pub struct ForceBalanceRls {
 }
 
 impl ForceBalanceRls {
-    /// Builds the regression from the vehicle, the parameters and the way to forget.
-    pub fn new(vehicle: &Vehicle, params: MassParams, policy: Forgetting<4>) -> Self {
+    /// Builds the regression from the vehicle, the parameters, the way to forget and the standard deviation of the
+    /// accelerometer's bias, m/s² (`None`: that of the vehicle's sheet).
+    pub fn new(
+        vehicle: &Vehicle,
+        params: MassParams,
+        policy: Forgetting<4>,
+        bias_sd_mps2: Option<Real>,
+    ) -> Self {
         let mass0_kg = vehicle.first_mass_kg(params.mass0_kg);
         let mu0 = vehicle.running_resistance;
         let sd = vector![
             params.mass_sd,
             params.mu_sd * mu0,
-            vehicle.accel_bias_sd(params.accel_bias_sd_mps2, 0.02),
+            vehicle.accel_bias_sd(bias_sd_mps2, 0.02),
             params.curve_sd_m
         ];
         let prior = Gaussian::independent(vector![1.0, 0.0, 0.0, 0.0], sd);

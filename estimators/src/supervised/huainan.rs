@@ -34,7 +34,7 @@ variants! {
                 conditioning: p.conditioning,
             };
             let curvature = Curvature::new(vehicle, p.curvature, p.forgetting.policy());
-            let method = CurvatureSlope::new(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b), &p.integrity);
+            let method = CurvatureSlope::new(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b), &p.integrity, p.attitude.wheel_speed_sd_mps);
             Supervised::new(vehicle, &core, method)
         };
 }

@@ -21,9 +21,10 @@ use crate::filters::ring_buffer::RingBuffer;
 use crate::fusion::attitude::Attitude;
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::fusion::effective::{EffectiveGrade, MassOnRail};
-use crate::fusion::swing_balance::block::{Block, BlockBuilder, MAX_BRAKE};
+use crate::fusion::swing_balance::block::{Block, BlockBuilder, BlockInput, MAX_BRAKE};
 use crate::fusion::swing_balance::params::SwingBalanceParams;
 use crate::fusion::train_core::{TrainCore, layout};
+use crate::models::single_track::Bend;
 use crate::preprocess::conditioning::ConditioningParams;
 use crate::preprocess::front_end::{Reading, motion};
 use crate::rail::train_means::{TrainMeans, TrainOnRail};
@@ -42,9 +43,8 @@ params! {
 
 /// Blocks that may wait for rail.
 const BLOCKS: usize = 26;
-/// Speed from which a block is of use, m/s; time after standing, s.
+/// Speed from which a block is of use, m/s.
 const MIN_SPEED_MPS: Real = 0.06;
-const SETTLE_S: Real = 0.3;
 /// Speed from which a block waits for rail, m/s: a train that stands or goes back will not read any.
 const MIN_WAIT_MPS: Real = 0.05;
 /// Way ahead of the rail read up to which a block is of use, m, and mean distance of the tare behind it when going back.
@@ -67,6 +67,8 @@ pub struct Step<'a> {
     pub bias_sd_mps2: Real,
     /// Mean horizontal curvature under the train, 1/m.
     pub curvature_per_m: Real,
+    /// Bend of a road.
+    pub bend: Bend,
     /// True if the train moves, and if it does so under the force balance alone.
     pub moving: bool,
     /// See above.
@@ -81,6 +83,9 @@ pub trait Method: Copy + core::fmt::Debug + State {
     const INTERNALS: &'static [Internal];
     /// True if it estimates the mass.
     const WEIGHS: bool = true;
+    /// Time after standing or braking before samples count, s: the load swings, and bristles and couplings take up the
+    /// torque.
+    const SETTLE_S: Real = 1.5;
 
     /// Takes a sample of the force balance and returns what became of it.
     fn sample(&mut self, _sample: &BalanceSample) -> AidStatus {
@@ -131,25 +136,41 @@ impl Default for MethodTrust {
 }
 
 impl MethodTrust {
-    /// The mean of both grades, each weighed by its variance, that of the method widened by how far it was off. The two
-    /// share instruments, so that the standard deviation is that of errors which are not independent.
-    fn weigh(&mut self, core: Value, method: Value, dt: Real) -> Value {
+    /// Weighs the effective grade of the core and that of the method by their variances, that of the method widened by
+    /// how far it was off. Of the variance of the core `common` is that of the pitch, which the grade at the IMU has
+    /// too: that grade moves by its share. Returns the effective grade and the grade at the IMU.
+    ///
+    /// The two share instruments, so that the standard deviations are those of errors which are not independent.
+    fn weigh(
+        &mut self,
+        [core, at_imu]: [Value; 2],
+        common_sd: Real,
+        method: Value,
+        dt: Real,
+    ) -> [Value; 2] {
         if !method.valid {
-            return core;
+            return [core, at_imu];
         }
         let off = method.value - core.value;
+        let core_variance = core.sd * core.sd;
         if core.sd < JUDGE_SD_RAD {
-            let variance = core.sd * core.sd + method.sd * method.sd;
+            let variance = core_variance + method.sd * method.sd;
             let square = (off * off / variance.max(Real::MIN_POSITIVE)).min(MAX_SQUARE);
             self.square += (1.0 - exp(-dt / TRUST_MEMORY_S)) * (square - self.square);
         }
-        let sd = method.sd * sqrt(self.square.max(1.0));
-        let share = core.sd * core.sd / (core.sd * core.sd + sd * sd).max(Real::MIN_POSITIVE);
-        Value {
-            value: core.value + share * off,
-            sd: (1.0 - share) * core.sd + share * sd,
-            valid: core.valid,
-        }
+        let method_variance = method.sd * method.sd * self.square.max(1.0);
+        let both = (core_variance + method_variance).max(Real::MIN_POSITIVE);
+        let moved = |grade: Value, variance: Real| {
+            let share = variance / both;
+            let other = sqrt((both - variance).max(0.0));
+            Value {
+                value: grade.value + share * off,
+                sd: (1.0 - share) * grade.sd + share * other,
+                ..grade
+            }
+        };
+        let common = (common_sd * common_sd).min(core_variance);
+        [moved(core, core_variance), moved(at_imu, common)]
     }
 }
 
@@ -184,12 +205,16 @@ pub struct Supervised<M> {
     builder: BlockBuilder,
     waiting: RingBuffer<Block, BLOCKS>,
     settle_s: Real,
+    /// Time since the last sample that the method took, s, and the times of those it has not used since.
     since_s: Real,
+    /// See above.
+    since_used_s: Real,
     curvature_per_m: Real,
     method: M,
     effective: EffectiveGrade,
     trust: MethodTrust,
-    grade: Value,
+    /// Effective grade and grade at the IMU, rad.
+    grades: [Value; 2],
     status: AidStatus,
 }
 
@@ -230,11 +255,12 @@ impl<M: Method> Supervised<M> {
             waiting: RingBuffer::new(),
             settle_s: 0.0,
             since_s: 0.0,
+            since_used_s: 0.0,
             curvature_per_m: 0.0,
             method,
             effective: EffectiveGrade::default(),
             trust: MethodTrust::default(),
-            grade: Value::default(),
+            grades: [Value::default(); 2],
             status: AidStatus::default(),
         }
     }
@@ -273,26 +299,33 @@ impl<M: Method> Supervised<M> {
     fn take(&mut self, block: &Block, attitude: &Attitude) -> Option<(Real, Real)> {
         let means = self.train.at(self.core.rail(), block.place);
         self.curvature_per_m = means.bend_per_m;
-        self.settle_s = match Real::from(block.speed_mps).abs() > MIN_SPEED_MPS {
-            true => (self.settle_s - block.length_s()).max(0.0),
-            false => SETTLE_S,
-        };
-        if let Some(outcome) = self.refusal(block, &means) {
+        let standing = Real::from(block.speed_mps).abs() < MIN_SPEED_MPS;
+        let braked = block.outcome == AidOutcome::Rejected(Rejection::NotRunning);
+        if standing || braked {
+            self.settle_s = M::SETTLE_S;
+        }
+        let refusal = self.refusal(block, &means);
+        self.settle_s = (self.settle_s - block.length_s()).max(0.0);
+        if let Some(outcome) = refusal {
             self.method.pause();
             self.status = control::without(outcome);
             return None;
         }
         let [bias_sd, ..] = self.core.attitude().reading();
+        let period_s = self.since_s;
+        self.since_s = 0.0;
         let sample = BalanceSample {
             bias_mps2: [attitude.bias_mps2, bias_sd],
-            period_s: self.since_s,
+            bend: self.core.bends().filtered(),
+            period_s,
             ..BalanceSample::new(block, &means, self.tare_kg)
         };
         self.status = self.method.sample(&sample);
+        self.since_used_s += period_s;
         let nis = self.status.nis()?;
-        let period_s = self.since_s;
-        self.since_s = 0.0;
-        Some((nis, period_s))
+        let since_used_s = self.since_used_s;
+        self.since_used_s = 0.0;
+        Some((nis, since_used_s))
     }
 
     fn weigh(&mut self, reading: &Reading, attitude: &Attitude, traction: Option<Real>, dt: Real) {
@@ -306,9 +339,15 @@ impl<M: Method> Supervised<M> {
             eta_variance: BEHIND_SD_RAD * BEHIND_SD_RAD,
         };
         let core = &self.core;
-        let mount_sd = core.attitude().mount_sd_rad();
-        self.effective
-            .step(attitude, mount_sd, &self.train, &carried, core.rail(), dt);
+        let constant_sd = core.constant_sd_rad();
+        self.effective.step(
+            attitude,
+            constant_sd,
+            &self.train,
+            &carried,
+            core.rail(),
+            dt,
+        );
         let by_core = self.effective.value(true);
         let [bias_sd_mps2, ..] = core.attitude().reading();
         let (moving, running) = motion(reading, self.standstill_mps);
@@ -319,6 +358,7 @@ impl<M: Method> Supervised<M> {
             effective_rad: [by_core.value, by_core.sd],
             bias_sd_mps2,
             curvature_per_m: self.curvature_per_m,
+            bend: core.bends().now(),
             moving,
             running,
             dt,
@@ -329,7 +369,16 @@ impl<M: Method> Supervised<M> {
             valid: known,
             ..by_method
         };
-        self.grade = self.trust.weigh(by_core, by_method, dt);
+        let attitude = self.core.attitude();
+        let at_imu = Value {
+            value: attitude.grade_at_imu_rad(),
+            sd: attitude.grade_at_imu_sd_rad(),
+            valid: true,
+        };
+        let common_sd = attitude.grade_at_imu_sd_rad();
+        self.grades = self
+            .trust
+            .weigh([by_core, at_imu], common_sd, by_method, dt);
     }
 }
 
@@ -355,15 +404,20 @@ impl<M: Method> Pipeline for Supervised<M> {
         let started = self.core.is_started();
         let mass = self.method.mass_kg();
         let gain_kg = self.gain_sd * mass.value;
+        let [effective, at_imu] = self.grades;
         let estimate = Estimate {
             total_mass_kg: Value {
                 sd: sqrt(mass.sd * mass.sd + gain_kg * gain_kg),
                 valid: mass.valid && started,
                 ..mass
             },
+            grade_rad: Value {
+                valid: started,
+                ..at_imu
+            },
             effective_grade_rad: Value {
                 valid: started,
-                ..self.grade
+                ..effective
             },
             flags: Flags {
                 moving: self.core.is_moving(reading),
@@ -400,5 +454,5 @@ impl<M: Method> Pipeline for Supervised<M> {
     }
 }
 
-state!(@[M: State] Supervised<M> { core, builder, waiting, settle_s, since_s, curvature_per_m, method, effective, trust, grade, status;
+state!(@[M: State] Supervised<M> { core, builder, waiting, settle_s, since_s, since_used_s, curvature_per_m, method, effective, trust, grades, status;
     train, tare_kg, gain_sd, front_m, standstill_mps, method_grade, conditioning });

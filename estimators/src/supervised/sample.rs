@@ -6,6 +6,7 @@ use crate::aiding::force_balance::ETA_M;
 use crate::api::real::GRAVITY;
 use crate::api::snapshot::{Blank, state};
 use crate::fusion::swing_balance::block::Block;
+use crate::models::single_track::Bend;
 use crate::rail::train_means::TrainMeans;
 
 /// Standard deviation of the grade [`ETA_M`] behind the rail read, rad, and of that ahead of it, rad per m.
@@ -29,6 +30,8 @@ pub struct BalanceSample {
     pub bias_mps2: [Real; 2],
     /// Mean horizontal curvature under the tare without its sign, 1/m.
     pub curvature_per_m: Real,
+    /// Bend of a road.
+    pub bend: Bend,
     /// Variance of the force by the noise of torques and speed, N².
     pub variance_n2: Real,
     /// Time since the sample before it, s.
@@ -49,6 +52,7 @@ impl BalanceSample {
             u_mps2: [GRAVITY * means.tare_kg / tare_kg, GRAVITY * means.load],
             doubt_mps2: [tare_doubt / tare_kg, behind_sd * means.behind_load_m],
             bias_mps2: [0.0; 2],
+            bend: Bend::default(),
             curvature_per_m: means.bend_per_m,
             variance_n2: Real::from(block.variance),
             period_s: block.length_s(),
@@ -74,4 +78,4 @@ impl Blank for BalanceSample {
     }
 }
 
-state!(BalanceSample { force_n, speed_mps, acceleration_mps2, u_mps2, doubt_mps2, bias_mps2, curvature_per_m, variance_n2, period_s; });
+state!(BalanceSample { force_n, speed_mps, acceleration_mps2, u_mps2, doubt_mps2, bias_mps2, curvature_per_m, bend, variance_n2, period_s; });
