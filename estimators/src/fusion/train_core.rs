@@ -29,8 +29,6 @@ const MAX_SUM_SD: Real = 0.02;
 const READ_M: Real = 20.0;
 /// Standard deviation of the speed up to which the rail is read, m/s.
 const MAX_SPEED_SD_MPS: Real = 0.1;
-/// Corner of the low-pass of the signals of a bend, Hz: about the mean over a block.
-const BEND_HZ: Real = 1.0;
 /// Lag of the brake, s.
 const BRAKE_LAG_S: Real = 0.3;
 
@@ -53,7 +51,7 @@ pub struct TrainCore {
 
 impl TrainCore {
     /// Builds the core for a vehicle whose train reaches over `span_m`. `torque` is the noise of the torques, and true
-    /// if they are monitored.
+    /// if they are monitored; `bend_hz` the corner of the low-pass of the signals of a bend, Hz.
     pub fn new(
         vehicle: &Vehicle,
         span_m: [Real; 2],
@@ -61,6 +59,7 @@ impl TrainCore {
         supervision: AttitudeSupervision,
         integrity: Integrity,
         (torque, monitored): (&SwingBalanceParams, bool),
+        bend_hz: Real,
     ) -> Self {
         let [front, rear] = span_m;
         let uses = Instruments {
@@ -72,7 +71,7 @@ impl TrainCore {
         Self {
             standstill_mps: vehicle.standstill_mps(None),
             air: ForceBalance::new(vehicle),
-            bends: Bends::new(vehicle, BEND_HZ),
+            bends: Bends::new(vehicle, bend_hz),
             attitude: AttitudeFilter::new(vehicle, attitude, supervision, &integrity),
             rail: RailMemory::new(rear - front),
             torques: TorqueMonitor::new(vehicle, torque, monitored),
@@ -209,6 +208,11 @@ impl TrainCore {
     /// The rail that was read.
     pub fn rail(&self) -> &RailMemory {
         &self.rail
+    }
+
+    /// Standard deviation of the sine of the grade read under the train, beyond that of a calm instrument.
+    pub fn read_sd(&self) -> Real {
+        self.read_sd
     }
 
     /// Standard deviation that the mount and the reading of the rail add to that of the pitch, rad.

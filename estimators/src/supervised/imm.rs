@@ -336,7 +336,6 @@ impl SlopeModels {
 }
 
 impl Method for SlopeModels {
-    const SETTLE_S: Real = 0.5;
     const INTERNALS: &'static [Internal] = &[
         Internal::new("kinematic_fading", "-"),
         Internal::new("dynamic_fading", "-"),

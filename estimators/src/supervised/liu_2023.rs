@@ -58,6 +58,6 @@ variants! {
                 p.attitude.wheel_speed_sd_mps,
             );
             let mass = ForceBalanceRls::new(vehicle, p.mass, p.forgetting.policy(), p.attitude.accel_bias_sd_mps2);
-            Supervised::new(vehicle, &core, TwoStage::new(vehicle, mass, slope, p.slip.slip_detector))
+            Supervised::new(vehicle, &core, p.mass.sampling(), TwoStage::new(vehicle, mass, slope, p.slip.slip_detector))
         };
 }

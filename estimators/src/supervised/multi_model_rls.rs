@@ -45,9 +45,19 @@ params! {
         mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the nominal value; only widens what is reported.";
         loss ["-"] = 0.05, 0.0 => 0.5, "Loss of weight in the time law λ = 1 − loss · decayᵏ.";
         decay ["-"] = 0.98, 0.0 => 1.0, "Decay in the time law.";
+        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals go through.";
+        regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regressions; λ is per such sample.";
+        settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
         load_change ["-"] = 20.0, 1.0 => 1e6, "Cumulated sum of the normalised residual that means another load.";
         load_change_detector [flag] = true, "Start both models again when residuals say that the load is another one.";
+    }
+}
+
+impl MultiModelParams {
+    /// Corner of the low-pass, Hz, rate of the samples, Hz, and settling time, s.
+    pub fn sampling(&self) -> [Real; 3] {
+        [self.cutoff_hz, self.regression_hz, self.settle_s]
     }
 }
 
@@ -161,7 +171,7 @@ impl MassEstimator for MultiModelMass {
     ];
 
     fn sample(&mut self, now: &BalanceSample, balance: &ForceBalance) -> AidStatus {
-        let acceleration = now.acceleration_mps2;
+        let acceleration = now.sample.acceleration_mps2;
         let direction = now.direction();
         // f with the slope under the load; the difference of the slope under the tare is known and goes to the other
         // side. The core knows the bias better than a level taken as known could.
@@ -174,12 +184,11 @@ impl MassEstimator for MultiModelMass {
         let u = u - bias;
         let cosine = ForceBalance::cosine(acceleration + u, acceleration);
         let a = f + direction * self.mu * GRAVITY * cosine;
-        let measured = now.variance_n2 / (self.mass0_kg * self.mass0_kg);
         let noise = self.params.residual_sd_mps2;
-        let r = noise * noise + doubt * doubt + measured;
+        let r = noise * noise + doubt * doubt;
         let inertia = balance.rotating_mass_kg * acceleration + tare_kg * (tare_u - load_u);
 
-        let y = (now.force_n - inertia) / self.mass0_kg;
+        let y = (now.sample.force_n - inertia) / self.mass0_kg;
         let Some(straight) = self.straight.update(y, &vector![a], r, false) else {
             return control::regressed(None, true);
         };
@@ -193,7 +202,7 @@ impl MassEstimator for MultiModelMass {
         self.straight_weight = 1.0;
         let bend = now.bend;
         let a_turning = a + bend.taken_mps2;
-        let y = (now.force_n + bend.gained_n - inertia) / self.mass0_kg;
+        let y = (now.sample.force_n + bend.gained_n - inertia) / self.mass0_kg;
         if bend.turning()
             && let Some(turning) = self.turning.update(y, &vector![a_turning], r, false)
         {

@@ -39,7 +39,7 @@ variants! {
             };
             let slope = ForceBalanceEkf::new(ForceBalance::new(vehicle), p.slope, p.switch.adaptation(), &p.integrity, p.attitude.wheel_speed_sd_mps);
             let mass = MultiModelMass::new(vehicle, p.mass);
-            Supervised::new(vehicle, &core, TwoStage::new(vehicle, mass, slope, p.slip.slip_detector))
+            Supervised::new(vehicle, &core, p.mass.sampling(), TwoStage::new(vehicle, mass, slope, p.slip.slip_detector))
         };
 }
 
