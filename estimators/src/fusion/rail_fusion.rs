@@ -25,7 +25,7 @@ use crate::fusion::effective::EffectiveGrade;
 use crate::fusion::swing_balance::SwingMass;
 use crate::fusion::swing_balance::block::BlockInput;
 use crate::fusion::swing_balance::params::{SwingBalanceParams, SwingSupervision};
-use crate::fusion::train_core::{TrainCore, layout};
+use crate::fusion::train_core::{CoreSignals, TrainCore, layout};
 use crate::models::swing_balance::{ANGLE, D, ETA, LENGTH, Nominal, R0};
 use crate::preprocess::front_end::Reading;
 use crate::rail::train_means::TrainOnRail;
@@ -37,8 +37,12 @@ param_groups! {
     Params { attitude: AttitudeParams, balance: SwingBalanceParams, attitude_supervision: AttitudeSupervision, balance_supervision: SwingSupervision, integrity: Integrity }
 }
 
-/// Corner of the low-pass of the signals of a bend of a road, Hz.
-const BEND_HZ: Real = 1.0;
+/// How it reads its signals: a load that swings is weighed on rail read well.
+const SIGNALS: CoreSignals = CoreSignals {
+    max_sum_sd: 0.003,
+    bend_hz: 1.0,
+    gyro_check: true,
+};
 
 /// The pipeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,7 +70,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
             params.attitude_supervision,
             params.integrity,
             (&params.balance, params.balance_supervision.torque_monitor),
-            BEND_HZ,
+            SIGNALS,
         ),
         nominal,
         force_fusion: params.balance_supervision.force_fusion,

@@ -23,8 +23,6 @@ use crate::{Real, Time};
 
 /// Speed below which no horizontal curvature is read, m/s.
 const MIN_BEND_SPEED_MPS: Real = 0.1;
-/// Standard deviation of sin θ + b/g up to which the rail is read.
-const MAX_SUM_SD: Real = 0.02;
 /// Way over which what was read worse than usual goes out of the means under a train, m.
 const READ_M: Real = 20.0;
 /// Standard deviation of the speed up to which the rail is read, m/s.
@@ -32,11 +30,23 @@ const MAX_SPEED_SD_MPS: Real = 0.1;
 /// Lag of the brake, s.
 const BRAKE_LAG_S: Real = 0.3;
 
+/// How the core reads its signals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoreSignals {
+    /// Standard deviation of sin θ + b/g up to which the rail is read.
+    pub max_sum_sd: Real,
+    /// Corner of the low-pass of the signals of a bend of a road, Hz.
+    pub bend_hz: Real,
+    /// True if on a road the gyro must be plausible.
+    pub gyro_check: bool,
+}
+
 /// The core.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrainCore {
     standstill_mps: Real,
     air: ForceBalance,
+    max_sum_sd: Real,
     /// Bends of a road.
     bends: Bends,
     attitude: AttitudeFilter,
@@ -51,7 +61,7 @@ pub struct TrainCore {
 
 impl TrainCore {
     /// Builds the core for a vehicle whose train reaches over `span_m`. `torque` is the noise of the torques, and true
-    /// if they are monitored; `bend_hz` the corner of the low-pass of the signals of a bend, Hz.
+    /// if they are monitored; how the signals are read.
     pub fn new(
         vehicle: &Vehicle,
         span_m: [Real; 2],
@@ -59,19 +69,20 @@ impl TrainCore {
         supervision: AttitudeSupervision,
         integrity: Integrity,
         (torque, monitored): (&SwingBalanceParams, bool),
-        bend_hz: Real,
+        signals: CoreSignals,
     ) -> Self {
         let [front, rear] = span_m;
         let uses = Instruments {
             accelerometer: true,
             // On a rail the filter's own monitor contradicts a wrong gyro: the regression of the plausibility check
             // takes the pitch rate for that of the grade, which it is not in the bends of a roadway.
-            gyro: vehicle.road.is_some(),
+            gyro: signals.gyro_check && vehicle.road.is_some(),
         };
         Self {
             standstill_mps: vehicle.standstill_mps(None),
             air: ForceBalance::new(vehicle),
-            bends: Bends::new(vehicle, bend_hz),
+            max_sum_sd: signals.max_sum_sd,
+            bends: Bends::new(vehicle, signals.bend_hz),
             attitude: AttitudeFilter::new(vehicle, attitude, supervision, &integrity),
             rail: RailMemory::new(rear - front),
             torques: TorqueMonitor::new(vehicle, torque, monitored),
@@ -104,7 +115,8 @@ impl TrainCore {
             0.0
         };
         let u = sin(attitude.pitch_rad) + attitude.bias_mps2 / GRAVITY;
-        let readable = attitude.sum_sd < MAX_SUM_SD && attitude.speed_sd_mps < MAX_SPEED_SD_MPS;
+        let readable =
+            attitude.sum_sd < self.max_sum_sd && attitude.speed_sd_mps < MAX_SPEED_SD_MPS;
         self.rail.step(v * dt, readable.then_some([u, bend]));
         if readable {
             let kept = self.read_sd * exp(-v.abs() * dt / READ_M);
@@ -230,4 +242,4 @@ pub fn layout(vehicle: &Vehicle) -> MassLayout {
     }
 }
 
-state!(TrainCore { validity, bends, attitude, rail, torques, brake, read_sd, started; standstill_mps, air });
+state!(TrainCore { validity, bends, attitude, rail, torques, brake, read_sd, started; standstill_mps, air, max_sum_sd });

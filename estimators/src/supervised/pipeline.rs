@@ -22,7 +22,7 @@ use crate::fusion::attitude::Attitude;
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::fusion::effective::{EffectiveGrade, MassOnRail};
 use crate::fusion::swing_balance::params::SwingBalanceParams;
-use crate::fusion::train_core::{TrainCore, layout};
+use crate::fusion::train_core::{CoreSignals, TrainCore, layout};
 use crate::models::force_balance::ForceBalance;
 use crate::models::sample::ResampledSample;
 use crate::models::single_track::Bend;
@@ -32,7 +32,7 @@ use crate::preprocess::resampler::Resampler;
 use crate::rail::rail_memory::Place;
 use crate::rail::train_means::TrainOnRail;
 use crate::runner::{Pipeline, copy_into};
-use crate::supervised::sample::{BEHIND_SD_RAD, BalanceSample};
+use crate::supervised::sample::BalanceSample;
 use crate::{Real, Time};
 
 params! {
@@ -44,10 +44,14 @@ params! {
     }
 }
 
+/// Standard deviation of sin θ + b/g up to which the rail is read: what is read badly is told with its doubt.
+const MAX_SUM_SD: Real = 0.02;
 /// Samples that may wait for rail.
 const WAITING: usize = 32;
 /// Longest way that the delay of the low-pass can make, m.
 const MAX_DELAY_M: Real = 2.0;
+/// Standard deviation of the grade 9 m behind the rail read, rad.
+const BEHIND_SD_RAD: Real = 0.02;
 /// Mean distance of the tare behind the rail remembered up to which a sample is of use when going back, m.
 const MAX_BEHIND_M: Real = 0.3;
 
@@ -247,7 +251,11 @@ impl<M: Method> Supervised<M> {
                 attitude_supervision,
                 integrity,
                 (&torque, supervision.torque_monitor),
-                cutoff_hz,
+                CoreSignals {
+                    max_sum_sd: MAX_SUM_SD,
+                    bend_hz: cutoff_hz,
+                    gyro_check: false,
+                },
             ),
             train,
             tare_kg: vehicle.tare_kg,
@@ -385,8 +393,8 @@ impl<M: Method> Pipeline for Supervised<M> {
         let mut nis = None;
         if let Some((attitude, input)) = self.core.step(reading, self.method.mass_kg().value, dt) {
             let (_, running) = motion(reading, self.standstill_mps);
-            let running = running && input.sound && !input.doubt;
-            if let Some(sample) = self.next(reading, running, dt) {
+            let running = running && !input.doubt;
+            if let Some(sample) = self.next(reading, running && input.sound, dt) {
                 nis = self.take(sample, &attitude);
             }
             if let Control::Out(outcome) = control::force_balance(reading, running, true) {

@@ -2,16 +2,14 @@
 //! the train where it was then.
 
 use crate::Real;
-use crate::aiding::force_balance::ETA_M;
 use crate::api::real::GRAVITY;
 use crate::api::snapshot::{Blank, state};
 use crate::models::sample::ResampledSample;
 use crate::models::single_track::Bend;
 use crate::rail::train_means::TrainMeans;
 
-/// Standard deviation of the grade [`ETA_M`] behind the rail read, rad, and of that ahead of it, rad per m.
-pub const BEHIND_SD_RAD: Real = 0.02;
-const AHEAD_SD_PER_M: Real = 0.032;
+/// Standard deviation of the grade of rail that was not read, rad per m: the undulation of a roadway.
+const UNREAD_RAD_PER_M: Real = 1e-3;
 
 /// The sample. u = g sin θ + b, b the bias of the accelerometer, is what the rail memory keeps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,16 +33,15 @@ impl BalanceSample {
     /// the grade read, beyond that of a calm instrument.
     pub fn new(sample: ResampledSample, means: &TrainMeans, tare_kg: Real, read_sd: Real) -> Self {
         let tare_kg = tare_kg.max(1.0);
-        let behind_sd = GRAVITY * BEHIND_SD_RAD / ETA_M;
-        let tare_doubt =
-            behind_sd * means.behind_tare_kgm + GRAVITY * AHEAD_SD_PER_M * means.ahead_kgm;
+        let per_m = GRAVITY * UNREAD_RAD_PER_M;
+        let tare_doubt = per_m * (means.behind_tare_kgm + means.ahead_kgm);
         let read = GRAVITY * read_sd;
         Self {
             sample,
             u_mps2: [GRAVITY * means.tare_kg / tare_kg, GRAVITY * means.load],
             doubt_mps2: [
                 tare_doubt / tare_kg + read,
-                behind_sd * means.behind_load_m + read,
+                per_m * means.behind_load_m + read,
             ],
             bias_mps2: [0.0; 2],
             curvature_per_m: means.bend_per_m,

@@ -115,6 +115,7 @@ pub struct AttitudeFilter {
     calibration: Calibration,
     model: AttitudeModel,
     standing_mps: Real,
+    turn_walk: Real,
     started: bool,
     quiet_s: Real,
     coast_s: Real,
@@ -161,6 +162,7 @@ impl AttitudeFilter {
                 noise: params.noise(vehicle.drives),
             },
             standing_mps: STANDING_SHARE * vehicle.standstill_mps(None),
+            turn_walk: params.turn_walk(vehicle),
             started: false,
             quiet_s: 0.0,
             coast_s: 0.0,
@@ -170,7 +172,7 @@ impl AttitudeFilter {
             monitor: GyroMonitor::new(supervision.gyro_monitor, wheel_sd),
             window: ForceWindow::new(ForceNoise {
                 random_walk: params.velocity_random_walk,
-                lateral_sd_mps2: params.lateral_force_sd_mps2,
+                lateral_sd_mps2: params.lateral_sd(vehicle),
                 vertical_factor: params.force_noise_factor,
                 learns: supervision.noise_learning,
             }),
@@ -235,6 +237,7 @@ impl AttitudeFilter {
         };
         let rates = self.model.predict(&mut self.belief, &input, dt);
         let [_, _, yaw_rate] = rates.body_radps.unwrap_or_default();
+        self.belief.P[(THETA, THETA)] += self.turn_walk * yaw_rate * yaw_rate * dt;
         self.calibration
             .doubt(&mut self.belief, rates.theta_dot * dt, yaw_rate, dt);
         rates
@@ -490,6 +493,7 @@ impl State for AttitudeFilter {
             calibration: _,
             model: _,
             standing_mps: _,
+            turn_walk: _,
             started,
             quiet_s,
             coast_s,

@@ -20,7 +20,8 @@ params! {
         wheel_scale_sd ["-"] = 0.0033, 0.0 => 0.2, "Standard deviation of the scale of one wheel speed.";
         speed_walk ["m/s/√s"] = 0.002, 0.0 => 1.0, "Random walk of the speed that the accelerometer does not measure.";
         roll_walk ["rad/√s"] = 2e-4, 0.0 => 0.1, "Random walk of the roll that the gyro does not measure (play of the guide wheels).";
-        lateral_force_sd_mps2 ["m/s²"] = 0.05, 1e-4 => 10.0, "Standard deviation of the lateral force's model (side slip, guide wheels).";
+        lateral_force_sd_mps2 ["m/s²"] = none, 1e-4 => 10.0, "Standard deviation of the lateral force's model (guide wheels, side slip); not set: 0.05 on a rail, 5 on a road, where the roll is that of the gyro.";
+        turn_coupling_sd_rad ["rad"] = none, 0.0 => 0.2, "Standard deviation of the roll that couples a yaw rate into the pitch rate; not set: 0 on a rail, 0.01 on a road.";
         force_noise_factor ["-"] = 5.0, 1.0 => 1e3, "Factor on the variance of the vertical force's noise: bounce.";
         curvature_sd_per_m ["1/m"] = 0.03, 0.0 => 1.0, "Standard deviation of the vertical curvature, for times without a gyro.";
         curvature_length_m ["m"] = 5.0, 0.1 => 1e4, "Way over which the curvature becomes another.";
@@ -41,6 +42,24 @@ params! {
 }
 
 impl AttitudeParams {
+    /// Standard deviation of the lateral force's model, m/s².
+    pub fn lateral_sd(&self, vehicle: &Vehicle) -> Real {
+        let [rail, road] = LATERAL_SD_MPS2;
+        let default = if vehicle.road.is_some() { road } else { rail };
+        self.lateral_force_sd_mps2.unwrap_or(default)
+    }
+
+    /// Variance of the pitch by time and yaw rate squared, s, that the coupling of turns makes.
+    pub fn turn_walk(&self, vehicle: &Vehicle) -> Real {
+        let default = if vehicle.road.is_some() {
+            ROAD_COUPLING_RAD
+        } else {
+            0.0
+        };
+        let coupling = self.turn_coupling_sd_rad.unwrap_or(default);
+        coupling * coupling * TURN_MEMORY_S
+    }
+
     /// Process noise of the model, for a number of drives.
     pub fn noise(&self, drives: usize) -> AttitudeNoise {
         AttitudeNoise {
@@ -67,6 +86,13 @@ impl AttitudeParams {
     }
 }
 
+/// Standard deviations of the lateral force's model on a rail and on a road, m/s². On a road the side slip makes it
+/// wrong by some hundredths of m/s² for as long as a turn lasts, and the roll that passes for it couples the yaw rate
+/// into the pitch.
+const LATERAL_SD_MPS2: [Real; 2] = [0.05, 5.0];
+/// Coupling of turns of a road vehicle, rad, and the time after which it is another, s.
+const ROAD_COUPLING_RAD: Real = 0.01;
+const TURN_MEMORY_S: Real = 2.0;
 /// Biases of a calibrated instrument.
 const CALIBRATED_ACCEL_MPS2: Real = 0.00978;
 const CALIBRATED_GYRO_RADPS: Real = 2.424e-6;
