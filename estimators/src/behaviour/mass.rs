@@ -23,13 +23,20 @@ fn liu_2023_finds_mass_within_a_percent_and_slope_within_three_tenths_of_a_degre
 
 #[test]
 fn mass_needs_neither_the_running_resistance_nor_the_accelerometer_bias() {
-    let (bias, rms, normalised) = mass_statistics("dffrls_aekf_robust", |seed| {
+    let drawn = |seed| {
         let mut random = Random::new(900 + seed);
         World {
             mu: 0.02 * (1.0 + 0.25 * random.normal()),
-            accel_bias: 0.02 * random.normal(),
+            accel_bias: 0.00978 * random.normal(),
             ..world(seed)
         }
+    };
+    let (bias, rms, _) = mass_statistics("dffrls_aekf_robust", drawn);
+    // The gain of the torques, which nothing sees: 0.5 % of each sensor, efficiency and radius by 1 % each.
+    let gain_sd = (0.005f64.powi(2) / 8.0 + 2.0 * 0.01f64.powi(2)).sqrt() as Real;
+    let (_, _, normalised) = mass_statistics("dffrls_aekf_robust", |seed| World {
+        torque_gain: 1.0 + gain_sd * Random::new(950 + seed).normal(),
+        ..drawn(seed)
     });
     std::println!(
         "bias {:.3} %, rms {:.3} %, (error/sd)² {normalised:.2}",
@@ -284,7 +291,8 @@ fn resistance_in_curves_is_learnt_and_does_not_pass_for_mass() {
 }
 
 /// The range of the mass limits what is published, not what is learnt: wherever the range does not act, the mass is
-/// that of an estimator with a range of everything.
+/// that of an estimator with a range of everything, but for the noise of a block, which is reckoned with the mass
+/// published.
 #[test]
 fn the_range_of_the_mass_leaves_what_is_learnt_alone() {
     let near = [14_800.0, 15_200.0];
@@ -313,7 +321,7 @@ fn the_range_of_the_mass_leaves_what_is_learnt_alone() {
                 free += usize::from(limited > 0);
                 let (narrow, wide) = (narrow.total_mass_kg.value, wide.total_mass_kg.value);
                 assert!(
-                    (narrow / wide - 1.0).abs() < 1e-9,
+                    (narrow / wide - 1.0).abs() < 1e-5,
                     "{name}: {narrow} {wide}"
                 );
             }

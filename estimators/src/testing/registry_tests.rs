@@ -150,8 +150,6 @@ const BY_TRACTION: &[&str] = &[
     "ffrls",
     "joint_ekf",
     "mmrls_sh_stf",
-    "dffrls_aekf_robust",
-    "mmrls_sh_stf_robust",
 ];
 
 #[test]
