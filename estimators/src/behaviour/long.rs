@@ -142,6 +142,7 @@ fn long_vehicle() -> Vehicle {
 /// accelerometer, and with the gyro or without.
 #[test]
 fn without_its_accelerometer_a_long_train_says_how_well_it_knows_its_grades() {
+    let mut wrong = Vec::new();
     for (name, gyro) in [
         ("dffrls_aekf_robust", true),
         ("dffrls_aekf_robust", false),
@@ -168,16 +169,20 @@ fn without_its_accelerometer_a_long_train_says_how_well_it_knows_its_grades() {
                 found.effective[1],
                 found.valid
             );
-            assert!(found.at_imu[1] < 3.5 && found.effective[1] < 3.5, "{name}");
+            if found.at_imu[1] >= 3.5 || found.effective[1] >= 3.5 {
+                wrong.push((name, gyro, found.at_imu, found.effective));
+            }
         }
     }
+    assert!(wrong.is_empty(), "{wrong:?}");
 }
 
 /// The memory of the rail is not much longer than the train: back at the foot of the ramp it has forgotten it, and the
 /// instrument is at the tail.
 #[test]
 fn driving_back_over_forgotten_rail_the_grade_at_the_tail_is_known() {
-    for name in METHODS {
+    let mut wrong = Vec::new();
+    for name in METHODS.iter().chain(&["rail_fusion"]) {
         for seed in 1..=2 {
             // All of the way back counts, the reversal too, where innovations are large.
             let settings = [("nis_monitor", false.into())];
@@ -203,7 +208,10 @@ fn driving_back_over_forgotten_rail_the_grade_at_the_tail_is_known() {
             );
             assert!(lead > 0.08 && found.valid > 10_000, "{name}");
             assert!(found.at_imu[0] < 0.01, "{name}");
-            assert!(found.effective[1] < 3.5, "{name}");
+            if found.effective[1] >= 3.5 {
+                wrong.push((name, seed, found.effective));
+            }
         }
     }
+    assert!(wrong.is_empty(), "{wrong:?}");
 }

@@ -58,8 +58,14 @@ fn marks(name: &str, settings: &[(&str, Setting)], fault: Fault) -> usize {
     }
     .run(&mut Tampered { estimator, tamper });
     let late = rows.iter().filter(|row| row.t > 11.0);
-    late.filter(|row| row.estimate.total_mass_kg.valid || row.estimate.grade_rad.valid)
-        .count()
+    let valid: Vec<Real> = late
+        .filter(|row| row.estimate.total_mass_kg.valid || row.estimate.grade_rad.valid)
+        .map(|row| row.t)
+        .collect();
+    if let [first, .., last] = valid[..] {
+        std::println!("{name}: valid {first} … {last} s");
+    }
+    valid.len()
 }
 
 fn supervised() -> impl Iterator<Item = &'static str> {

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::fusion::attitude::Attitude;
+use crate::models::single_track::Bends;
 use crate::preprocess::conditioning::LearntNoise;
 use crate::testing::steps;
 use crate::testing::vehicles::{Turn, car, vehicle};
@@ -120,13 +121,18 @@ fn there_is_a_force_balance_while_there_is_traction() {
     // In a bend the bend takes its part.
     let mut road = dynamic(&car(), 0.01);
     let turn = Turn::solve(2_170.0, 10.0, 0.3, 0.0).reading();
-    for _ in 0..500 {
-        road.mass.step(&turn, &road.balance, DT);
-    }
-    let bend_n = road.mass.bend().force_n(road.mass.mass_kg().value);
+    let mut bends = Bends::new(&car(), 1.0);
+    bends.step(&turn, &road.balance, 2_170.0, DT);
+    let (attitude, balance) = (steps::attitude(&turn, 0.0), road.balance);
+    road.step(&Step {
+        bend: bends.now(),
+        ..steps::step(&turn, &attitude, &balance, DT)
+    });
+    let bend_n = bends.now().force_n(road.mass.mass_kg().value);
     assert!(bend_n > 100.0);
+    let sine = road.imm.combined().x.z;
     let push = road.push_now(Some(3e3), 10.0);
-    assert_eq!(push, Some(road.push(3e3 - bend_n, 1.0, 0.0)));
+    assert_eq!(push, Some(road.push(3e3 - bend_n, 1.0, sine)));
 }
 
 /// Level, at rest in all signals: F keeps the speed. The method's effective grade after that time.

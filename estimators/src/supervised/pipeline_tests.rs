@@ -221,7 +221,8 @@ fn a_block_waits_for_the_rail_ahead_of_it() {
         // 5 m on, a node of the memory and a block later.
         let [tare, load, _] = truth(&world, place_at(&rows, t - ahead_m - 0.25));
         let [found_tare, found_load] = sample.u_mps2.map(|u| u / 9.81);
-        assert!((found_tare - tare).abs() < 6e-3, "{t}: {found_tare} {tare}");
+        let s = place_at(&rows, *t);
+        assert!((found_tare - tare).abs() < 6e-3, "{t} at {s}: {found_tare} {tare}");
         assert!((found_load - load).abs() < 1e-2, "{t}: {found_load} {load}");
         assert!(sample.doubt_mps2.iter().all(|doubt| *doubt < 0.01));
     }

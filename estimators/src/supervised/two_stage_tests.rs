@@ -3,6 +3,8 @@
 use super::*;
 use crate::detect::validity::Integrity;
 use crate::filters::forgetting::Forgetting;
+use crate::models::single_track::{Bend, Bends};
+use crate::preprocess::front_end::Reading;
 use crate::supervised::force_balance_ekf::{Adaptation, GradeParams};
 use crate::supervised::force_balance_rls::{ForceBalanceRls, MassParams};
 use crate::supervised::multi_model_rls::{MultiModelMass, MultiModelParams};
@@ -52,11 +54,22 @@ fn run<M: MassEstimator + State + core::fmt::Debug>(
     seconds: Real,
     read: impl Fn(usize) -> Reading,
 ) -> Value {
+    run_in(method, seconds, Bend::default(), read)
+}
+
+/// The same in a bend of a road.
+fn run_in<M: MassEstimator + State + core::fmt::Debug>(
+    method: &mut TwoStage<M>,
+    seconds: Real,
+    bend: Bend,
+    read: impl Fn(usize) -> Reading,
+) -> Value {
     for k in 0..(seconds / DT).round() as usize {
         let reading = read(k);
         let attitude = steps::attitude(&reading, 0.0);
         let balance = method.balance;
-        method.step(&steps::step(&reading, &attitude, &balance, DT));
+        let now = steps::step(&reading, &attitude, &balance, DT);
+        method.step(&Step { bend, ..now });
     }
     method.effective_grade_rad()
 }
@@ -231,8 +244,10 @@ fn what_a_bend_takes_from_the_traction_is_no_slope() {
     let mass = MultiModelMass::new(&vehicle, params);
     let mut method = TwoStage::new(&vehicle, mass, slope(&vehicle, Adaptation::None), true);
     let turn = Turn::solve(2_170.0, 8.0, 0.4, 0.0).reading();
-    let grade = run(&mut method, 30.0, |_| turn);
-    let taken = method.mass.bend_n() / (2_170.0 * 9.81);
+    let mut bends = Bends::new(&vehicle, 1.0);
+    bends.step(&turn, &method.balance, 2_170.0, DT);
+    let grade = run_in(&mut method, 30.0, bends.now(), |_| turn);
+    let taken = bends.now().force_n(2_170.0) / (2_170.0 * 9.81);
     assert!(taken > 5e-3, "{taken}");
     assert!(grade.value.abs() < 0.1 * taken, "{grade:?} {taken}");
 }

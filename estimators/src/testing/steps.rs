@@ -3,6 +3,7 @@
 use crate::Real;
 use crate::fusion::attitude::Attitude;
 use crate::models::force_balance::ForceBalance;
+use crate::models::single_track::Bend;
 use crate::preprocess::front_end::{Reading, motion};
 use crate::supervised::pipeline::Step;
 
@@ -32,6 +33,7 @@ pub fn step<'a>(
         effective_rad: [attitude.pitch_rad, 0.0],
         bias_sd_mps2: 0.0,
         curvature_per_m: 0.0,
+        bend: Bend::default(),
         moving,
         running,
         dt,

@@ -199,7 +199,8 @@ pub struct World {
     pub speed_sd: Real,
     pub accel_sd: Real,
     pub torque_noise: Real,
-    /// Where tare and load rest, m behind the instrument, nearest and farthest: both 0 for a point.
+    /// Over what the tare is spread and between what the load hangs, m behind the instrument, nearest and farthest: both
+    /// 0 for a point.
     pub tare_span_m: [Real; 2],
     pub load_span_m: [Real; 2],
     /// Grade angle, rad, at a chainage, m.
@@ -366,8 +367,10 @@ impl World {
             let at = |k: i32| nearest + (farthest - nearest) * (k as Real + 0.5) / 40.0;
             (0..40).map(|k| (self.grade)(s - at(k)).sin()).sum::<Real>() / 40.0
         };
+        // The load hangs at both ends of its span.
+        let load = self.load_span_m.map(|at| (self.grade)(s - at).sin());
         let tare = vehicle().tare_kg / mass;
-        (tare * mean(self.tare_span_m) + (1.0 - tare) * mean(self.load_span_m)).asin()
+        (tare * mean(self.tare_span_m) + (1.0 - tare) * 0.5 * (load[0] + load[1])).asin()
     }
 
     /// Traction, N, that keeps a forward speed on a grade.
