@@ -137,11 +137,12 @@ impl EffectiveGrade {
         self.correction += SHARE * (weight * difference - self.correction);
     }
 
-    /// One step: the mean over the masses of a train on its rail.
+    /// One step: the mean over the masses of a train on its rail. `constant_sd_rad` is the standard deviation that the
+    /// mount and the reading of the rail add to that of the pitch.
     pub fn step(
         &mut self,
         attitude: &Attitude,
-        mount_sd_rad: Real,
+        constant_sd_rad: Real,
         train: &TrainOnRail,
         mass: &MassOnRail,
         rail: &RailMemory,
@@ -160,7 +161,7 @@ impl EffectiveGrade {
         let blind = BLIND_RAD_PER_M * self.blind_m * behind.min(1.0);
         let by_load = (means.load - mean) / mass.mass_kg * mass.load_sd_kg;
         self.variance = pitch * pitch
-            + mount_sd_rad * mount_sd_rad
+            + constant_sd_rad * constant_sd_rad
             + mass.unread_variance(&means, rail)
             + blind * blind
             + by_load * by_load;

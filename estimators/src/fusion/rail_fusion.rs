@@ -37,6 +37,9 @@ param_groups! {
     Params { attitude: AttitudeParams, balance: SwingBalanceParams, attitude_supervision: AttitudeSupervision, balance_supervision: SwingSupervision, integrity: Integrity }
 }
 
+/// Corner of the low-pass of the signals of a bend of a road, Hz.
+const BEND_HZ: Real = 1.0;
+
 /// The pipeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RailFusion {
@@ -63,6 +66,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
             params.attitude_supervision,
             params.integrity,
             (&params.balance, params.balance_supervision.torque_monitor),
+            BEND_HZ,
         ),
         nominal,
         force_fusion: params.balance_supervision.force_fusion,
@@ -87,7 +91,7 @@ impl RailFusion {
         }
         self.effective.step(
             attitude,
-            self.core.attitude().mount_sd_rad(),
+            self.core.constant_sd_rad(),
             self.mass.train(),
             &self.mass.carried(),
             rail,

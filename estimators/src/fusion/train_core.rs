@@ -5,17 +5,18 @@
 //! the load or of the running resistance can reach the slope.
 
 use crate::api::mass_layout::MassLayout;
-use crate::api::real::{GRAVITY, sin};
+use crate::api::real::{GRAVITY, exp, sin, sqrt};
 use crate::api::signals::{Estimate, Value, Vehicle};
 use crate::api::snapshot::state;
 use crate::detect::plausibility::Instruments;
 use crate::detect::validity::{Integrity, Source, Validity};
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::fusion::attitude::{Attitude, AttitudeFilter};
-use crate::fusion::swing_balance::block::BlockInput;
+use crate::fusion::swing_balance::block::{BlockInput, unusual_sd};
 use crate::fusion::swing_balance::params::SwingBalanceParams;
 use crate::fusion::swing_balance::torque_monitor::TorqueMonitor;
 use crate::models::force_balance::ForceBalance;
+use crate::models::single_track::Bends;
 use crate::preprocess::front_end::Reading;
 use crate::rail::rail_memory::RailMemory;
 use crate::{Real, Time};
@@ -23,7 +24,9 @@ use crate::{Real, Time};
 /// Speed below which no horizontal curvature is read, m/s.
 const MIN_BEND_SPEED_MPS: Real = 0.1;
 /// Standard deviation of sin θ + b/g up to which the rail is read.
-const MAX_SUM_SD: Real = 0.003;
+const MAX_SUM_SD: Real = 0.02;
+/// Way over which what was read worse than usual goes out of the means under a train, m.
+const READ_M: Real = 20.0;
 /// Standard deviation of the speed up to which the rail is read, m/s.
 const MAX_SPEED_SD_MPS: Real = 0.1;
 /// Lag of the brake, s.
@@ -34,17 +37,21 @@ const BRAKE_LAG_S: Real = 0.3;
 pub struct TrainCore {
     standstill_mps: Real,
     air: ForceBalance,
+    /// Bends of a road.
+    bends: Bends,
     attitude: AttitudeFilter,
     rail: RailMemory,
     torques: TorqueMonitor,
     brake: Real,
+    /// Standard deviation of what was read under the train, beyond that of a calm instrument.
+    read_sd: Real,
     started: bool,
     validity: Validity,
 }
 
 impl TrainCore {
     /// Builds the core for a vehicle whose train reaches over `span_m`. `torque` is the noise of the torques, and true
-    /// if they are monitored.
+    /// if they are monitored; `bend_hz` the corner of the low-pass of the signals of a bend, Hz.
     pub fn new(
         vehicle: &Vehicle,
         span_m: [Real; 2],
@@ -52,6 +59,7 @@ impl TrainCore {
         supervision: AttitudeSupervision,
         integrity: Integrity,
         (torque, monitored): (&SwingBalanceParams, bool),
+        bend_hz: Real,
     ) -> Self {
         let [front, rear] = span_m;
         let uses = Instruments {
@@ -63,10 +71,12 @@ impl TrainCore {
         Self {
             standstill_mps: vehicle.standstill_mps(None),
             air: ForceBalance::new(vehicle),
+            bends: Bends::new(vehicle, bend_hz),
             attitude: AttitudeFilter::new(vehicle, attitude, supervision, &integrity),
             rail: RailMemory::new(rear - front),
             torques: TorqueMonitor::new(vehicle, torque, monitored),
             brake: 0.0,
+            read_sd: 0.0,
             started: false,
             validity: Validity::new(vehicle, integrity, uses),
         }
@@ -79,7 +89,12 @@ impl TrainCore {
         mass_kg: Real,
         dt: Real,
     ) -> Option<(Attitude, BlockInput)> {
-        let attitude = self.attitude.step(&reading.channels, dt);
+        self.bends.step(reading, &self.air, mass_kg, dt);
+        let mut channels = reading.channels;
+        if let Some([along, ..]) = &mut channels.specific_force_mps2 {
+            *along += self.bends.now().drift_mps2;
+        }
+        let attitude = self.attitude.step(&channels, dt);
         self.started = attitude.is_some();
         let attitude = attitude?;
         let v = attitude.speed_mps;
@@ -91,6 +106,10 @@ impl TrainCore {
         let u = sin(attitude.pitch_rad) + attitude.bias_mps2 / GRAVITY;
         let readable = attitude.sum_sd < MAX_SUM_SD && attitude.speed_sd_mps < MAX_SPEED_SD_MPS;
         self.rail.step(v * dt, readable.then_some([u, bend]));
+        if readable {
+            let kept = self.read_sd * exp(-v.abs() * dt / READ_M);
+            self.read_sd = unusual_sd(attitude.sum_sd).max(kept);
+        }
         self.brake += dt / (BRAKE_LAG_S + dt) * (reading.brake - self.brake);
         let drag = self.air.drag(v);
         let traction = self
@@ -181,14 +200,25 @@ impl TrainCore {
         &self.attitude
     }
 
+    /// The bend of a road, now and behind a low-pass; none on a rail.
+    pub fn bends(&self) -> &Bends {
+        &self.bends
+    }
+
     /// The rail that was read.
     pub fn rail(&self) -> &RailMemory {
         &self.rail
     }
 
-    /// The validity rule.
-    pub fn validity(&self) -> &Validity {
-        &self.validity
+    /// Standard deviation of the sine of the grade read under the train, beyond that of a calm instrument.
+    pub fn read_sd(&self) -> Real {
+        self.read_sd
+    }
+
+    /// Standard deviation that the mount and the reading of the rail add to that of the pitch, rad.
+    pub fn constant_sd_rad(&self) -> Real {
+        let mount = self.attitude.mount_sd_rad();
+        sqrt(mount * mount + self.read_sd * self.read_sd)
     }
 }
 
@@ -200,4 +230,4 @@ pub fn layout(vehicle: &Vehicle) -> MassLayout {
     }
 }
 
-state!(TrainCore { validity, attitude, rail, torques, brake, started; standstill_mps, air });
+state!(TrainCore { validity, bends, attitude, rail, torques, brake, read_sd, started; standstill_mps, air });

@@ -2,11 +2,11 @@
 //!
 //! Δ(F − J v̇) = M Δ(v̇ + b), by recursive least squares with constant forgetting
 //!
-//! F is the traction less air drag and b, on a road, what a bend takes ([`Bends`]).
+//! F is the traction less air drag and b, on a road, what a bend takes ([`Bend`](crate::models::single_track::Bend)).
 //!
 //! Differences rid the equation of the running resistance and of a steady slope. They also keep only the noisiest part
-//! of the signals, and a slope that changes between two samples is taken for acceleration; hence the differences over
-//! half a second instead of one sample (which drives the estimate to 0), the rotating masses taken off, and two
+//! of the signals, and a slope that changes between two samples is taken for acceleration; hence the differences over a
+//! quarter of a second instead of one sample (which drives the estimate to 0), the rotating masses taken off, and two
 //! gates: the change of force must be considerable, and by the accelerometer the slope (of a long train the effective
 //! one) must not have changed. At steady speed the mass is held. It starts from its prior and needs real starts and
 //! stops; on a crane that rolls along quietly its standard deviation stays large.
@@ -24,8 +24,6 @@ use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
 use crate::models::force_balance::ForceBalance;
-use crate::models::single_track::{Bend, Bends};
-use crate::preprocess::front_end::Reading;
 use crate::supervised::sample::BalanceSample;
 
 params! {
@@ -34,7 +32,9 @@ params! {
         omega ["-"] = 0.999, 0.5 => 1.0, "Constant forgetting factor ω, per difference used.";
         mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
         mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
-        cutoff_hz ["Hz"] = 2.0, 0.05 => 20.0, "Corner of the low-pass that the signals of a bend go through.";
+        cutoff_hz ["Hz"] = 2.0, 0.05 => 20.0, "Corner of the matched low-pass both sides go through.";
+        difference_hz ["Hz"] = 4.0, 0.1 => 100.0, "Rate of the samples whose differences are taken.";
+        settle_s ["s"] = 0.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
         excitation_gate [flag] = true, "Use only differences whose change of force is considerable.";
         force_gate_mps2 ["m/s²"] = 0.05, 0.0 => 10.0, "Smallest change of force divided by mass that counts.";
         slope_gate_mps2 ["m/s²"] = 0.05, 0.0 => 10.0, "Largest change of f − v̇ (g times the change of slope) that passes.";
@@ -42,15 +42,18 @@ params! {
     }
 }
 
-/// Longest time between two samples whose difference is taken, s.
-const MAX_PERIOD_S: Real = 0.8;
+impl DifferencedParams {
+    /// Corner of the low-pass, Hz, rate of the samples, Hz, and settling time, s.
+    pub fn sampling(&self) -> [Real; 3] {
+        [self.cutoff_hz, self.difference_hz, self.settle_s]
+    }
+}
 
 /// Recursive least squares for the mass on differences of force and acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DifferencedMass {
     params: DifferencedParams,
-    bends: Bends,
-    last: Option<(BalanceSample, Bend)>,
+    last: Option<BalanceSample>,
     /// M/M₀.
     rls: Rls<1>,
     mass0_kg: Real,
@@ -67,7 +70,6 @@ impl DifferencedMass {
         let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
         Self {
             params,
-            bends: Bends::new(vehicle, params.cutoff_hz),
             last: None,
             rls: Rls::new(prior, Forgetting::Constant(params.omega)),
             mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
@@ -79,19 +81,10 @@ impl DifferencedMass {
         }
     }
 
-    /// One step: the signals of a bend.
-    pub fn step(&mut self, reading: &Reading, balance: &ForceBalance, dt: Real) {
-        let mass_kg = self.found_kg();
-        self.bends.step(reading, balance, mass_kg, dt);
-    }
-
     /// Takes a sample of the force balance and returns what became of its difference from the one before.
     pub fn sample(&mut self, sample: &BalanceSample, balance: &ForceBalance) -> AidStatus {
-        let now = (*sample, self.bends.filtered());
-        match self.last.replace(now) {
-            Some(before) if sample.period_s < MAX_PERIOD_S => {
-                self.difference(&before, &now, balance)
-            }
+        match self.last.replace(*sample) {
+            Some(before) => self.difference(&before, sample, balance),
             _ => control::without(AidOutcome::Rejected(Rejection::NotRunning)),
         }
     }
@@ -104,30 +97,30 @@ impl DifferencedMass {
 
     fn difference(
         &mut self,
-        (before, bend_before): &(BalanceSample, Bend),
-        (now, bend): &(BalanceSample, Bend),
+        before: &BalanceSample,
+        now: &BalanceSample,
         balance: &ForceBalance,
     ) -> AidStatus {
+        let (bend, bend_before) = (now.bend, before.bend);
         let slope = |sample: &BalanceSample| {
             let [u, _] = sample.whole(self.tare_kg, self.found_kg());
             u
         };
         let (u, u_before) = (slope(now), slope(before));
-        let faster = now.acceleration_mps2 - before.acceleration_mps2;
+        let faster = now.sample.acceleration_mps2 - before.sample.acceleration_mps2;
         let h = faster + bend.taken_mps2 - bend_before.taken_mps2;
-        let force = now.force_n - before.force_n + bend.gained_n - bend_before.gained_n;
+        let force =
+            now.sample.force_n - before.sample.force_n + bend.gained_n - bend_before.gained_n;
         let y = (force - balance.rotating_mass_kg * faster) / self.mass0_kg;
-        let drift = bend.drift_mps2 - bend_before.drift_mps2;
-        let steady_slope = (u + drift - u_before).abs() < self.params.slope_gate_mps2;
+        let steady_slope = (u - u_before).abs() < self.params.slope_gate_mps2;
         let moved = !self.params.excitation_gate
             || force.abs() > self.params.force_gate_mps2 * self.mass0_kg;
         self.excited = steady_slope && moved;
         if !self.excited {
             return control::without(AidOutcome::Rejected(Rejection::NotExcited));
         }
-        let sd = self.params.difference_sd_mps2;
-        let measured = (now.variance_n2 + before.variance_n2) / (self.mass0_kg * self.mass0_kg);
-        let Some(outcome) = self.rls.update(y, &vector![h], sd * sd + measured, false) else {
+        let r = self.params.difference_sd_mps2 * self.params.difference_sd_mps2;
+        let Some(outcome) = self.rls.update(y, &vector![h], r, false) else {
             return control::regressed(None, true);
         };
         self.outcome = outcome;
@@ -154,11 +147,6 @@ impl DifferencedMass {
         }
     }
 
-    /// The bend now.
-    pub fn bend(&self) -> Bend {
-        self.bends.now()
-    }
-
     /// Returns true if the last difference was used.
     pub fn excited(&self) -> bool {
         self.excited
@@ -174,7 +162,7 @@ impl DifferencedMass {
         self.outcome.residual * self.mass0_kg
     }
 }
-state!(DifferencedMass { bends, last, rls, excited, saturated, outcome; params, mass0_kg, tare_kg, range_kg });
+state!(DifferencedMass { last, rls, excited, saturated, outcome; params, mass0_kg, tare_kg, range_kg });
 
 #[cfg(test)]
 #[path = "differenced_rls_tests.rs"]

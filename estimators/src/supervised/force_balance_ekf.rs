@@ -30,7 +30,6 @@ params! {
     GradeParams {
         q_v ["m²/s³"] = 1e-4, 0.0 => 10.0, "Process noise of speed: force the balance leaves out, per unit mass.";
         q_theta ["rad²/s"] = 1.5e-4, 0.0 => 10.0, "Process noise of the grade angle while moving.";
-        wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
         grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
     }
@@ -146,8 +145,9 @@ impl ForceBalanceEkf {
         params: GradeParams,
         adaptation: Adaptation,
         integrity: &Integrity,
+        wheel_speed_sd_mps: Real,
     ) -> Self {
-        let sd = params.wheel_speed_sd_mps;
+        let sd = wheel_speed_sd_mps;
         let rad = PI / 180.0;
         let x = vector![0.0, params.grade0_deg * rad];
         let R = Matrix1::new(sd * sd);

@@ -46,8 +46,10 @@ params! {
         mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
         mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
         mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the vehicle's nominal value.";
-        accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias; not set: that of the vehicle's sheet, or 0.02.";
         curve_sd_m ["m"] = 0.05, 0.0 => 10.0, "Standard deviation of what a curve adds to the running-resistance coefficient, times its radius; 0 = curves add nothing.";
+        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals of the regression go through.";
+        regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression (slow enough for their errors to be independent); λ is per such sample.";
+        settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
         weigh_by_residuals [flag] = false, "Weigh samples by the size of the residuals found: what they cannot separate stays where the priors have it.";
         sway_share ["-"] = 0.3, 0.0 => 2.0, "Share of the running deviation of v̇ that is taken for force of a swinging load, which the balance leaves out.";
@@ -58,6 +60,13 @@ params! {
         load_change ["-"] = 20.0, 1.0 => 1e6, "Cumulated sum of the normalised residual that means another load, and reopens the mass.";
         load_change_detector [flag] = true, "Reopen the mass when residuals say that the load is another one.";
         square_root [flag] = true, "Carry the covariance as its factors U D Uᵀ, which keep the digits that the covariance itself loses to rounding.";
+    }
+}
+
+impl MassParams {
+    /// Corner of the low-pass, Hz, rate of the samples, Hz, and settling time, s.
+    pub fn sampling(&self) -> [Real; 3] {
+        [self.cutoff_hz, self.regression_hz, self.settle_s]
     }
 }
 
@@ -90,14 +99,20 @@ pub struct ForceBalanceRls {
 }
 
 impl ForceBalanceRls {
-    /// Builds the regression from the vehicle, the parameters and the way to forget.
-    pub fn new(vehicle: &Vehicle, params: MassParams, policy: Forgetting<4>) -> Self {
+    /// Builds the regression from the vehicle, the parameters, the way to forget and the standard deviation of the
+    /// accelerometer's bias, m/s² (`None`: that of the vehicle's sheet).
+    pub fn new(
+        vehicle: &Vehicle,
+        params: MassParams,
+        policy: Forgetting<4>,
+        bias_sd_mps2: Option<Real>,
+    ) -> Self {
         let mass0_kg = vehicle.first_mass_kg(params.mass0_kg);
         let mu0 = vehicle.running_resistance;
         let sd = vector![
             params.mass_sd,
             params.mu_sd * mu0,
-            vehicle.accel_bias_sd(params.accel_bias_sd_mps2, 0.02),
+            vehicle.accel_bias_sd(bias_sd_mps2, 0.02),
             params.curve_sd_m
         ];
         let prior = Gaussian::independent(vector![1.0, 0.0, 0.0, 0.0], sd);
@@ -146,7 +161,7 @@ impl MassEstimator for ForceBalanceRls {
     ];
 
     fn sample(&mut self, now: &BalanceSample, balance: &ForceBalance) -> AidStatus {
-        let acceleration = now.acceleration_mps2;
+        let acceleration = now.sample.acceleration_mps2;
         let tare = self.tare_kg / self.mass0_kg;
         let curvature = now.curvature_per_m;
         let [tare_u, load_u] = now.u_mps2;
@@ -155,11 +170,12 @@ impl MassEstimator for ForceBalanceRls {
         let cosine = ForceBalance::cosine(acceleration + u, acceleration);
         // Force of the tare beyond that of the load, over M₀, m/s².
         let known = tare * (tare_u - load_u);
-        self.gate.observe(f, now.period_s);
+        self.gate.observe(f, now.sample.period_s);
         let excited = self.gate.excited();
 
         let against = now.direction() * GRAVITY * cosine;
-        let y = (now.force_n - balance.rotating_mass_kg * acceleration) / self.mass0_kg - known;
+        let y =
+            (now.sample.force_n - balance.rotating_mass_kg * acceleration) / self.mass0_kg - known;
         let h = vector![f + against * self.mu0, against, 1.0, against * curvature];
         let weight = if excited {
             1.0
@@ -169,12 +185,13 @@ impl MassEstimator for ForceBalanceRls {
         if weight <= 0.0 {
             return control::without(AidOutcome::Rejected(Rejection::NotExcited));
         }
-        self.jolts
-            .add(acceleration, lag(now.period_s.min(60.0), SWAY_MEMORY_S));
+        self.jolts.add(
+            acceleration,
+            lag(now.sample.period_s.min(60.0), SWAY_MEMORY_S),
+        );
         let noise = self.params.residual_sd_mps2;
         let sway = self.params.sway_share * self.params.sway_share * self.jolts.variance();
-        let measured = now.variance_n2 / (self.mass0_kg * self.mass0_kg);
-        let r = (noise * noise + doubt * doubt + sway + measured) / weight;
+        let r = (noise * noise + doubt * doubt + sway) / weight;
         let Some(outcome) = self.rls.update(y, &h, r, !excited) else {
             return control::regressed(None, excited);
         };

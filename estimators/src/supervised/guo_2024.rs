@@ -25,6 +25,6 @@ variants! {
                 integrity: p.integrity,
                 conditioning: p.conditioning,
             };
-            Supervised::new(vehicle, &core, SlopeModels::new(vehicle, p.models, p.mass, p.imm, p.tracking, &p.integrity))
+            Supervised::new(vehicle, &core, p.mass.sampling(), SlopeModels::new(vehicle, p.models, p.mass, p.imm, p.tracking, &p.integrity, p.attitude.wheel_speed_sd_mps))
         };
 }

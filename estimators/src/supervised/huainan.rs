@@ -34,7 +34,7 @@ variants! {
                 conditioning: p.conditioning,
             };
             let curvature = Curvature::new(vehicle, p.curvature, p.forgetting.policy());
-            let method = CurvatureSlope::new(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b), &p.integrity);
-            Supervised::new(vehicle, &core, method)
+            let method = CurvatureSlope::new(vehicle, p.slope, curvature, p.sigma_points, Some(p.adaptive.b), &p.integrity, p.attitude.wheel_speed_sd_mps);
+            Supervised::new(vehicle, &core, [p.curvature.cutoff_hz, p.curvature.regression_hz, p.curvature.settle_s], method)
         };
 }

@@ -50,7 +50,6 @@ params! {
         q_i ["1/s"] = 5e-4, 1e-12 => 1.0, "Process noise of the sine of the grade angle.";
         force_sd_mps2 ["m/s²"] = 0.03, 1e-4 => 10.0, "What the force balance leaves out, divided by the mass, in the dynamic model.";
         accel_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 10.0, "Standard deviation of the specific force, vibration included.";
-        wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
         grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
     }
@@ -96,6 +95,8 @@ pub struct SlopeModels {
     balance: ForceBalance,
     mu: Real,
     mass: DifferencedMass,
+    /// Traction that a bend takes, N.
+    bend_n: Real,
     /// Sine of the grade at the instrument less that of the effective grade, and its standard deviation.
     ahead: [Real; 2],
     imm: Imm<3, 2>,
@@ -107,6 +108,7 @@ pub struct SlopeModels {
     saturated: bool,
     last: Option<Correction<2, 3>>,
     bias_sd_mps2: Real,
+    wheel_speed_sd_mps: Real,
     /// Of wheel speed and of specific force.
     gates: [Gate; 2],
 }
@@ -183,10 +185,11 @@ impl SlopeModels {
         imm: ImmParams,
         tracking: TrackingParams,
         integrity: &Integrity,
+        wheel_speed_sd_mps: Real,
     ) -> Self {
         let rad = PI / 180.0;
         let x = vector![0.0, 0.0, sin(params.grade0_deg * rad)];
-        let sd = vector![params.wheel_speed_sd_mps, 0.5, params.grade0_sd_deg * rad];
+        let sd = vector![wheel_speed_sd_mps, 0.5, params.grade0_sd_deg * rad];
         let tracking = (
             StrongTracking::new(tracking.memory, tracking.weakening, tracking.fading_max),
             Alarm::new(tracking.alarm),
@@ -202,6 +205,7 @@ impl SlopeModels {
             balance: ForceBalance::new(vehicle),
             mu: vehicle.running_resistance,
             mass: DifferencedMass::new(vehicle, mass),
+            bend_n: 0.0,
             ahead: [0.0; 2],
             imm: Imm::new(Gaussian::independent(x, sd), imm.stay, true),
             tracking: [tracking; 2],
@@ -211,6 +215,7 @@ impl SlopeModels {
             saturated: false,
             last: None,
             bias_sd_mps2: 0.0,
+            wheel_speed_sd_mps,
             gates: [Gate::new(integrity); 2],
         }
     }
@@ -239,8 +244,7 @@ impl SlopeModels {
     fn push_now(&self, traction_n: Option<Real>, speed: Real) -> Option<Push> {
         let direction = if speed < 0.0 { -1.0 } else { 1.0 };
         let sine = self.imm.combined().x.z.clamp(-MAX_SINE, MAX_SINE);
-        let bend_n = self.mass.bend().force_n(self.mass.mass_kg().value);
-        Some(self.push(traction_n? - bend_n, direction, sine))
+        Some(self.push(traction_n? - self.bend_n, direction, sine))
     }
 
     /// Gates a wheel speed and a specific force, each against what all models together predict by the kinematic model,
@@ -275,7 +279,7 @@ impl SlopeModels {
         let params = self.params;
         let [force_sd, speed_sd] = [
             reading.noise.specific_force(params.accel_sd_mps2),
-            reading.noise.wheel_speed(params.wheel_speed_sd_mps),
+            reading.noise.wheel_speed(self.wheel_speed_sd_mps),
         ];
         let mut R = Matrix2::from_diagonal(&vector![force_sd * force_sd, speed_sd * speed_sd]);
         if !self.started {
@@ -351,7 +355,7 @@ impl Method for SlopeModels {
     }
 
     fn step(&mut self, now: &Step) {
-        self.mass.step(now.reading, &self.balance, now.dt);
+        self.bend_n = now.bend.force_n(self.mass.mass_kg().value);
         let [effective, effective_sd] = now.effective_rad;
         self.ahead = [sin(now.attitude.pitch_rad) - sin(effective), effective_sd];
         self.bias_sd_mps2 = now.bias_sd_mps2;
@@ -363,7 +367,7 @@ impl Method for SlopeModels {
             self.since_s = 0.0;
             let push = self.push_now(now.traction_n, speed);
             let f = f - now.attitude.bias_mps2;
-            let z = vector![f + self.mass.bend().drift_mps2, speed];
+            let z = vector![f + now.bend.drift_mps2, speed];
             self.cycle(reading, &push, &z, period);
         }
     }
@@ -393,8 +397,7 @@ impl Method for SlopeModels {
     }
 
     fn internal_values(&self, values: &mut [Real]) {
-        let bend_n = self.mass.bend().force_n(self.mass.mass_kg().value);
-        let shared = [self.mass.residual_n(), bend_n];
+        let shared = [self.mass.residual_n(), self.bend_n];
         let grades = self.imm.beliefs.iter().map(|belief| asin(belief.x.z));
         let last_model = self.imm.probability().iter().skip(1).copied();
         let now = self.fading.iter().copied().chain(shared);
@@ -405,8 +408,8 @@ impl Method for SlopeModels {
     }
 }
 
-state!(SlopeModels { mass, ahead, imm, tracking, fading, since_s, started, saturated, last, gates, bias_sd_mps2;
-    params, models, balance, mu });
+state!(SlopeModels { mass, bend_n, ahead, imm, tracking, fading, since_s, started, saturated, last, gates, bias_sd_mps2;
+    params, models, balance, mu, wheel_speed_sd_mps });
 
 #[cfg(test)]
 #[path = "imm_tests.rs"]

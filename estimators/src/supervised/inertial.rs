@@ -38,7 +38,6 @@ params! {
     InertialParams {
         q_v ["m²/s³"] = 1e-6, 1e-12 => 10.0, "Process noise of speed.";
         q_theta ["rad²/s"] = 5e-6, 1e-12 => 10.0, "Process noise of the grade angle.";
-        wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
         grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
     }
@@ -120,6 +119,7 @@ pub struct CurvatureSlope {
     ahead: [Real; 2],
     /// Standard deviation of wheel speed before any adaptation, m/s.
     unadapted_sd: Real,
+    wheel_speed_sd_mps: Real,
 }
 
 fn model(params: &InertialParams) -> InertialModel {
@@ -129,9 +129,9 @@ fn model(params: &InertialParams) -> InertialModel {
     }
 }
 
-fn prior(params: &InertialParams) -> Gaussian<2> {
+fn prior(params: &InertialParams, wheel_speed_sd_mps: Real) -> Gaussian<2> {
     let x = vector![0.0, params.grade0_deg * PI / 180.0];
-    let sd = vector![params.wheel_speed_sd_mps, params.grade0_sd_deg * PI / 180.0];
+    let sd = vector![wheel_speed_sd_mps, params.grade0_sd_deg * PI / 180.0];
     Gaussian::independent(x, sd)
 }
 
@@ -145,13 +145,14 @@ impl CurvatureSlope {
         sigma: SigmaParams,
         fading: Option<Real>,
         integrity: &Integrity,
+        wheel_speed_sd_mps: Real,
     ) -> Self {
         let filter = Ukf {
             model: model(&params),
-            belief: prior(&params),
+            belief: prior(&params, wheel_speed_sd_mps),
             spread: sigma.spread(),
         };
-        let R = Matrix1::new(params.wheel_speed_sd_mps * params.wheel_speed_sd_mps);
+        let R = Matrix1::new(wheel_speed_sd_mps * wheel_speed_sd_mps);
         let noise = fading.map_or(Noise::Known(R), |b| {
             Noise::SageHusa(SageHusa::new(R, b, [0.01, 100.0]))
         });
@@ -165,7 +166,8 @@ impl CurvatureSlope {
             gate: Gate::new(integrity),
             bias_sd_mps2: 0.0,
             ahead: [0.0; 2],
-            unadapted_sd: params.wheel_speed_sd_mps,
+            unadapted_sd: wheel_speed_sd_mps,
+            wheel_speed_sd_mps,
         }
     }
 
@@ -201,7 +203,7 @@ impl CurvatureSlope {
 
     /// The noise that the samples show, for the gate and where the noise is not adapted.
     fn learn_noise(&mut self, learnt: &LearntNoise) {
-        self.unadapted_sd = learnt.wheel_speed(self.params.wheel_speed_sd_mps);
+        self.unadapted_sd = learnt.wheel_speed(self.wheel_speed_sd_mps);
         if let Noise::Known(R) = &mut self.slope.noise {
             R.x = self.unadapted_sd * self.unadapted_sd;
         }
@@ -302,7 +304,7 @@ impl Method for CurvatureSlope {
     }
 }
 
-state!(CurvatureSlope { curvature, slope, mass, started, saturated, gate, bias_sd_mps2, ahead, unadapted_sd; params });
+state!(CurvatureSlope { curvature, slope, mass, started, saturated, gate, bias_sd_mps2, ahead, unadapted_sd; params, wheel_speed_sd_mps });
 
 #[cfg(test)]
 #[path = "inertial_tests.rs"]

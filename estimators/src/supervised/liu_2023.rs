@@ -55,8 +55,9 @@ variants! {
                 p.slope,
                 Adaptation::SageHusa { fading: p.forgetting.kappa },
                 &p.integrity,
+                p.attitude.wheel_speed_sd_mps,
             );
-            let mass = ForceBalanceRls::new(vehicle, p.mass, p.forgetting.policy());
-            Supervised::new(vehicle, &core, TwoStage::new(vehicle, mass, slope, p.slip.slip_detector))
+            let mass = ForceBalanceRls::new(vehicle, p.mass, p.forgetting.policy(), p.attitude.accel_bias_sd_mps2);
+            Supervised::new(vehicle, &core, p.mass.sampling(), TwoStage::new(vehicle, mass, slope, p.slip.slip_detector))
         };
 }

@@ -4,7 +4,7 @@
 //!   the f of where its masses rest, as in [`crate::supervised::force_balance_rls`])
 //! - turning, on a road only: F + F_f (1/cos δ − 1) − J v̇ = M (a + (l_r/L) a_y tan δ) (eq. 12–22, single-track model):
 //!   the side force of the steered tyres takes part of the traction, and a straight model takes that for mass
-//!   ([`Bends`])
+//!   ([`Bend`](crate::models::single_track::Bend))
 //!
 //! Each by recursive least squares with λ(k) = 1 − 0.05 · 0.98ᵏ; the weights are the likelihoods of their residuals.
 //!
@@ -34,8 +34,6 @@ use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
 use crate::models::force_balance::ForceBalance;
-use crate::models::single_track::Bends;
-use crate::preprocess::front_end::Reading;
 use crate::supervised::sample::BalanceSample;
 use crate::supervised::two_stage::{MassEstimator, SteadyTraction};
 
@@ -47,10 +45,19 @@ params! {
         mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the nominal value; only widens what is reported.";
         loss ["-"] = 0.05, 0.0 => 0.5, "Loss of weight in the time law λ = 1 − loss · decayᵏ.";
         decay ["-"] = 0.98, 0.0 => 1.0, "Decay in the time law.";
-        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the low-pass that the signals of a bend go through.";
+        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals go through.";
+        regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regressions; λ is per such sample.";
+        settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
         load_change ["-"] = 20.0, 1.0 => 1e6, "Cumulated sum of the normalised residual that means another load.";
         load_change_detector [flag] = true, "Start both models again when residuals say that the load is another one.";
+    }
+}
+
+impl MultiModelParams {
+    /// Corner of the low-pass, Hz, rate of the samples, Hz, and settling time, s.
+    pub fn sampling(&self) -> [Real; 3] {
+        [self.cutoff_hz, self.regression_hz, self.settle_s]
     }
 }
 
@@ -61,7 +68,6 @@ const WEIGHTS: (Real, Real) = (0.02, 0.98);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MultiModelMass {
     params: MultiModelParams,
-    bends: Bends,
     start: Rls<1>,
     straight: Rls<1>,
     turning: Rls<1>,
@@ -92,7 +98,6 @@ impl MultiModelMass {
         );
         Self {
             params,
-            bends: Bends::new(vehicle, params.cutoff_hz),
             start: rls,
             straight: rls,
             turning: rls,
@@ -165,13 +170,8 @@ impl MassEstimator for MultiModelMass {
         Internal::new("straight_weight", "-"),
     ];
 
-    fn step(&mut self, reading: &Reading, balance: &ForceBalance, dt: Real) {
-        let mass_kg = self.fused() * self.mass0_kg;
-        self.bends.step(reading, balance, mass_kg, dt);
-    }
-
     fn sample(&mut self, now: &BalanceSample, balance: &ForceBalance) -> AidStatus {
-        let acceleration = now.acceleration_mps2;
+        let acceleration = now.sample.acceleration_mps2;
         let direction = now.direction();
         // f with the slope under the load; the difference of the slope under the tare is known and goes to the other
         // side. The core knows the bias better than a level taken as known could.
@@ -184,12 +184,11 @@ impl MassEstimator for MultiModelMass {
         let u = u - bias;
         let cosine = ForceBalance::cosine(acceleration + u, acceleration);
         let a = f + direction * self.mu * GRAVITY * cosine;
-        let measured = now.variance_n2 / (self.mass0_kg * self.mass0_kg);
         let noise = self.params.residual_sd_mps2;
-        let r = noise * noise + doubt * doubt + measured;
+        let r = noise * noise + doubt * doubt;
         let inertia = balance.rotating_mass_kg * acceleration + tare_kg * (tare_u - load_u);
 
-        let y = (now.force_n - inertia) / self.mass0_kg;
+        let y = (now.sample.force_n - inertia) / self.mass0_kg;
         let Some(straight) = self.straight.update(y, &vector![a], r, false) else {
             return control::regressed(None, true);
         };
@@ -201,10 +200,9 @@ impl MassEstimator for MultiModelMass {
         ];
 
         self.straight_weight = 1.0;
-        let bend = self.bends.filtered();
-        // f reads v_y r too little, which the bend has taken: what is left of the two is the side force.
-        let a_turning = a + bend.taken_mps2 + bend.drift_mps2;
-        let y = (now.force_n + bend.gained_n - inertia) / self.mass0_kg;
+        let bend = now.bend;
+        let a_turning = a + bend.taken_mps2;
+        let y = (now.sample.force_n + bend.gained_n - inertia) / self.mass0_kg;
         if bend.turning()
             && let Some(turning) = self.turning.update(y, &vector![a_turning], r, false)
         {
@@ -262,10 +260,6 @@ impl MassEstimator for MultiModelMass {
         sqrt(by_mass * by_mass + by_resistance * by_resistance) / steady.by_theta()
     }
 
-    fn bend_n(&self) -> Real {
-        self.bends.now().force_n(self.fused() * self.mass0_kg)
-    }
-
     fn unmodelled_mps2(&self) -> Real {
         let excess = self.straight.spread() * self.straight.spread() - 1.0;
         self.params.residual_sd_mps2 * sqrt(excess)
@@ -288,7 +282,7 @@ impl MassEstimator for MultiModelMass {
     }
 }
 
-state!(MultiModelMass { bends, straight, turning, straight_weight, sums, load, saturated, outcome, bias_sd_mps2;
+state!(MultiModelMass { straight, turning, straight_weight, sums, load, saturated, outcome, bias_sd_mps2;
     params, start, mass0_kg, mu, tare_kg, range_kg });
 
 #[cfg(test)]

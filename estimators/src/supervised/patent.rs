@@ -37,9 +37,9 @@ variants! {
                 integrity: p.integrity,
                 conditioning: p.conditioning,
             };
-            let slope = ForceBalanceEkf::new(ForceBalance::new(vehicle), p.slope, p.switch.adaptation(), &p.integrity);
+            let slope = ForceBalanceEkf::new(ForceBalance::new(vehicle), p.slope, p.switch.adaptation(), &p.integrity, p.attitude.wheel_speed_sd_mps);
             let mass = MultiModelMass::new(vehicle, p.mass);
-            Supervised::new(vehicle, &core, TwoStage::new(vehicle, mass, slope, p.slip.slip_detector))
+            Supervised::new(vehicle, &core, p.mass.sampling(), TwoStage::new(vehicle, mass, slope, p.slip.slip_detector))
         };
 }
 

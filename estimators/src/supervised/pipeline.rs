@@ -2,7 +2,7 @@
 //!
 //! 1. [core](crate::fusion::train_core): attitude and speed by instruments that have been checked, the rail that was
 //!    read, the traction of the motors
-//! 2. blocks of half a second that wait until the rail under the train has been read: samples of the force balance
+//! 2. samples of the force balance behind a matched low-pass, which wait until the rail under the train has been read
 //! 3. the [`Method`]: mass by its regression, and if it has one a grade by its own filter
 //! 4. effective grade: mean over the masses by the core, and by the method where the core does not know it better
 //!
@@ -12,21 +12,25 @@
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::estimator::Internal;
 use crate::api::params::params;
-use crate::api::real::{exp, sqrt};
+use crate::api::real::{exp, sqrt, within};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
-use crate::detect::control;
+use crate::detect::control::{self, Control};
 use crate::detect::validity::Integrity;
 use crate::filters::ring_buffer::RingBuffer;
 use crate::fusion::attitude::Attitude;
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::fusion::effective::{EffectiveGrade, MassOnRail};
-use crate::fusion::swing_balance::block::{Block, BlockBuilder, MAX_BRAKE};
 use crate::fusion::swing_balance::params::SwingBalanceParams;
 use crate::fusion::train_core::{TrainCore, layout};
+use crate::models::force_balance::ForceBalance;
+use crate::models::sample::ResampledSample;
+use crate::models::single_track::Bend;
 use crate::preprocess::conditioning::ConditioningParams;
 use crate::preprocess::front_end::{Reading, motion};
-use crate::rail::train_means::{TrainMeans, TrainOnRail};
+use crate::preprocess::resampler::Resampler;
+use crate::rail::rail_memory::Place;
+use crate::rail::train_means::TrainOnRail;
 use crate::runner::{Pipeline, copy_into};
 use crate::supervised::sample::{BEHIND_SD_RAD, BalanceSample};
 use crate::{Real, Time};
@@ -40,15 +44,11 @@ params! {
     }
 }
 
-/// Blocks that may wait for rail.
-const BLOCKS: usize = 26;
-/// Speed from which a block is of use, m/s; time after standing, s.
-const MIN_SPEED_MPS: Real = 0.06;
-const SETTLE_S: Real = 0.3;
-/// Speed from which a block waits for rail, m/s: a train that stands or goes back will not read any.
-const MIN_WAIT_MPS: Real = 0.05;
-/// Way ahead of the rail read up to which a block is of use, m, and mean distance of the tare behind it when going back.
-const MAX_AHEAD_M: Real = 0.8;
+/// Samples that may wait for rail.
+const WAITING: usize = 32;
+/// Longest way that the delay of the low-pass can make, m.
+const MAX_DELAY_M: Real = 2.0;
+/// Mean distance of the tare behind the rail remembered up to which a sample is of use when going back, m.
 const MAX_BEHIND_M: Real = 0.3;
 
 /// What the core gives a method in a step.
@@ -67,6 +67,8 @@ pub struct Step<'a> {
     pub bias_sd_mps2: Real,
     /// Mean horizontal curvature under the train, 1/m.
     pub curvature_per_m: Real,
+    /// Bend of a road.
+    pub bend: Bend,
     /// True if the train moves, and if it does so under the force balance alone.
     pub moving: bool,
     /// See above.
@@ -131,25 +133,41 @@ impl Default for MethodTrust {
 }
 
 impl MethodTrust {
-    /// The mean of both grades, each weighed by its variance, that of the method widened by how far it was off. The two
-    /// share instruments, so that the standard deviation is that of errors which are not independent.
-    fn weigh(&mut self, core: Value, method: Value, dt: Real) -> Value {
+    /// Weighs the effective grade of the core and that of the method by their variances, that of the method widened by
+    /// how far it was off. Of the variance of the core `common` is that of the pitch, which the grade at the IMU has
+    /// too: that grade moves by its share. Returns the effective grade and the grade at the IMU.
+    ///
+    /// The two share instruments, so that the standard deviations are those of errors which are not independent.
+    fn weigh(
+        &mut self,
+        [core, at_imu]: [Value; 2],
+        common_sd: Real,
+        method: Value,
+        dt: Real,
+    ) -> [Value; 2] {
         if !method.valid {
-            return core;
+            return [core, at_imu];
         }
         let off = method.value - core.value;
+        let core_variance = core.sd * core.sd;
         if core.sd < JUDGE_SD_RAD {
-            let variance = core.sd * core.sd + method.sd * method.sd;
+            let variance = core_variance + method.sd * method.sd;
             let square = (off * off / variance.max(Real::MIN_POSITIVE)).min(MAX_SQUARE);
             self.square += (1.0 - exp(-dt / TRUST_MEMORY_S)) * (square - self.square);
         }
-        let sd = method.sd * sqrt(self.square.max(1.0));
-        let share = core.sd * core.sd / (core.sd * core.sd + sd * sd).max(Real::MIN_POSITIVE);
-        Value {
-            value: core.value + share * off,
-            sd: (1.0 - share) * core.sd + share * sd,
-            valid: core.valid,
-        }
+        let method_variance = method.sd * method.sd * self.square.max(1.0);
+        let both = (core_variance + method_variance).max(Real::MIN_POSITIVE);
+        let moved = |grade: Value, variance: Real| {
+            let share = variance / both;
+            let other = sqrt((both - variance).max(0.0));
+            Value {
+                value: grade.value + share * off,
+                sd: (1.0 - share) * grade.sd + share * other,
+                ..grade
+            }
+        };
+        let common = (common_sd * common_sd).min(core_variance);
+        [moved(core, core_variance), moved(at_imu, common)]
     }
 }
 
@@ -181,21 +199,32 @@ pub struct Supervised<M> {
     standstill_mps: Real,
     method_grade: bool,
     conditioning: ConditioningParams,
-    builder: BlockBuilder,
-    waiting: RingBuffer<Block, BLOCKS>,
-    settle_s: Real,
+    balance: ForceBalance,
+    signals: Resampler,
+    /// Samples, each with its place.
+    waiting: RingBuffer<(ResampledSample, Place), WAITING>,
+    /// How far the train is ahead of where the delayed signals have it, m.
+    late_m: Real,
+    /// Time since the last sample that the method used, s.
     since_s: Real,
     curvature_per_m: Real,
     method: M,
     effective: EffectiveGrade,
     trust: MethodTrust,
-    grade: Value,
+    /// Effective grade and grade at the IMU, rad.
+    grades: [Value; 2],
     status: AidStatus,
 }
 
 impl<M: Method> Supervised<M> {
-    /// Builds the estimator from the vehicle's nominal values, the parameters of the core and the method.
-    pub fn new(vehicle: &Vehicle, params: &CoreParams, method: M) -> Self {
+    /// Builds the estimator from the vehicle's nominal values, the parameters of the core, the corner of the low-pass of
+    /// the samples, their rate (Hz) and their settling time (s), and the method.
+    pub fn new(
+        vehicle: &Vehicle,
+        params: &CoreParams,
+        [cutoff_hz, rate_hz, settle_s]: [Real; 3],
+        method: M,
+    ) -> Self {
         let CoreParams {
             attitude,
             attitude_supervision,
@@ -218,6 +247,7 @@ impl<M: Method> Supervised<M> {
                 attitude_supervision,
                 integrity,
                 (&torque, supervision.torque_monitor),
+                cutoff_hz,
             ),
             train,
             tare_kg: vehicle.tare_kg,
@@ -226,67 +256,65 @@ impl<M: Method> Supervised<M> {
             standstill_mps: vehicle.standstill_mps(None),
             method_grade: supervision.method_grade,
             conditioning,
-            builder: BlockBuilder::default(),
+            balance: ForceBalance::new(&vehicle),
+            signals: Resampler::new(cutoff_hz, rate_hz, settle_s),
             waiting: RingBuffer::new(),
-            settle_s: 0.0,
+            late_m: 0.0,
             since_s: 0.0,
             curvature_per_m: 0.0,
             method,
             effective: EffectiveGrade::default(),
             trust: MethodTrust::default(),
-            grade: Value::default(),
+            grades: [Value::default(); 2],
             status: AidStatus::default(),
         }
     }
 
-    /// The block that is worked off in this step: the oldest whose rail has been read.
-    fn next(&mut self, new: Option<Block>, speed_mps: Real) -> Option<Block> {
-        let full = new.and_then(|block| self.waiting.push(block));
+    /// The sample that is worked off in this step: the oldest whose rail has been read, or while the train is not
+    /// `running`, and will read none, any.
+    fn next(
+        &mut self,
+        reading: &Reading,
+        running: bool,
+        dt: Real,
+    ) -> Option<(ResampledSample, Place)> {
+        let new = self.signals.step(reading, &self.balance, running, dt);
+        let speed = reading.speed_mps.unwrap_or(self.signals.speed_mps());
+        let late_m = self.late_m + (speed - self.signals.speed_mps()) * dt;
+        self.late_m = within(late_m, -MAX_DELAY_M, MAX_DELAY_M);
+        let rail = self.core.rail();
+        let place = rail.ahead(rail.here(), -self.late_m);
+        let full = new.and_then(|sample| self.waiting.push((sample, place)));
         if full.is_some() {
             return full;
         }
-        let oldest = self.waiting.first()?;
-        let waits =
-            speed_mps > MIN_WAIT_MPS && !self.core.rail().read_up_to(oldest.place, self.front_m);
-        match waits {
+        let (_, place) = self.waiting.first()?;
+        match running && !rail.read_up_to(place, self.front_m) {
             true => None,
             false => self.waiting.pop(),
         }
     }
 
-    /// Reason why a block is of no use; `None` if it is of use.
-    fn refusal(&self, block: &Block, means: &TrainMeans) -> Option<AidOutcome> {
-        let onto_unknown =
-            block.speed_mps < 0.0 && means.behind_tare_kgm > MAX_BEHIND_M * self.tare_kg;
-        if self.settle_s > 0.0 {
-            Some(AidOutcome::Rejected(Rejection::NotRunning))
-        } else if block.outcome != AidOutcome::Fused {
-            Some(block.outcome)
-        } else if means.ahead_m > MAX_AHEAD_M || onto_unknown {
-            Some(AidOutcome::Rejected(Rejection::NotExcited))
-        } else {
-            None
-        }
-    }
-
-    /// Works a block off; returns its normalised innovation squared and its period, s, if the method has used it.
-    fn take(&mut self, block: &Block, attitude: &Attitude) -> Option<(Real, Real)> {
-        let means = self.train.at(self.core.rail(), block.place);
+    /// Works a sample off; returns its normalised innovation squared and its period, s, if the method has used it.
+    fn take(
+        &mut self,
+        (sample, place): (ResampledSample, Place),
+        attitude: &Attitude,
+    ) -> Option<(Real, Real)> {
+        let means = self.train.at(self.core.rail(), place);
         self.curvature_per_m = means.bend_per_m;
-        self.settle_s = match Real::from(block.speed_mps).abs() > MIN_SPEED_MPS {
-            true => (self.settle_s - block.length_s()).max(0.0),
-            false => SETTLE_S,
-        };
-        if let Some(outcome) = self.refusal(block, &means) {
-            self.method.pause();
-            self.status = control::without(outcome);
+        // Going back over rail that is no longer remembered, or never was.
+        let onto_unknown =
+            sample.speed_mps < 0.0 && means.behind_tare_kgm > MAX_BEHIND_M * self.tare_kg;
+        if onto_unknown {
+            self.status = control::without(AidOutcome::Rejected(Rejection::NotExcited));
             return None;
         }
         let [bias_sd, ..] = self.core.attitude().reading();
         let sample = BalanceSample {
             bias_mps2: [attitude.bias_mps2, bias_sd],
-            period_s: self.since_s,
-            ..BalanceSample::new(block, &means, self.tare_kg)
+            bend: self.core.bends().filtered(),
+            ..BalanceSample::new(sample, &means, self.tare_kg, self.core.read_sd())
         };
         self.status = self.method.sample(&sample);
         let nis = self.status.nis()?;
@@ -306,19 +334,26 @@ impl<M: Method> Supervised<M> {
             eta_variance: BEHIND_SD_RAD * BEHIND_SD_RAD,
         };
         let core = &self.core;
-        let mount_sd = core.attitude().mount_sd_rad();
-        self.effective
-            .step(attitude, mount_sd, &self.train, &carried, core.rail(), dt);
+        let constant_sd = core.constant_sd_rad();
+        self.effective.step(
+            attitude,
+            constant_sd,
+            &self.train,
+            &carried,
+            core.rail(),
+            dt,
+        );
         let by_core = self.effective.value(true);
         let [bias_sd_mps2, ..] = core.attitude().reading();
         let (moving, running) = motion(reading, self.standstill_mps);
         self.method.step(&Step {
             reading,
             attitude,
-            traction_n: traction.filter(|_| running),
+            traction_n: traction,
             effective_rad: [by_core.value, by_core.sd],
             bias_sd_mps2,
             curvature_per_m: self.curvature_per_m,
+            bend: core.bends().now(),
             moving,
             running,
             dt,
@@ -329,7 +364,16 @@ impl<M: Method> Supervised<M> {
             valid: known,
             ..by_method
         };
-        self.grade = self.trust.weigh(by_core, by_method, dt);
+        let attitude = self.core.attitude();
+        let at_imu = Value {
+            value: attitude.grade_at_imu_rad(),
+            sd: attitude.grade_at_imu_sd_rad(),
+            valid: true,
+        };
+        let common_sd = attitude.grade_at_imu_sd_rad();
+        self.grades = self
+            .trust
+            .weigh([by_core, at_imu], common_sd, by_method, dt);
     }
 }
 
@@ -340,30 +384,38 @@ impl<M: Method> Pipeline for Supervised<M> {
         self.since_s += dt;
         let mut nis = None;
         if let Some((attitude, input)) = self.core.step(reading, self.method.mass_kg().value, dt) {
-            let new = self.builder.take(&input, self.core.rail(), dt);
-            if let Some(block) = self.next(new, input.speed_mps) {
-                nis = self.take(&block, &attitude);
+            let (_, running) = motion(reading, self.standstill_mps);
+            let running = running && input.sound && !input.doubt;
+            if let Some(sample) = self.next(reading, running, dt) {
+                nis = self.take(sample, &attitude);
             }
-            if input.brake > MAX_BRAKE {
-                self.status = control::without(AidOutcome::Rejected(Rejection::NotRunning));
+            if let Control::Out(outcome) = control::force_balance(reading, running, true) {
+                self.status = control::without(outcome);
             }
-            let balanced = input.sound && !input.slip && !input.doubt;
-            let traction = input.traction.filter(|_| balanced).map(|[force, _]| force);
+            if !self.signals.settled() {
+                self.method.pause();
+            }
+            let traction = input.traction.filter(|_| running).map(|[force, _]| force);
             self.weigh(reading, &attitude, traction, dt);
         }
         self.core.supervise(reading, nis, dt);
         let started = self.core.is_started();
         let mass = self.method.mass_kg();
         let gain_kg = self.gain_sd * mass.value;
+        let [effective, at_imu] = self.grades;
         let estimate = Estimate {
             total_mass_kg: Value {
                 sd: sqrt(mass.sd * mass.sd + gain_kg * gain_kg),
                 valid: mass.valid && started,
                 ..mass
             },
+            grade_rad: Value {
+                valid: started,
+                ..at_imu
+            },
             effective_grade_rad: Value {
                 valid: started,
-                ..self.grade
+                ..effective
             },
             flags: Flags {
                 moving: self.core.is_moving(reading),
@@ -400,5 +452,5 @@ impl<M: Method> Pipeline for Supervised<M> {
     }
 }
 
-state!(@[M: State] Supervised<M> { core, builder, waiting, settle_s, since_s, curvature_per_m, method, effective, trust, grade, status;
-    train, tare_kg, gain_sd, front_m, standstill_mps, method_grade, conditioning });
+state!(@[M: State] Supervised<M> { core, signals, waiting, late_m, since_s, curvature_per_m, method, effective, trust, grades, status;
+    train, tare_kg, gain_sd, front_m, standstill_mps, method_grade, conditioning, balance });

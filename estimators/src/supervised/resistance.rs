@@ -47,6 +47,9 @@ params! {
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "Forgetting factor until the size of the residual is known.";
         delta ["-"] = 0.995, 0.5 => 1.0, "Smallest forgetting factor δ, per regression sample.";
         sigma ["-"] = 1.0, 0.0 => 1000.0, "How fast φ falls with the residual in units of its standard deviation.";
+        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals go through.";
+        regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression; λ is per such sample.";
+        settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
     }
 }
@@ -86,7 +89,12 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> ResistancePipeline {
         integrity: params.integrity,
         conditioning: params.conditioning,
     };
-    Supervised::new(vehicle, &core, Resistance::new(vehicle, params.resistance))
+    Supervised::new(
+        vehicle,
+        &core,
+        params.resistance.sampling(),
+        Resistance::new(vehicle, params.resistance),
+    )
 }
 
 impl Resistance {
@@ -134,20 +142,18 @@ impl Method for Resistance {
         let [bias, bias_sd] = now.bias_mps2;
         let [u, doubt] = now.whole(self.tare_kg, self.mass_kg);
         let slope = u - bias;
-        let inertia = self.balance.rotating_mass_kg * now.acceleration_mps2;
-        let y = (now.force_n - inertia) / self.mass_kg - now.acceleration_mps2 - slope;
+        let inertia = self.balance.rotating_mass_kg * now.sample.acceleration_mps2;
+        let y =
+            (now.sample.force_n - inertia) / self.mass_kg - now.sample.acceleration_mps2 - slope;
         let h = now.direction() * GRAVITY * ForceBalance::cosine(slope, 0.0);
-        let (sd, measured) = (
-            self.params.residual_sd_mps2,
-            now.variance_n2 / (self.mass_kg * self.mass_kg),
-        );
-        let r = sd * sd + doubt * doubt + measured;
+        let sd = self.params.residual_sd_mps2;
+        let r = sd * sd + doubt * doubt;
         let Some(outcome) = self.rls.update(y, &vector![h], r, false) else {
             return control::regressed(None, true);
         };
         self.bias_sd_mps2 = bias_sd;
         self.outcome = outcome;
-        self.load = (now.force_n / (self.mass_kg * GRAVITY)).abs();
+        self.load = (now.sample.force_n / (self.mass_kg * GRAVITY)).abs();
         self.rls.belief.x.x = within(self.rls.belief.x.x, -MAX_COEFFICIENT, MAX_COEFFICIENT);
         control::regressed(Some(&outcome), true)
     }
@@ -181,8 +187,12 @@ impl Method for Resistance {
     }
 }
 
-/// Corner of the low-pass, Hz, rate of the samples, Hz, and time after standing before they count, s, of a survey.
-const SURVEY: [Real; 3] = [1.0, 2.0, 1.5];
+impl ResistanceParams {
+    /// Corner of the low-pass, Hz, rate of the samples, Hz, and settling time, s.
+    pub fn sampling(&self) -> [Real; 3] {
+        [self.cutoff_hz, self.regression_hz, self.settle_s]
+    }
+}
 
 /// The same on a surveyed rail, as in the paper: the caller gives the effective grade.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -196,7 +206,7 @@ pub struct Surveyed {
 impl Surveyed {
     /// Builds the estimator from the vehicle's nominal values and the parameters.
     pub fn new(vehicle: &Vehicle, params: &Params) -> Self {
-        let [cutoff_hz, rate_hz, settle_s] = SURVEY;
+        let [cutoff_hz, rate_hz, settle_s] = params.resistance.sampling();
         Self {
             front_end: FrontEnd::new(vehicle),
             signals: Resampler::new(cutoff_hz, rate_hz, settle_s),
@@ -225,12 +235,9 @@ impl Surveyed {
         if let Some(sample) = next.signals.step(&reading, balance, running, dt) {
             let slope = sample.specific_force_mps2.unwrap_or(0.0);
             next.method.sample(&BalanceSample {
-                force_n: sample.force_n,
-                speed_mps: sample.speed_mps,
-                acceleration_mps2: sample.acceleration_mps2,
+                sample,
                 u_mps2: [slope; 2],
                 bias_mps2: [0.0, self.method.bias_sd_mps2],
-                period_s: sample.period_s,
                 ..BalanceSample::default()
             });
         }

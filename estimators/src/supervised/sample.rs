@@ -1,26 +1,23 @@
-//! One sample of the force balance for a published regression: a block of half a second with the means of the grade
-//! under the train.
+//! One sample of the force balance for a published regression: the filtered signals, with the means of the grade under
+//! the train where it was then.
 
 use crate::Real;
 use crate::aiding::force_balance::ETA_M;
 use crate::api::real::GRAVITY;
 use crate::api::snapshot::{Blank, state};
-use crate::fusion::swing_balance::block::Block;
+use crate::models::sample::ResampledSample;
+use crate::models::single_track::Bend;
 use crate::rail::train_means::TrainMeans;
 
 /// Standard deviation of the grade [`ETA_M`] behind the rail read, rad, and of that ahead of it, rad per m.
 pub const BEHIND_SD_RAD: Real = 0.02;
 const AHEAD_SD_PER_M: Real = 0.032;
 
-/// Means over a block. u = g sin θ + b, b the bias of the accelerometer, is what the rail memory keeps.
+/// The sample. u = g sin θ + b, b the bias of the accelerometer, is what the rail memory keeps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BalanceSample {
-    /// Traction at the rims less air drag, N.
-    pub force_n: Real,
-    /// Speed, m/s.
-    pub speed_mps: Real,
-    /// Acceleration, m/s².
-    pub acceleration_mps2: Real,
+    /// Signals behind one low-pass.
+    pub sample: ResampledSample,
     /// Mean of u under the tare and under the load, m/s².
     pub u_mps2: [Real; 2],
     /// Standard deviations of both for rail that was not read, m/s².
@@ -29,29 +26,29 @@ pub struct BalanceSample {
     pub bias_mps2: [Real; 2],
     /// Mean horizontal curvature under the tare without its sign, 1/m.
     pub curvature_per_m: Real,
-    /// Variance of the force by the noise of torques and speed, N².
-    pub variance_n2: Real,
-    /// Time since the sample before it, s.
-    pub period_s: Real,
+    /// Bend of a road, behind the same low-pass.
+    pub bend: Bend,
 }
 
 impl BalanceSample {
-    /// The sample of a block whose rail has been read, for a train with this tare.
-    pub fn new(block: &Block, means: &TrainMeans, tare_kg: Real) -> Self {
+    /// The sample of a train with this tare whose rail has been read; `read_sd` is the standard deviation of the sine of
+    /// the grade read, beyond that of a calm instrument.
+    pub fn new(sample: ResampledSample, means: &TrainMeans, tare_kg: Real, read_sd: Real) -> Self {
         let tare_kg = tare_kg.max(1.0);
         let behind_sd = GRAVITY * BEHIND_SD_RAD / ETA_M;
         let tare_doubt =
             behind_sd * means.behind_tare_kgm + GRAVITY * AHEAD_SD_PER_M * means.ahead_kgm;
+        let read = GRAVITY * read_sd;
         Self {
-            force_n: Real::from(block.traction_n),
-            speed_mps: Real::from(block.speed_mps),
-            acceleration_mps2: block.mean_acceleration(),
+            sample,
             u_mps2: [GRAVITY * means.tare_kg / tare_kg, GRAVITY * means.load],
-            doubt_mps2: [tare_doubt / tare_kg, behind_sd * means.behind_load_m],
+            doubt_mps2: [
+                tare_doubt / tare_kg + read,
+                behind_sd * means.behind_load_m + read,
+            ],
             bias_mps2: [0.0; 2],
             curvature_per_m: means.bend_per_m,
-            variance_n2: Real::from(block.variance),
-            period_s: block.length_s(),
+            bend: Bend::default(),
         }
     }
 
@@ -64,7 +61,11 @@ impl BalanceSample {
 
     /// Sign of the speed, ±1.
     pub fn direction(&self) -> Real {
-        if self.speed_mps < 0.0 { -1.0 } else { 1.0 }
+        if self.sample.speed_mps < 0.0 {
+            -1.0
+        } else {
+            1.0
+        }
     }
 }
 
@@ -74,4 +75,4 @@ impl Blank for BalanceSample {
     }
 }
 
-state!(BalanceSample { force_n, speed_mps, acceleration_mps2, u_mps2, doubt_mps2, bias_mps2, curvature_per_m, variance_n2, period_s; });
+state!(BalanceSample { sample, u_mps2, doubt_mps2, bias_mps2, curvature_per_m, bend; });

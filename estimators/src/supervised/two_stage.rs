@@ -12,7 +12,6 @@ use crate::detect::control::{self, Control};
 use crate::detect::observability::GradeObservability;
 use crate::detect::slip::SlipDetector;
 use crate::models::force_balance::{Drive, ForceBalance};
-use crate::preprocess::front_end::Reading;
 use crate::runner::copy_into;
 use crate::supervised::force_balance_ekf::ForceBalanceEkf;
 use crate::supervised::pipeline::{Method, Step};
@@ -52,9 +51,6 @@ pub trait MassEstimator: Copy {
     /// Names of [`MassEstimator::internals`].
     const INTERNALS: &'static [Internal; 6];
 
-    /// One step of what the stage filters itself, before the samples of that step.
-    fn step(&mut self, _reading: &Reading, _balance: &ForceBalance, _dt: Real) {}
-
     /// Takes a sample of the force balance and returns what became of it.
     fn sample(&mut self, sample: &BalanceSample, balance: &ForceBalance) -> AidStatus;
 
@@ -74,11 +70,6 @@ pub trait MassEstimator: Copy {
     /// Standard deviation of the errors of its force balance beyond the noise of the parameters, m/s²: an error of the
     /// slope by this over g.
     fn unmodelled_mps2(&self) -> Real {
-        0.0
-    }
-
-    /// Traction that a bend takes, N: 0 for a stage without a model of bends.
-    fn bend_n(&self) -> Real {
         0.0
     }
 
@@ -194,7 +185,6 @@ impl<M: MassEstimator + State + core::fmt::Debug> Method for TwoStage<M> {
     }
 
     fn step(&mut self, now: &Step) {
-        self.mass.step(now.reading, &self.balance, now.dt);
         self.curvature_per_m = now.curvature_per_m;
         let direction = if now.attitude.speed_mps < 0.0 {
             -1.0
@@ -202,9 +192,10 @@ impl<M: MassEstimator + State + core::fmt::Debug> Method for TwoStage<M> {
             1.0
         };
         let mu = self.mass.running_resistance(self.curvature_per_m);
+        let mass_kg = self.mass.mass_kg().value;
         let drive = now.traction_n.map(|traction| Drive {
-            traction_n: traction - self.mass.bend_n(),
-            mass_kg: self.mass.mass_kg().value,
+            traction_n: traction - now.bend.force_n(mass_kg),
+            mass_kg,
             resistance: mu * direction,
         });
         self.filter_slope(drive, now);
