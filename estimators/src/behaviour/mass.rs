@@ -291,8 +291,7 @@ fn resistance_in_curves_is_learnt_and_does_not_pass_for_mass() {
 }
 
 /// The range of the mass limits what is published, not what is learnt: wherever the range does not act, the mass is
-/// that of an estimator with a range of everything, but for the noise of a block, which is reckoned with the mass
-/// published.
+/// that of an estimator with a range of everything.
 #[test]
 fn the_range_of_the_mass_leaves_what_is_learnt_alone() {
     let near = [14_800.0, 15_200.0];
@@ -321,7 +320,7 @@ fn the_range_of_the_mass_leaves_what_is_learnt_alone() {
                 free += usize::from(limited > 0);
                 let (narrow, wide) = (narrow.total_mass_kg.value, wide.total_mass_kg.value);
                 assert!(
-                    (narrow / wide - 1.0).abs() < 1e-5,
+                    (narrow / wide - 1.0).abs() < 1e-9,
                     "{name}: {narrow} {wide}"
                 );
             }

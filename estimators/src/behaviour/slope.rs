@@ -62,7 +62,7 @@ fn the_inertial_slope_needs_no_mass_and_gains_by_adaptation_when_mistuned() {
     };
     let (with, without) = (
         method(&[], wavy),
-        method(&[("curvature_sd_per_m", 1e-4.into())], wavy),
+        method(&[("curvature0_sd_per_m", 1e-4.into())], wavy),
     );
     assert!(with < 0.7 * without, "{with} {without}");
 }

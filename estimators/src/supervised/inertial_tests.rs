@@ -19,7 +19,7 @@ fn slope(params: InertialParams, fading: Option<Real>) -> CurvatureSlope {
     };
     let told = CurvatureParams {
         jerk_sd_mps3: 100.0,
-        curvature_sd_per_m: 1e-4,
+        curvature0_sd_per_m: 1e-4,
         ..Default::default()
     };
     let curvature = Curvature::new(&vehicle(), told, Forgetting::None);

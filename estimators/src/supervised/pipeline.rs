@@ -384,8 +384,9 @@ impl<M: Method> Pipeline for Supervised<M> {
         self.since_s += dt;
         let mut nis = None;
         if let Some((attitude, input)) = self.core.step(reading, self.method.mass_kg().value, dt) {
-            let (_, running) = motion(reading, self.standstill_mps);
-            let running = running && input.sound && !input.doubt;
+            let (_, free) = motion(reading, self.standstill_mps);
+            let free = free && !input.doubt;
+            let running = free && input.sound;
             if let Some(sample) = self.next(reading, running, dt) {
                 nis = self.take(sample, &attitude);
             }
@@ -395,7 +396,8 @@ impl<M: Method> Pipeline for Supervised<M> {
             if !self.signals.settled() {
                 self.method.pause();
             }
-            let traction = input.traction.filter(|_| running).map(|[force, _]| force);
+            // The method's own filter needs no IMU for the force balance.
+            let traction = input.traction.filter(|_| free).map(|[force, _]| force);
             self.weigh(reading, &attitude, traction, dt);
         }
         self.core.supervise(reading, nis, dt);
@@ -419,7 +421,7 @@ impl<M: Method> Pipeline for Supervised<M> {
             },
             flags: Flags {
                 moving: self.core.is_moving(reading),
-                excited: self.method.is_excited(),
+                excited: self.signals.settled() && self.method.is_excited(),
                 saturated: self.method.is_saturated(),
             },
             ..self.core.estimate(t)
@@ -454,3 +456,7 @@ impl<M: Method> Pipeline for Supervised<M> {
 
 state!(@[M: State] Supervised<M> { core, signals, waiting, late_m, since_s, curvature_per_m, method, effective, trust, grades, status;
     train, tare_kg, gain_sd, front_m, standstill_mps, method_grade, conditioning, balance });
+
+#[cfg(test)]
+#[path = "pipeline_tests.rs"]
+mod tests;

@@ -276,7 +276,7 @@ fn the_standard_deviation_is_that_of_filter_and_parameters() {
     };
     for _ in 0..200 {
         let mut sample = truth.sample(&Instant::draw(&mut random));
-        sample.force_n += 0.5 * MASS_KG * random.normal();
+        sample.sample.force_n += 0.5 * MASS_KG * random.normal();
         method.sample(&sample);
     }
     let unmodelled = method.mass.unmodelled_mps2() / GRAVITY;

@@ -1,6 +1,7 @@
 //! Samples of a force balance that holds exactly, on a train whose tare and load rest on different grades.
 
 use crate::Real;
+use crate::models::sample::ResampledSample;
 use crate::supervised::sample::BalanceSample;
 use crate::testing::Random;
 
@@ -52,12 +53,15 @@ impl Truth {
             + GRAVITY * (self.tare_kg * tare + load_kg * load)
             + at.speed_mps.signum() * mu * self.mass_kg * GRAVITY * (1.0 - sine * sine).sqrt();
         BalanceSample {
-            force_n,
-            speed_mps: at.speed_mps,
-            acceleration_mps2: a,
+            sample: ResampledSample {
+                force_n,
+                speed_mps: at.speed_mps,
+                acceleration_mps2: a,
+                period_s: 0.5,
+                ..ResampledSample::default()
+            },
             u_mps2: at.sine.map(|sine| GRAVITY * sine + self.accel_bias),
             curvature_per_m: at.curvature_per_m,
-            period_s: 0.5,
             ..BalanceSample::default()
         }
     }
