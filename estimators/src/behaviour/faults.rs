@@ -49,8 +49,6 @@ fn a_dead_accelerometer_or_tachometer_stops_the_mass_from_learning() {
         speed.count()
     );
     assert!(worst < 3.5, "{worst}");
-    let late = without.iter().filter(|row| row.t > 40.0);
-    assert_eq!(late.filter(|row| row.estimate.speed_mps.valid).count(), 0);
 }
 
 #[test]

@@ -85,11 +85,15 @@ fn nees(name: &str) -> [Real; 2] {
 #[test]
 fn the_standard_deviations_of_the_grades_are_those_of_their_errors() {
     let (_, high) = chi_square_band(RUNS as usize);
-    let supervised = NAMES.iter().filter(|name| kind(name) == Some(Kind::Supervised));
+    let supervised = NAMES
+        .iter()
+        .filter(|name| kind(name) == Some(Kind::Supervised));
     let mut wrong = Vec::new();
     for name in supervised {
         let [at_imu, effective] = nees(name);
-        std::println!("{name}: NEES {at_imu:.3} at the IMU, {effective:.3} effective, limit {high:.3}");
+        std::println!(
+            "{name}: NEES {at_imu:.3} at the IMU, {effective:.3} effective, limit {high:.3}"
+        );
         // The others have no effective grade of their own.
         let method = name.ends_with("_robust");
         for (which, nees) in [("at the IMU", at_imu), ("effective", effective)] {

@@ -152,7 +152,9 @@ fn while_all_wheels_slip_the_grade_of_the_method_does_not_count() {
         [most(30.0, 40.0), most(43.0, 50.0)]
     };
     let ([before, on], [_, off]) = (moved(true), moved(false));
-    std::println!("moved by {before:.1e} rad before, {on:.1e} slipping, {off:.1e} without detector");
+    std::println!(
+        "moved by {before:.1e} rad before, {on:.1e} slipping, {off:.1e} without detector"
+    );
     assert!(before > 0.0 && on == 0.0 && off > 0.0);
 }
 
@@ -192,7 +194,11 @@ fn without_the_rail_memory_a_long_train_is_a_point() {
 #[test]
 #[ignore = "the samples of the regression take the sum of all torques, checked or not"]
 fn without_the_torque_monitor_one_wrong_torque_is_mass() {
-    for name in ["dffrls_aekf_robust", "mmrls_sh_stf_robust", "imm_stf_robust"] {
+    for name in [
+        "dffrls_aekf_robust",
+        "mmrls_sh_stf_robust",
+        "imm_stf_robust",
+    ] {
         let error = |on: bool| {
             let estimator = built(name, &vehicle(), "torque_monitor", on);
             let tamper = |z: &mut Measurements, _: &mut Command| {
@@ -252,7 +258,10 @@ fn without_the_method_s_grade_a_ramp_that_no_imu_reads_is_not_found() {
         );
         // A grade that needs an accelerometer itself is no help, and no harm.
         let by_force = ["dffrls_aekf_robust", "mmrls_sh_stf_robust"].contains(&name);
-        assert!(off.0 > 0.1 && on.1 < 3.0 && off.1 < 3.0, "{name}: {on:?} {off:?}");
+        assert!(
+            off.0 > 0.1 && on.1 < 3.0 && off.1 < 3.0,
+            "{name}: {on:?} {off:?}"
+        );
         if by_force {
             assert!(on.0 < 0.02, "{name}: {on:?}");
         } else {

@@ -38,11 +38,7 @@ fn at(acceleration_mps2: Real) -> Instant {
     }
 }
 
-fn difference(
-    stage: &mut DifferencedMass,
-    before: BalanceSample,
-    now: BalanceSample,
-) -> AidStatus {
+fn difference(stage: &mut DifferencedMass, before: BalanceSample, now: BalanceSample) -> AidStatus {
     stage.difference(&before, &now, &ForceBalance::new(&vehicle()))
 }
 

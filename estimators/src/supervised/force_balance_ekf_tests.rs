@@ -10,7 +10,11 @@ fn filter(params: GradeParams, adaptation: Adaptation) -> ForceBalanceEkf {
     filter_of(params, adaptation, WHEEL_SD)
 }
 
-fn filter_of(params: GradeParams, adaptation: Adaptation, wheel_speed_sd_mps: Real) -> ForceBalanceEkf {
+fn filter_of(
+    params: GradeParams,
+    adaptation: Adaptation,
+    wheel_speed_sd_mps: Real,
+) -> ForceBalanceEkf {
     let open = Integrity {
         innovation_gate: false,
         nis_monitor: false,

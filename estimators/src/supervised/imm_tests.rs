@@ -340,7 +340,10 @@ fn the_grade_is_the_effective_one_with_the_doubt_of_its_offset_and_of_the_bias()
     let cosine = Real::sqrt(1.0 - 0.3 * 0.3);
     let expected = 0.03 * 0.03 + (0.1 / 9.81) * (0.1 / 9.81);
     let doubt = (long.sd * long.sd - alone.sd * alone.sd) * cosine * cosine;
-    assert!((doubt / expected - 1.0).abs() < 1e-2, "{doubt:e} {expected:e}");
+    assert!(
+        (doubt / expected - 1.0).abs() < 1e-2,
+        "{doubt:e} {expected:e}"
+    );
 }
 
 #[test]

@@ -24,7 +24,15 @@ fn slope(params: InertialParams, fading: Option<Real>) -> CurvatureSlope {
     };
     let curvature = Curvature::new(&vehicle(), told, Forgetting::None);
     let sigma = SigmaParams::default();
-    CurvatureSlope::new(&vehicle(), params, curvature, sigma, fading, &open, WHEEL_SD)
+    CurvatureSlope::new(
+        &vehicle(),
+        params,
+        curvature,
+        sigma,
+        fading,
+        &open,
+        WHEEL_SD,
+    )
 }
 
 /// Signals of a steady speed on a grade.

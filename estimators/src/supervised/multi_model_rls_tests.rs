@@ -49,7 +49,10 @@ fn the_straight_model_is_too_heavy_in_a_turn_and_the_turning_model_is_not() {
     let level = uphill + car().running_resistance * 9.81 * cosine;
     let torque = turn.reading().motor_torque_nm.unwrap();
     let expected = ForceBalance::new(&car()).net_traction(torque, turn.speed) / level;
-    assert!(expected > 2_400.0 && (straight / expected - 1.0).abs() < 0.03, "{straight}");
+    assert!(
+        expected > 2_400.0 && (straight / expected - 1.0).abs() < 0.03,
+        "{straight}"
+    );
     assert!((right / 2_170.0 - 1.0).abs() < 0.03, "{right}");
     let value = stage.mass_kg().value;
     assert!(value < straight && value > right, "{value}");
@@ -339,7 +342,11 @@ fn the_likelihood_is_a_normal_density() {
 #[test]
 fn models_that_explain_the_traction_alike_weigh_alike() {
     let stage = turning(&car());
-    assert!((stage.straight_weight - 0.5).abs() < 1e-3, "{}", stage.straight_weight);
+    assert!(
+        (stage.straight_weight - 0.5).abs() < 1e-3,
+        "{}",
+        stage.straight_weight
+    );
 }
 
 /// On the level, at the start: (M − M₀)(f + μ g) is not explained, and the innovation variance is that of the sample

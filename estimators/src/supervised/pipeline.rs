@@ -23,7 +23,7 @@ use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::fusion::effective::{EffectiveGrade, MassOnRail};
 use crate::fusion::swing_balance::params::SwingBalanceParams;
 use crate::fusion::train_core::{TrainCore, layout};
-use crate::models::force_balance::ForceBalance;
+use crate::models::force_balance::{ForceBalance, MAX_GRADE_RAD};
 use crate::models::sample::ResampledSample;
 use crate::models::single_track::Bend;
 use crate::preprocess::conditioning::ConditioningParams;
@@ -161,7 +161,7 @@ impl MethodTrust {
             let share = variance / both;
             let other = sqrt((both - variance).max(0.0));
             Value {
-                value: grade.value + share * off,
+                value: within(grade.value + share * off, -MAX_GRADE_RAD, MAX_GRADE_RAD),
                 sd: (1.0 - share) * grade.sd + share * other,
                 ..grade
             }
@@ -384,10 +384,9 @@ impl<M: Method> Pipeline for Supervised<M> {
         self.since_s += dt;
         let mut nis = None;
         if let Some((attitude, input)) = self.core.step(reading, self.method.mass_kg().value, dt) {
-            let (_, free) = motion(reading, self.standstill_mps);
-            let free = free && !input.doubt;
-            let running = free && input.sound;
-            if let Some(sample) = self.next(reading, running, dt) {
+            let (_, running) = motion(reading, self.standstill_mps);
+            let running = running && !input.doubt;
+            if let Some(sample) = self.next(reading, running && input.sound, dt) {
                 nis = self.take(sample, &attitude);
             }
             if let Control::Out(outcome) = control::force_balance(reading, running, true) {
@@ -396,8 +395,7 @@ impl<M: Method> Pipeline for Supervised<M> {
             if !self.signals.settled() {
                 self.method.pause();
             }
-            // The method's own filter needs no IMU for the force balance.
-            let traction = input.traction.filter(|_| free).map(|[force, _]| force);
+            let traction = input.traction.filter(|_| running).map(|[force, _]| force);
             self.weigh(reading, &attitude, traction, dt);
         }
         self.core.supervise(reading, nis, dt);

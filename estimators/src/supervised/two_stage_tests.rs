@@ -264,7 +264,10 @@ fn the_standard_deviation_is_that_of_filter_and_parameters() {
     let mut random = Random::new(43);
     // F/(M g) = μ: a share of the mass is that share of μ.
     let expected = filter + mu_sd * mu_sd + by_mass * by_mass;
-    assert!((grade.sd * grade.sd / expected - 1.0).abs() < 0.05, "{grade:?} {expected:e}");
+    assert!(
+        (grade.sd * grade.sd / expected - 1.0).abs() < 0.05,
+        "{grade:?} {expected:e}"
+    );
     // Residuals of the regression beyond its noise are errors of the balance.
     let truth = Truth {
         mass_kg: MASS_KG,

@@ -179,7 +179,10 @@ fn standing_never_changes_mass_or_slope() {
             }
             let estimate = estimator.step(&z, &Command::default(), DT).unwrap();
             let flags = estimate.flags;
-            assert!(!flags.moving && !flags.excited, "{name} at {t_s}: {flags:?}");
+            assert!(
+                !flags.moving && !flags.excited,
+                "{name} at {t_s}: {flags:?}"
+            );
             // An accelerometer reads the slope standing too; traction does not.
             let slope = if BY_TRACTION.contains(&name) {
                 estimate.grade_rad.value

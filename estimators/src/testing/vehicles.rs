@@ -99,7 +99,10 @@ impl Turn {
             value,
         });
         // The heading turns about the vertical, which on a grade is not the upward axis of the car.
-        let (sine, cosine) = (self.uphill / 9.81, (1.0 - (self.uphill / 9.81).powi(2)).sqrt());
+        let (sine, cosine) = (
+            self.uphill / 9.81,
+            (1.0 - (self.uphill / 9.81).powi(2)).sqrt(),
+        );
         let value = [self.yaw_rate * sine, 0.0, self.yaw_rate * cosine];
         z.angular_rate_radps = Some(Sample {
             t: Time::from_s(t_s),
