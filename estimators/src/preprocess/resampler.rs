@@ -94,14 +94,6 @@ impl Resampler {
         })
     }
 
-    /// Returns the rail at the instrument, delayed like the samples: u = f − v̇ = g sin θ + bias, m/s², and the
-    /// horizontal curvature without its sign, 1/m. `None` without an accelerometer or wheels.
-    pub fn at_place(&self) -> Option<[Real; 2]> {
-        self.fresh.then_some(())?;
-        let u = self.specific_force.value()? - self.speed.rate();
-        Some([u, self.curvature.value()?])
-    }
-
     /// Filtered speed, m/s; 0 before the first.
     pub fn speed_mps(&self) -> Real {
         self.speed.value().unwrap_or(0.0)
