@@ -146,7 +146,7 @@ fn a_torque_gain_is_a_mass_gain() {
         assert!((gain - 1.0 - e).abs() < 0.1 * e, "{row:?}: {gain}");
     }
     let inertial = |world: &World| {
-        let mut estimator = registry::build("dffrls_aukf_robust", &vehicle(2), []).unwrap();
+        let mut estimator = registry::build("dffrls_aukf", &vehicle(2), []).unwrap();
         grade_errors(world, &mut estimator)
     };
     assert_eq!(inertial(&right), inertial(&wrong));
@@ -227,7 +227,7 @@ fn bias_parts_from_resistance_by_reversal_and_never_from_the_slope() {
             seconds,
             ..world(hills, steps)
         };
-        let mut estimator = registry::build("dffrls_aukf_robust", &vehicle(2), []).unwrap();
+        let mut estimator = registry::build("dffrls_ukf", &vehicle(2), []).unwrap();
         let offset = grade_errors(&world, &mut estimator).0;
         let law = (bias_mps2 / G).to_degrees();
         assert!(

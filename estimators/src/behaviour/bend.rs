@@ -2,14 +2,19 @@
 
 use super::*;
 
-/// Error of the grade, deg, after a minute of a steady turn up a grade, with the mass given and held.
+/// Error of the grade, deg, after five seconds straight ahead and a minute of a steady turn up a grade, with the mass
+/// given and held.
 fn error(name: &str, turn: &Turn) -> Real {
     let hold = [("mass0_kg", 2_170.0.into()), ("mass_sd", 0.01.into())];
     let mut estimator = build(name, &car(), hold).unwrap();
+    let straight = Turn::solve(2_170.0, turn.speed, 1e-6, turn.uphill);
     let mut last = Estimate::default();
-    for k in 1..=6000 {
+    for k in 1..=6500 {
         let t_s = 0.01 * k as Real;
-        let z = turn.measurements(t_s);
+        let z = match t_s < 5.0 {
+            true => straight.measurements(t_s),
+            false => turn.measurements(t_s),
+        };
         last = estimator.step(&z, &Command::default(), 0.01).unwrap();
     }
     (last.grade_rad.value - (turn.uphill / 9.81).asin()).to_degrees()

@@ -23,13 +23,20 @@ fn liu_2023_finds_mass_within_a_percent_and_slope_within_three_tenths_of_a_degre
 
 #[test]
 fn mass_needs_neither_the_running_resistance_nor_the_accelerometer_bias() {
-    let (bias, rms, normalised) = mass_statistics("dffrls_aekf_robust", |seed| {
+    let drawn = |seed| {
         let mut random = Random::new(900 + seed);
         World {
             mu: 0.02 * (1.0 + 0.25 * random.normal()),
-            accel_bias: 0.02 * random.normal(),
+            accel_bias: 0.00978 * random.normal(),
             ..world(seed)
         }
+    };
+    let (bias, rms, _) = mass_statistics("dffrls_aekf_robust", drawn);
+    // The gain of the torques, which nothing sees: 0.5 % of each sensor, efficiency and radius by 1 % each.
+    let gain_sd = (0.005f64.powi(2) / 8.0 + 2.0 * 0.01f64.powi(2)).sqrt() as Real;
+    let (_, _, normalised) = mass_statistics("dffrls_aekf_robust", |seed| World {
+        torque_gain: 1.0 + gain_sd * Random::new(950 + seed).normal(),
+        ..drawn(seed)
     });
     std::println!(
         "bias {:.3} %, rms {:.3} %, (error/sd)² {normalised:.2}",

@@ -49,6 +49,27 @@ pub fn grade_rms(name: &str, settings: &[(&str, Setting)], worlds: impl Fn(u64) 
     rms
 }
 
+/// The same of an internal quantity that is a grade, rad.
+pub fn internal_grade_rms(
+    name: &str,
+    internal: &str,
+    settings: &[(&str, Setting)],
+    worlds: impl Fn(u64) -> World,
+) -> Real {
+    let mut errors = Vec::new();
+    for seed in 1..=10 {
+        let estimator = build(name, &vehicle(), settings.iter().copied()).unwrap();
+        let mut watched = Watched::new(estimator, internal);
+        let rows = worlds(seed).run(&mut watched);
+        let pairs = rows.iter().zip(&watched.values);
+        let late = pairs.filter(|(row, _)| row.t >= 5.0);
+        errors.extend(late.map(|(row, found)| (found - row.theta).to_degrees()));
+    }
+    let rms = crate::testing::rms(&errors);
+    std::println!("{name}, {internal} {settings:?}: {rms:.4}°");
+    rms
+}
+
 /// Hides samples from an estimator, or changes the command it sees.
 pub struct Tampered<E, F> {
     pub estimator: E,

@@ -38,16 +38,14 @@ fn plain_least_squares_is_as_good_while_the_load_stays_and_the_coupled_baselines
     assert!(joint.1 > plain.1);
 }
 
+/// The method's own slope, beside that of the core.
 #[test]
-fn the_inertial_slope_needs_no_mass_and_gains_by_gyro_and_by_adaptation_when_mistuned() {
-    let right = grade_rms("dffrls_aukf_robust", &[], world);
+fn the_inertial_slope_needs_no_mass_and_gains_by_adaptation_when_mistuned() {
+    let method = |settings: &[(&str, Setting)], worlds: fn(u64) -> World| {
+        internal_grade_rms("dffrls_aukf_robust", "method_grade_rad", settings, worlds)
+    };
+    let right = method(&[], world);
     assert!(right < 0.25, "{right}");
-    let gyro = grade_rms(
-        "dffrls_aukf_robust",
-        &[("gyro", Setting::Flag(true))],
-        world,
-    );
-    assert!(2.0 * gyro < right, "{gyro} {right}");
     // Noise set ten times too large: adaptation takes most of the loss back.
     let wrong = [("wheel_speed_sd_mps", 0.05.into())];
     let fixed = [
@@ -55,10 +53,7 @@ fn the_inertial_slope_needs_no_mass_and_gains_by_gyro_and_by_adaptation_when_mis
         ("b", 0.99999.into()),
         ("noise", Setting::Choice("told")),
     ];
-    let (fixed, adaptive) = (
-        grade_rms("dffrls_aukf_robust", &fixed, world),
-        grade_rms("dffrls_aukf_robust", &wrong, world),
-    );
+    let (fixed, adaptive) = (method(&fixed, world), method(&wrong, world));
     assert!(adaptive < 0.85 * fixed, "{adaptive} {fixed}");
     // The curvature feed-forward is worth its trouble where the slope keeps changing.
     let wavy = |seed| World {
@@ -66,37 +61,36 @@ fn the_inertial_slope_needs_no_mass_and_gains_by_gyro_and_by_adaptation_when_mis
         ..world(seed)
     };
     let (with, without) = (
-        grade_rms("dffrls_aukf_robust", &[], wavy),
-        grade_rms(
-            "dffrls_aukf_robust",
-            &[("curvature_sd_per_m", 1e-4.into())],
-            wavy,
-        ),
+        method(&[], wavy),
+        method(&[("curvature0_sd_per_m", 1e-4.into())], wavy),
     );
     assert!(with < 0.7 * without, "{with} {without}");
-    // An accelerometer bias is a slope error, b/g, and nothing here can see it.
-    let biased = grade_rms("dffrls_aukf_robust", &[], |seed| World {
-        accel_bias: 0.05,
-        ..world(seed)
-    });
-    let expected = (right.powi(2) + (0.05f64 / 9.81).to_degrees().powi(2)).sqrt();
-    assert!((biased / expected - 1.0).abs() < 0.1, "{biased} {expected}");
+}
+
+/// The core's slope follows the gyro, which the method does not have.
+#[test]
+fn the_slope_of_the_core_gains_by_the_gyro() {
+    for name in ["dffrls_aukf_robust", "dffrls_aekf_robust"] {
+        let with = grade_rms(name, &[], world);
+        let without = grade_rms(name, &[("gyro", Setting::Flag(false))], world);
+        assert!(2.0 * with < without, "{name}: {with} {without}");
+        assert!(without < 0.5, "{name}: {without}");
+    }
 }
 
 #[test]
 fn interacting_models_survive_a_wrong_mass_and_differences_teach_the_mass_when_driven_jerkily() {
-    let slope = grade_rms("imm_stf_robust", &[("mass0_kg", 15_000.0.into())], world);
+    let kinematic = |settings: &[(&str, Setting)]| {
+        internal_grade_rms("imm_stf_robust", "kinematic_grade_rad", settings, world)
+    };
+    let slope = kinematic(&[("mass0_kg", 15_000.0.into())]);
     assert!(slope < 0.25, "{slope}");
     // A wrong mass misleads the dynamic model; the kinematic one keeps the slope.
-    let misled = grade_rms(
-        "imm_stf_robust",
-        &[
-            ("mass0_kg", 10_000.0.into()),
-            ("mass_sd", 0.05.into()),
-            ("force_gate_mps2", 10.0.into()),
-        ],
-        world,
-    );
+    let misled = kinematic(&[
+        ("mass0_kg", 10_000.0.into()),
+        ("mass_sd", 0.05.into()),
+        ("force_gate_mps2", 10.0.into()),
+    ]);
     assert!(misled < 0.5, "{misled}");
     // Jerky driving on the level teaches the mass.
     let jerky = |seed| World {
@@ -135,33 +129,26 @@ fn a_slope_that_jumps_calls_strong_tracking_and_a_noisy_tachometer_calls_sage_hu
         (watched.values, rows)
     };
     // A step of the slope, for a filter whose process noise allows hardly any change.
-    let step = |s: Real| if s < 20.0 { 0.0 } else { 5f64.to_radians() };
-    let (fading, rows) = watch(
-        World {
-            grade: step,
-            ..world(1)
-        },
-        "fading",
-    );
+    let stepped = World {
+        grade: |s| if s < 20.0 { 0.0 } else { 5f64.to_radians() },
+        ..world(1)
+    };
+    let (fading, _) = watch(stepped, "fading");
     let active = fading.iter().filter(|l| **l > 1.0).count();
-    let late = |rows: &[Row]| {
-        rows.iter()
-            .filter(|r| r.theta > 0.0 && (r.estimate.grade_rad.value - r.theta).abs() > 0.02)
+    // Steps in which the method's own grade is a degree and more behind.
+    let late = |name: &str| {
+        let estimator = build(name, &vehicle(), settings).unwrap();
+        let mut watched = Watched::new(estimator, "method_grade_rad");
+        let rows = stepped.run(&mut watched);
+        let pairs = rows.iter().zip(&watched.values);
+        pairs
+            .filter(|(row, found)| row.theta > 0.0 && (**found - row.theta).abs() > 0.02)
             .count()
     };
-    let mut plain = build("dffrls_aekf_robust", &vehicle(), settings).unwrap();
-    let plain_rows = World {
-        grade: step,
-        ..world(1)
-    }
-    .run(&mut plain);
-    std::println!(
-        "strong tracking in {active} steps, late {} against {}",
-        late(&rows),
-        late(&plain_rows)
-    );
+    let (strong, plain) = (late("mmrls_sh_stf_robust"), late("dffrls_aekf_robust"));
+    std::println!("strong tracking in {active} steps, late {strong} against {plain}");
     assert!(active > 0 && active < fading.len() / 10, "{active}");
-    assert!(2 * late(&rows) < late(&plain_rows));
+    assert!(2 * strong < plain, "{strong} {plain}");
     // A tachometer four times as noisy as the parameter, on the level: the noise is learnt and the slope does not fade.
     let noisy = World {
         grade: |_| 0.0,
@@ -169,7 +156,15 @@ fn a_slope_that_jumps_calls_strong_tracking_and_a_noisy_tachometer_calls_sage_hu
         disturbance: 0.0,
         ..world(1)
     };
-    let (sd, _) = watch(noisy, "wheel_speed_sd_mps");
+    // The core gates wheels that are as noisy as that, and would leave the force balance alone.
+    let estimator = build(
+        "mmrls_sh_stf_robust",
+        &vehicle(),
+        settings.into_iter().chain([("slip_gate", false.into())]),
+    );
+    let mut watched = Watched::new(estimator.unwrap(), "wheel_speed_sd_mps");
+    noisy.run(&mut watched);
+    let sd = watched.values;
     let sd = *sd.last().unwrap();
     // The median of eight has 0.43 of the noise of one (Monte Carlo of eight normal numbers).
     assert!((0.014..0.021).contains(&sd), "{sd}");

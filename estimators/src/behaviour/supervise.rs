@@ -20,26 +20,41 @@ fn with(switch: &'static str) -> impl Iterator<Item = &'static str> {
 }
 
 #[test]
-fn every_robust_estimator_has_its_switches_and_no_other_has_any() {
+fn every_supervised_estimator_has_its_switches_and_no_other_has_any() {
     for name in NAMES {
-        let robust = name.ends_with("_robust");
         let supervised = kind(name) == Some(Kind::Supervised);
+        let baseline = BASELINES.contains(name);
+        let method = supervised && name.ends_with("_robust");
         let has = |switch| with(switch).any(|other| other == *name);
-        assert_eq!(has("grade_map"), robust, "{name}");
+        for switch in ["rail_memory", "method_grade"] {
+            assert_eq!(has(switch), method, "{name}: {switch}");
+        }
+        assert_eq!(has("torque_monitor"), method || *name == "rail_fusion");
         for switch in [
             "validity_gate",
             "innovation_gate",
             "nis_monitor",
             "plausibility",
         ] {
-            assert_eq!(has(switch), supervised, "{name}");
+            assert_eq!(has(switch), supervised, "{name}: {switch}");
         }
-        // The baselines take the channels as they come.
-        let conditioned = supervised && !BASELINES.contains(name) && !OURS.contains(name);
+        for switch in [
+            "slip_gate",
+            "accelerometer_gate",
+            "spike_gate",
+            "gyro_monitor",
+            "vertical_force",
+        ] {
+            assert_eq!(has(switch), supervised && !baseline, "{name}: {switch}");
+        }
+        // The baselines take the channels as they come, ours gate each channel themselves.
+        let conditioned = supervised && !baseline && !OURS.contains(name);
+        assert_eq!(conditioned, method, "{name}");
         for switch in ["outlier_hold", "gyro_calibration", "noise"] {
-            assert_eq!(has(switch), conditioned, "{name}");
+            assert_eq!(has(switch), conditioned, "{name}: {switch}");
         }
     }
+    assert_eq!(with("method_grade").count(), 5);
     assert_eq!(with("slip_detector").count(), 2);
     assert_eq!(with("load_change_detector").count(), 3);
     assert_eq!(with("excitation_gate").count(), 2);
@@ -94,23 +109,22 @@ fn without_the_load_change_detector_another_load_is_not_learnt() {
     }
 }
 
-/// All wheels slip alike, to and fro: no vote finds that.
+/// All wheels slip alike, to and fro: no vote finds that. The method's grade then counts only without the detector.
 #[test]
-fn while_all_wheels_slip_no_grade_is_valid_but_without_the_slip_detector() {
-    let valid = |on: bool| {
-        // Alone: gate, consistency and plausibility would find it too.
+fn while_all_wheels_slip_the_grade_of_the_method_does_not_count() {
+    let run = |switches: &[(&'static str, bool)]| {
+        // Alone: the gates would find it too.
         let others = [
+            "slip_gate",
             "innovation_gate",
             "nis_monitor",
             "plausibility",
             "outlier_hold",
         ];
-        let settings = others.map(|switch| (switch, Setting::Flag(false)));
-        let told = [
-            ("noise", Setting::Choice("told")),
-            ("slip_detector", Setting::Flag(on)),
-        ];
-        let settings = settings.into_iter().chain(told);
+        let others = others.into_iter().map(|switch| (switch, false));
+        let flags = others.chain(switches.iter().copied());
+        let settings = flags.map(|(switch, on)| (switch, Setting::Flag(on)));
+        let settings = settings.chain([("noise", Setting::Choice("told"))]);
         let estimator = build("dffrls_aekf_robust", &vehicle(), settings).unwrap();
         let tamper = |z: &mut Measurements, _: &mut Command| {
             let t = z.t.s() as Real;
@@ -120,42 +134,138 @@ fn while_all_wheels_slip_no_grade_is_valid_but_without_the_slip_detector() {
                 }
             }
         };
-        let rows = world(1).run(&mut Tampered { estimator, tamper });
-        let share = |from: Real, until: Real| {
-            let rows: Vec<&Row> = rows.iter().filter(|r| r.t > from && r.t < until).collect();
-            rows.iter().filter(|r| r.estimate.grade_rad.valid).count() as Real / rows.len() as Real
-        };
-        (share(30.0, 40.0), share(43.0, 50.0))
+        world(1).run(&mut Tampered { estimator, tamper })
     };
-    let ((before, slipping), (_, off)) = (valid(true), valid(false));
-    std::println!("valid: {before:.2} before, {slipping:.2} slipping, {off:.2} without detector");
-    assert!(before > 0.99 && slipping == 0.0 && off > 0.9);
+    let core = run(&[("method_grade", false)]);
+    // Largest difference that the method makes to the effective grade, before and while slipping.
+    let moved = |slip_detector: bool| {
+        let rows = run(&[("slip_detector", slip_detector)]);
+        let most = |from: Real, until: Real| {
+            let pairs = rows.iter().zip(&core);
+            let of = pairs.filter(|(row, _)| row.t > from && row.t < until);
+            of.map(|(row, core)| {
+                let grade = |row: &Row| row.estimate.effective_grade_rad.value;
+                (grade(row) - grade(core)).abs()
+            })
+            .fold(0.0, Real::max)
+        };
+        [most(30.0, 40.0), most(43.0, 50.0)]
+    };
+    let ([before, on], [_, off]) = (moved(true), moved(false));
+    std::println!(
+        "moved by {before:.1e} rad before, {on:.1e} slipping, {off:.1e} without detector"
+    );
+    assert!(before > 0.0 && on == 0.0 && off > 0.0);
 }
 
 #[test]
-fn without_the_grade_map_a_long_train_is_a_point() {
+fn without_the_rail_memory_a_long_train_is_a_point() {
     let long = Vehicle::new(VehicleData {
         tare_span_m: long::TARE_SPAN_M,
         load_span_m: long::LOAD_SPAN_M,
         ..vehicle().data()
     })
     .unwrap();
-    for name in with("grade_map") {
+    for name in with("rail_memory") {
         let run = |vehicle: &Vehicle, on: bool| -> Vec<Estimate> {
             let world = World {
                 seconds: 40.0,
                 ..long::long(1)
             };
-            let rows = world.run(&mut built(name, vehicle, "grade_map", on));
+            let rows = world.run(&mut built(name, vehicle, "rail_memory", on));
             rows.iter().map(|row| row.estimate).collect()
         };
         let (on, off) = (run(&long, true), run(&long, false));
         assert_eq!(off, run(&long.as_point(), true), "{name}");
-        assert_ne!(off, on, "{name}");
-        assert!(
-            off.iter()
-                .all(|e| e.grade_rad.value == e.effective_grade_rad.value)
+        // Largest difference of both grades.
+        let apart = |estimates: &[Estimate]| {
+            let apart = estimates
+                .iter()
+                .map(|e| (e.grade_rad.value - e.effective_grade_rad.value).abs());
+            apart.fold(0.0, Real::max)
+        };
+        let (on, off) = (apart(&on), apart(&off));
+        std::println!("{name}: {on:.3} rad apart with, {off:.3} without");
+        assert!(on > 0.08 && off < 0.02, "{name}: {on} {off}");
+    }
+}
+
+/// One of eight torque sensors reads twice what it should: an eighth of the mass.
+#[test]
+fn without_the_torque_monitor_one_wrong_torque_is_mass() {
+    for name in [
+        "dffrls_aekf_robust",
+        "mmrls_sh_stf_robust",
+        "imm_stf_robust",
+    ] {
+        let error = |on: bool| {
+            let estimator = built(name, &vehicle(), "torque_monitor", on);
+            let tamper = |z: &mut Measurements, _: &mut Command| {
+                if let Some(torque) = z.motor_torque_nm[3].as_mut() {
+                    torque.value *= 2.0;
+                }
+            };
+            let world = World {
+                speed: |t| 0.8 + 0.4 * (0.7 * t).sin(),
+                grade: |_| 0.0,
+                ..world(1)
+            };
+            mass_error(&world.run(&mut Tampered { estimator, tamper }), 55.0)
+        };
+        let (on, off) = (error(true), error(false));
+        std::println!("{name}: {on:.3} with, {off:.3} without");
+        assert!(on < 0.03 && off > 0.08, "{name}: {on} {off}");
+    }
+}
+
+/// From before the ramp the IMU is silent: what is left of the grade is the force.
+#[test]
+fn without_the_method_s_grade_a_ramp_that_no_imu_reads_is_not_found() {
+    for name in with("method_grade") {
+        let run = |on: bool| {
+            let estimator = built(name, &vehicle(), "method_grade", on);
+            let tamper = |z: &mut Measurements, _: &mut Command| {
+                if z.t.s() > 16.0 {
+                    (z.specific_force_mps2, z.angular_rate_radps) = (None, None);
+                }
+            };
+            let rows = World {
+                grade: |s| 8f64.to_radians() * smooth((s - 15.0) / 8.0),
+                seconds: 40.0,
+                ..world(1)
+            }
+            .run(&mut Tampered { estimator, tamper });
+            // Largest error of the effective grade on the ramp's upper end, and of both in standard deviations.
+            let (mut worst, mut normalised): (Real, Real) = (0.0, 0.0);
+            for row in rows.iter().filter(|row| row.t > 30.0) {
+                let e = row.estimate;
+                let effective = (e.effective_grade_rad.value - row.effective).abs();
+                let at_imu = (e.grade_rad.value - row.theta).abs();
+                worst = worst.max(effective);
+                let found = effective / e.effective_grade_rad.sd;
+                normalised = normalised.max(found).max(at_imu / e.grade_rad.sd);
+            }
+            (worst, normalised)
+        };
+        let (on, off) = (run(true), run(false));
+        std::println!(
+            "{name}: {:.2}° ({:.1} sd) with, {:.2}° ({:.1} sd) without",
+            on.0.to_degrees(),
+            on.1,
+            off.0.to_degrees(),
+            off.1
         );
+        // A grade that needs an accelerometer itself is no help, and no harm.
+        let by_force = ["dffrls_aekf_robust", "mmrls_sh_stf_robust"].contains(&name);
+        assert!(
+            off.0 > 0.1 && on.1 < 3.0 && off.1 < 3.0,
+            "{name}: {on:?} {off:?}"
+        );
+        if by_force {
+            assert!(on.0 < 0.02, "{name}: {on:?}");
+        } else {
+            assert!((on.0 / off.0 - 1.0).abs() < 0.05, "{name}: {on:?} {off:?}");
+        }
     }
 }
 
@@ -194,9 +304,6 @@ fn status(estimator: &impl Estimator, source: &str) -> Option<AidStatus> {
     estimator.aid_status(&mut all);
     Some(all[place])
 }
-
-/// Estimators that gate each wheel by itself, not the speed that the wheels agree on.
-const GATE_EACH_WHEEL: [&str; 2] = ["attitude", "rail_fusion"];
 
 #[test]
 fn every_supervised_estimator_has_a_status_of_its_wheel_speed() {
@@ -242,8 +349,9 @@ fn every_supervised_estimator_has_a_status_of_its_wheel_speed() {
         }
         let outcome = |at: Real| noted.iter().find(|n| n.0 > at).unwrap().1.outcome;
         assert_eq!(outcome(8.0), AidOutcome::Fused, "{name}");
-        // Six of eight wheels slip. Estimators that gate each wheel go on with the two that roll; the others take none.
-        if GATE_EACH_WHEEL.contains(name) {
+        // Six of eight wheels slip. The core gates each wheel and goes on with the two that roll; the baselines, which
+        // take the speed that the wheels agree on, take none.
+        if !BASELINES.contains(name) {
             let slipping = noted.iter().find(|n| n.0 > 12.0).unwrap();
             assert_eq!(slipping.1.outcome, AidOutcome::Fused, "{name}");
             let off = slipping.3.speed_mps.value - 0.8;

@@ -48,8 +48,12 @@ const GYRO: [(&str, Fault); 2] = [
 ];
 
 /// Starts from rest, then a ramp: marks of mass and grade from ten seconds after the first motion on.
-fn marks(name: &str, settings: &[(&str, Setting)], fault: Fault) -> usize {
-    let estimator = build(name, &vehicle(), settings.iter().copied()).unwrap();
+fn marks(name: &str, fault: Fault) -> usize {
+    marks_from(11.0, name, fault)
+}
+
+fn marks_from(from_s: Real, name: &str, fault: Fault) -> usize {
+    let estimator = build(name, &vehicle(), []).unwrap();
     let tamper = |z: &mut Measurements, _: &mut Command| fault(z);
     let rows = World {
         grade: |s| 8f64.to_radians() * smooth((s - 2.0) / 6.0),
@@ -57,7 +61,7 @@ fn marks(name: &str, settings: &[(&str, Setting)], fault: Fault) -> usize {
         ..world(1)
     }
     .run(&mut Tampered { estimator, tamper });
-    let late = rows.iter().filter(|row| row.t > 11.0);
+    let late = rows.iter().filter(|row| row.t > from_s);
     late.filter(|row| row.estimate.total_mass_kg.valid || row.estimate.grade_rad.valid)
         .count()
 }
@@ -73,21 +77,20 @@ fn supervised() -> impl Iterator<Item = &'static str> {
 fn wrong_wheels_and_accelerometers_end_validity_in_every_supervised_estimator() {
     for name in supervised() {
         for (what, fault) in WHEELS.into_iter().chain(ACCELEROMETER) {
-            let count = marks(name, &[], fault);
+            let count = marks(name, fault);
             assert_eq!(count, 0, "{name}, {what}");
         }
     }
 }
 
+/// The core, in every one but the baselines, needs a second or two more of a changing grade.
 #[test]
 fn a_wrong_gyro_ends_validity_where_it_is_used() {
-    for (name, settings) in [
-        ("ekf_v_theta_biases", None),
-        ("complementary_filter", None),
-        ("dffrls_aukf_robust", Some(("gyro", Setting::Flag(true)))),
-    ] {
+    for name in supervised() {
+        let baseline = ["ekf_v_theta_biases", "complementary_filter"].contains(&name);
+        let from_s = if baseline { 11.0 } else { 12.5 };
         for (what, fault) in GYRO {
-            let count = marks(name, settings.as_slice(), fault);
+            let count = marks_from(from_s, name, fault);
             assert_eq!(count, 0, "{name}, {what}");
         }
     }
@@ -96,7 +99,7 @@ fn a_wrong_gyro_ends_validity_where_it_is_used() {
 #[test]
 fn right_units_keep_their_validity() {
     for name in supervised() {
-        let count = marks(name, &[], |_| ());
+        let count = marks(name, |_| ());
         assert!(count > 2_000, "{name}: {count}");
     }
 }

@@ -26,15 +26,6 @@ impl<T> Control<T> {
             (None, false) => Control::Out(AidOutcome::Stale),
         }
     }
-
-    /// The same with another measurement.
-    pub fn map<U>(self, f: impl FnOnce(T) -> U) -> Control<U> {
-        match self {
-            Control::New(new) => Control::New(f(new)),
-            Control::Held => Control::Held,
-            Control::Out(outcome) => Control::Out(outcome),
-        }
-    }
 }
 
 /// Wheel speed, m/s: out of use when it is stale, stuck, or the wheels slip.

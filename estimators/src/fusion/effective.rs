@@ -137,6 +137,18 @@ impl EffectiveGrade {
         self.correction += SHARE * (weight * difference - self.correction);
     }
 
+    /// Counts the way gone back onto rail that nothing has read, for an estimator without a correction by force.
+    pub fn go(&mut self, way_m: Real, train: &TrainOnRail, mass: &MassOnRail, rail: &RailMemory) {
+        if way_m >= 0.0 {
+            return;
+        }
+        let means = train.at(rail, rail.here());
+        match mass.behind_variance(&means) > UNREAD_SD_RAD * UNREAD_SD_RAD {
+            true => self.blind_m = (self.blind_m - way_m).min(MAX_BLIND_M),
+            false => self.blind_m = 0.0,
+        }
+    }
+
     /// One step: the mean over the masses of a train on its rail. `constant_sd_rad` is the standard deviation that the
     /// mount and the reading of the rail add to that of the pitch.
     pub fn step(

@@ -23,7 +23,6 @@ params! {
     ConditioningParams {
         outlier_hold [flag] = true, "Hold out jumps of wheel speed that last for less than 0.2 s (joints, bumps).";
         gyro_calibration [flag] = true, "Learn the biases of the gyro while the vehicle stands.";
-        gyro_bias_sd_radps ["rad/s"] = none, 0.0 => 0.2, "Standard deviation of the gyro's biases at switch-on; not set: that of the vehicle's sheet, or 0.01 (0.6 °/s).";
         noise [choice NoiseSource] = NoiseSource::Learnt, "Noise of wheel speed and accelerometer: told by the parameters, or learnt from the samples where they are noisier than that (up to thirty times).";
     }
 }
@@ -96,7 +95,7 @@ impl Conditioning {
     pub fn new(vehicle: &Vehicle, params: ConditioningParams) -> Self {
         let [rail, road] = SPEED_LIMITS;
         let speed = if vehicle.road.is_some() { road } else { rail };
-        let bias_sd = params.gyro_bias_sd_radps.or(vehicle.gyro_bias_sd_radps);
+        let bias_sd = vehicle.gyro_bias_sd_radps;
         Self {
             params,
             speed: OutlierHold::new(speed),

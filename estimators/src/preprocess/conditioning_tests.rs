@@ -88,10 +88,6 @@ fn the_biases_of_the_gyro_are_learnt_at_standstill() {
         ..vehicle().data()
     })
     .unwrap();
-    let own = ConditioningParams {
-        gyro_bias_sd_radps: Some(0.03),
-        ..ConditioningParams::default()
-    };
     let off = ConditioningParams {
         gyro_calibration: false,
         ..ConditioningParams::default()
@@ -99,7 +95,6 @@ fn the_biases_of_the_gyro_are_learnt_at_standstill() {
     for (vehicle, params, prior_sd, learns) in [
         (&vehicle(), ConditioningParams::default(), 0.01, true),
         (&sheet, ConditioningParams::default(), 0.05, true),
-        (&sheet, own, 0.03, true),
         (&vehicle(), off, 0.01, false),
     ] {
         let mut conditioning = Conditioning::new(vehicle, params);

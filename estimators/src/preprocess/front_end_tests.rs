@@ -99,3 +99,16 @@ fn why_the_speed_is_not_known() {
     let stale = after(|_, _| None);
     assert_eq!(fault(stale), (None, None));
 }
+
+#[test]
+fn a_train_at_the_standstill_speed_stands_and_a_brake_at_its_threshold_is_released() {
+    let at = |speed_mps, brake| Reading {
+        speed_mps: Some(speed_mps),
+        brake,
+        ..Reading::default()
+    };
+    assert_eq!(motion(&at(0.05, 0.0), 0.05), (false, false));
+    assert_eq!(motion(&at(-0.051, 0.001), 0.05), (true, true));
+    assert_eq!(motion(&at(0.051, 0.0011), 0.05), (true, false));
+    assert_eq!(motion(&Reading::default(), 0.05), (false, false));
+}

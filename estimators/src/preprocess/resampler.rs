@@ -54,6 +54,19 @@ impl Resampler {
         running: bool,
         dt: Real,
     ) -> Option<ResampledSample> {
+        let drive = reading.motor_torque_nm.zip(reading.speed_mps);
+        let force_n = drive.map(|(torque, speed)| balance.net_traction(torque, speed));
+        self.step_force(reading, force_n, running, dt)
+    }
+
+    /// The same with a traction less air drag, N, from the caller.
+    pub fn step_force(
+        &mut self,
+        reading: &Reading,
+        force_n: Option<Real>,
+        running: bool,
+        dt: Real,
+    ) -> Option<ResampledSample> {
         let was_fresh = self.fresh;
         self.fresh = reading.speed_mps.is_some();
         let Some(speed) = reading.speed_mps else {
@@ -65,8 +78,8 @@ impl Resampler {
             self.speed.empty();
         }
         self.speed.step(speed, dt);
-        if let Some(torque) = reading.motor_torque_nm {
-            self.force.step(balance.net_traction(torque, speed), dt);
+        if let Some(force) = force_n {
+            self.force.step(force, dt);
         } else {
             self.force.empty();
         }
@@ -76,7 +89,7 @@ impl Resampler {
             self.specific_force.empty();
         }
         self.curvature.step(curvature_per_m(reading), dt);
-        let running = running && reading.motor_torque_nm.is_some();
+        let running = running && force_n.is_some();
         self.running_s = if running { self.running_s + dt } else { 0.0 };
         self.since_s += dt;
         if !self.settled() || self.since_s * self.rate_hz < 1.0 - 1e-9 {
@@ -92,14 +105,6 @@ impl Resampler {
             curvature_per_m: self.curvature.value()?,
             period_s,
         })
-    }
-
-    /// Returns the rail at the instrument, delayed like the samples: u = f − v̇ = g sin θ + bias, m/s², and the
-    /// horizontal curvature without its sign, 1/m. `None` without an accelerometer or wheels.
-    pub fn at_place(&self) -> Option<[Real; 2]> {
-        self.fresh.then_some(())?;
-        let u = self.specific_force.value()? - self.speed.rate();
-        Some([u, self.curvature.value()?])
     }
 
     /// Filtered speed, m/s; 0 before the first.

@@ -30,7 +30,7 @@ params! {
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the two matched low-passes.";
         regression_hz ["Hz"] = 10.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression.";
         jerk_sd_mps3 ["m/s³"] = 0.1, 1e-3 => 100.0, "Expected residual of the derivative of f − v̇.";
-        curvature_sd_per_m ["1/m"] = 0.05, 1e-4 => 1.0, "Standard deviation of the curvature before any measurement.";
+        curvature0_sd_per_m ["1/m"] = 0.05, 1e-4 => 1.0, "Standard deviation of the curvature before any measurement.";
         curvature_max_per_m ["1/m"] = 0.25, 1e-3 => 1.0, "Largest curvature a rail has.";
         standstill_mps ["m/s"] = none, 0.0 => 2.0, "Speed below which the curvature is not learnt; not set: 0.05 on a rail, 0.3 on a road.";
         settle_s ["s"] = 1.0, 0.0 => 10.0, "Time after standing before learning resumes.";
@@ -76,7 +76,7 @@ impl Curvature {
     /// Builds the regression of the curvature from the vehicle, its parameters and the way to forget.
     pub fn new(vehicle: &Vehicle, params: CurvatureParams, policy: Forgetting<1>) -> Self {
         let calm = params.smoothing_hz;
-        let prior = Gaussian::independent(vector![0.0], vector![params.curvature_sd_per_m]);
+        let prior = Gaussian::independent(vector![0.0], vector![params.curvature0_sd_per_m]);
         Self {
             params,
             standstill_mps: vehicle.standstill_mps(params.standstill_mps),
@@ -138,7 +138,7 @@ impl Curvature {
                 sqrt(belief.P.x) * self.rls.spread(),
             )
         } else {
-            (0.0, self.params.curvature_sd_per_m)
+            (0.0, self.params.curvature0_sd_per_m)
         }
     }
 

@@ -374,12 +374,16 @@ mod tests {
     use crate::testing::vehicles::vehicle;
     use crate::testing::{Random, chi_square_band};
 
+    /// Standard deviation of wheel speed, m/s.
+    const WHEEL_SD: Real = 0.005;
+
     fn filter(adaptation: Adaptation) -> ForceBalanceEkf {
         ForceBalanceEkf::new(
             ForceBalance::new(&vehicle()),
             GradeParams::default(),
             adaptation,
             &Integrity::default(),
+            WHEEL_SD,
         )
     }
 
@@ -395,7 +399,7 @@ mod tests {
             let mut random = Random::new(500 + run as u64);
             let mut filter = filter(Adaptation::None);
             let (mut v, mut theta) = (0.5, params.grade0_sd_deg.to_radians() * random.normal());
-            filter.update(v + params.wheel_speed_sd_mps * random.normal(), false);
+            filter.update(v + WHEEL_SD * random.normal(), false);
             for _ in 0..500 {
                 let force = mass * 9.81 * (theta.sin() + mu * theta.cos()) + 5e3 * (0.8 - v);
                 filter.predict(
@@ -410,7 +414,7 @@ mod tests {
                     / (mass + vehicle().rotating_mass_kg)
                     + (params.q_v * dt).sqrt() * random.normal();
                 theta += (params.q_theta * dt).sqrt() * random.normal();
-                filter.update(v + params.wheel_speed_sd_mps * random.normal(), false);
+                filter.update(v + WHEEL_SD * random.normal(), false);
             }
             let error = filter.belief().x - vector![v, theta];
             nees += error.dot(&filter.belief().P.cholesky().unwrap().solve(&error))

@@ -3,14 +3,31 @@
 use super::*;
 use crate::testing::vehicles::vehicle;
 
+/// Standard deviation of wheel speed, m/s.
+const WHEEL_SD: Real = 0.005;
+
 fn filter(params: GradeParams, adaptation: Adaptation) -> ForceBalanceEkf {
+    filter_of(params, adaptation, WHEEL_SD)
+}
+
+fn filter_of(
+    params: GradeParams,
+    adaptation: Adaptation,
+    wheel_speed_sd_mps: Real,
+) -> ForceBalanceEkf {
     let open = Integrity {
         innovation_gate: false,
         nis_monitor: false,
         plausibility: false,
         ..Integrity::default()
     };
-    ForceBalanceEkf::new(ForceBalance::new(&vehicle()), params, adaptation, &open)
+    ForceBalanceEkf::new(
+        ForceBalance::new(&vehicle()),
+        params,
+        adaptation,
+        &open,
+        wheel_speed_sd_mps,
+    )
 }
 
 const DRIVE: Drive = Drive {
@@ -136,10 +153,7 @@ fn strong_tracking_fades_the_slope_as_of_the_last_update() {
     filter.update(v, true);
     for k in 0..400 {
         let before = filter.aekf.filter.belief;
-        let told = GradeParams {
-            wheel_speed_sd_mps: filter.measurement_sd(),
-            ..params
-        };
+        let told = filter.measurement_sd();
         for _ in 0..3 {
             filter.predict(Some(DRIVE), 0.01);
         }
@@ -151,7 +165,7 @@ fn strong_tracking_fades_the_slope_as_of_the_last_update() {
             continue;
         }
         faded += 1;
-        let mut plain = self::filter(told, Adaptation::None);
+        let mut plain = filter_of(params, Adaptation::None, told);
         plain.started = true;
         plain.aekf.filter.belief = before;
         let carried = before.P.m22 + 3.0 * 0.01 * params.q_theta;
@@ -209,7 +223,7 @@ fn a_wheel_speed_beyond_the_gate_changes_nothing_until_it_stays() {
     let balance = ForceBalance::new(&vehicle());
     let params = GradeParams::default();
     let integrity = Integrity::default();
-    let mut filter = ForceBalanceEkf::new(balance, params, Adaptation::None, &integrity);
+    let mut filter = ForceBalanceEkf::new(balance, params, Adaptation::None, &integrity, WHEEL_SD);
     let hold = Drive {
         traction_n: 1e4 * 9.81 * 0.02,
         ..DRIVE

@@ -29,24 +29,30 @@ fn truth() -> Truth {
 struct Stage {
     mass: ForceBalanceRls,
     balance: ForceBalance,
-    train: DistributedTrain,
 }
 
 impl Stage {
     fn new(params: MassParams, policy: Forgetting<4>) -> Self {
         Self {
-            mass: ForceBalanceRls::new(&vehicle(), params, policy),
+            mass: ForceBalanceRls::new(&vehicle(), params, policy, None),
             balance: ForceBalance::new(&vehicle()),
-            train: DistributedTrain::new(&vehicle(), None),
         }
     }
 
-    fn take(&mut self, sample: &AlignedSample) -> AidStatus {
-        self.mass.sample(sample, &self.balance, &self.train)
+    /// With another standard deviation of the accelerometer's bias, m/s².
+    fn with_bias_sd(params: MassParams, policy: Forgetting<4>, bias_sd_mps2: Real) -> Self {
+        Self {
+            mass: ForceBalanceRls::new(&vehicle(), params, policy, Some(bias_sd_mps2)),
+            ..Self::new(params, policy)
+        }
+    }
+
+    fn take(&mut self, sample: &BalanceSample) -> AidStatus {
+        self.mass.sample(sample, &self.balance)
     }
 
     fn internal(&self, name: &str) -> Real {
-        let internals = self.mass.internals(&self.train);
+        let internals = self.mass.internals(0.0);
         let place = ForceBalanceRls::INTERNALS
             .iter()
             .position(|i| i.name == name);
@@ -85,8 +91,7 @@ fn without_noise_mass_resistance_and_what_curves_add_are_found_exactly() {
         assert!(stage.internal("mass_residual_n").abs() < 0.01);
         assert_eq!(stage.internal("load_changes"), 0.0);
         // In a curve of 10 m: 0.026 + 0.04/10.
-        stage.train.roll(Some([0.0, 0.1]), 1.0, 1.0, 0.01);
-        assert!((stage.mass.running_resistance(&stage.train) - 0.030).abs() < 1e-6);
+        assert!((stage.mass.running_resistance(0.1) - 0.030).abs() < 1e-6);
     }
 }
 
@@ -95,7 +100,6 @@ fn the_bias_of_the_accelerometer_is_told_from_resistance_by_reversals() {
     let sure = MassParams {
         residual_sd_mps2: 1e-4,
         mu_sd: 1.0,
-        accel_bias_sd_mps2: Some(0.5),
         sway_share: 0.0,
         ..params()
     };
@@ -104,7 +108,7 @@ fn the_bias_of_the_accelerometer_is_told_from_resistance_by_reversals() {
         curve_m: 0.0,
         ..truth()
     };
-    let mut stage = Stage::new(sure, Forgetting::None);
+    let mut stage = Stage::with_bias_sd(sure, Forgetting::None, 0.5);
     let mut random = Random::new(12);
     for _ in 0..300 {
         stage.take(&biased.sample(&Instant::draw(&mut random)));
@@ -121,9 +125,7 @@ fn the_bias_of_the_accelerometer_is_told_from_resistance_by_reversals() {
 #[test]
 fn what_mass_and_resistance_do_to_the_slope_is_the_scatter_of_slopes_drawn() {
     let mut stage = Stage::new(params(), Forgetting::None);
-    stage.train.roll(Some([0.0, 0.15]), 1.0, 1.0, 0.01);
-    let curvature = stage.train.curvature_per_m();
-    assert_eq!(curvature, 0.15);
+    let curvature = 0.15;
     let x = vector![1.2, 0.05, 0.01, 0.2];
     #[rustfmt::skip]
     let L = Matrix4::new(
@@ -150,7 +152,7 @@ fn what_mass_and_resistance_do_to_the_slope_is_the_scatter_of_slopes_drawn() {
             direction,
             mu,
         };
-        let sd = stage.mass.slope_sd_rad(&steady, &stage.train);
+        let sd = stage.mass.slope_sd_rad(&steady, curvature);
         let mut random = Random::new(14);
         let square = (0..count).map(|_| {
             let drawn = x + L * Vector4::from_fn(|_, _| random.normal());
@@ -212,9 +214,7 @@ fn variance(stage: &mut Stage, acceleration: Real, doubt_mps2: Real) -> (AidOutc
         sine: [0.0; 2],
         curvature_per_m: 0.0,
     });
-    let mut felt = sample.felt.unwrap();
-    (felt.tare.doubt_mps2, felt.load.doubt_mps2) = (doubt_mps2, doubt_mps2);
-    sample.felt = Some(felt);
+    sample.doubt_mps2 = [doubt_mps2; 2];
     let status = stage.take(&sample);
     (status.outcome, status.innovation_variance)
 }
@@ -223,7 +223,6 @@ fn sure() -> MassParams {
     MassParams {
         mass_sd: 0.001,
         mu_sd: 0.0,
-        accel_bias_sd_mps2: Some(0.0),
         curve_sd_m: 0.0,
         load_change_detector: false,
         ..params()
@@ -233,7 +232,7 @@ fn sure() -> MassParams {
 #[test]
 fn without_excitation_a_sample_has_its_small_weight_and_with_weight_zero_none() {
     let policy = Forgetting::Constant(0.9);
-    let mut stage = Stage::new(sure(), policy);
+    let mut stage = Stage::with_bias_sd(sure(), policy, 0.0);
     for _ in 0..5 {
         let (outcome, found) = variance(&mut stage, 0.0, 0.0);
         assert_eq!(outcome, AidOutcome::Deweighted);
@@ -244,7 +243,7 @@ fn without_excitation_a_sample_has_its_small_weight_and_with_weight_zero_none() 
     let (_, found) = variance(&mut stage, 0.0, 0.05);
     assert!((found / ((0.02 * 0.02 + 0.05 * 0.05) / 0.02) - 1.0).abs() < 1e-3);
 
-    let mut swinging = Stage::new(sure(), policy);
+    let mut swinging = Stage::with_bias_sd(sure(), policy, 0.0);
     let mut jolts = EwmaVariance::default();
     for k in 0..20 {
         let a = if k % 2 == 0 { 0.5 } else { -0.5 };
@@ -269,24 +268,6 @@ fn without_excitation_a_sample_has_its_small_weight_and_with_weight_zero_none() 
     let before = stage.mass.rls;
     let (outcome, _) = variance(&mut stage, 0.0, 0.0);
     assert_eq!(outcome, AidOutcome::Rejected(Rejection::NotExcited));
-    assert_eq!(stage.mass.rls, before);
-}
-
-#[test]
-fn without_the_accelerometer_no_sample_counts() {
-    let mut stage = Stage::new(params(), Forgetting::None);
-    let mut random = Random::new(15);
-    for _ in 0..20 {
-        stage.take(&truth().sample(&Instant::draw(&mut random)));
-    }
-    assert!(stage.mass.excited());
-    let before = stage.mass.rls;
-    let blind = AlignedSample {
-        felt: None,
-        ..truth().sample(&Instant::draw(&mut random))
-    };
-    assert_eq!(stage.take(&blind).outcome, AidOutcome::Stale);
-    assert!(!stage.mass.excited());
     assert_eq!(stage.mass.rls, before);
 }
 

@@ -112,6 +112,8 @@ pub struct CurvatureSlope {
     slope: Adaptive<Ukf<InertialModel, 2>, 1>,
     mass: Value,
     started: bool,
+    /// True if accelerometer and wheels had a value in the last step.
+    fresh: bool,
     saturated: bool,
     gate: Gate,
     bias_sd_mps2: Real,
@@ -162,6 +164,7 @@ impl CurvatureSlope {
             slope: Adaptive { filter, noise },
             mass: no_mass(vehicle),
             started: false,
+            fresh: false,
             saturated: false,
             gate: Gate::new(integrity),
             bias_sd_mps2: 0.0,
@@ -256,6 +259,7 @@ impl Method for CurvatureSlope {
         let [effective, effective_sd] = now.effective_rad;
         self.ahead = [sin(now.attitude.pitch_rad) - sin(effective), effective_sd];
         self.bias_sd_mps2 = now.bias_sd_mps2;
+        self.fresh = reading.specific_force_mps2.is_some() && reading.speed_mps.is_some();
         let theta = self.slope.filter.belief().x.y;
         self.curvature.step(&reading, theta, now.dt);
         self.predict(&reading, now.dt);
@@ -277,7 +281,7 @@ impl Method for CurvatureSlope {
         Value {
             value: asin((sin(x.y) - ahead).clamp(-limit, limit)),
             sd: sqrt(P.m22 + bias_rad * bias_rad + ahead_sd * ahead_sd),
-            valid: self.started && !self.saturated,
+            valid: self.started && self.fresh && !self.saturated,
         }
     }
 
@@ -304,7 +308,7 @@ impl Method for CurvatureSlope {
     }
 }
 
-state!(CurvatureSlope { curvature, slope, mass, started, saturated, gate, bias_sd_mps2, ahead, unadapted_sd; params, wheel_speed_sd_mps });
+state!(CurvatureSlope { curvature, slope, mass, started, fresh, saturated, gate, bias_sd_mps2, ahead, unadapted_sd; params, wheel_speed_sd_mps });
 
 #[cfg(test)]
 #[path = "inertial_tests.rs"]

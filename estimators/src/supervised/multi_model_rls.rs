@@ -86,8 +86,9 @@ pub struct MultiModelMass {
 }
 
 impl MultiModelMass {
-    /// Builds the mass estimator from the vehicle and the parameters.
-    pub fn new(vehicle: &Vehicle, params: MultiModelParams) -> Self {
+    /// Builds the mass estimator from the vehicle, the parameters and the standard deviation of the accelerometer's bias,
+    /// m/s² (`None`: that of the vehicle's sheet).
+    pub fn new(vehicle: &Vehicle, params: MultiModelParams, bias_sd_mps2: Option<Real>) -> Self {
         let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
         let rls = Rls::new(
             prior,
@@ -106,7 +107,7 @@ impl MultiModelMass {
             load: LoadChangeDetector::new(params.load_change_detector, params.load_change),
             mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
             mu: vehicle.running_resistance,
-            bias_sd_mps2: vehicle.accel_bias_sd(None, 0.02),
+            bias_sd_mps2: vehicle.accel_bias_sd(bias_sd_mps2, 0.02),
             tare_kg: vehicle.tare_kg,
             range_kg: vehicle.mass_range_kg,
             saturated: false,
@@ -174,14 +175,11 @@ impl MassEstimator for MultiModelMass {
         let acceleration = now.sample.acceleration_mps2;
         let direction = now.direction();
         // f with the slope under the load; the difference of the slope under the tare is known and goes to the other
-        // side. The core knows the bias better than a level taken as known could.
-        let [bias, bias_sd] = now.bias_mps2;
-        self.bias_sd_mps2 = bias_sd;
-        let [tare_u, load_u] = now.u_mps2.map(|u| u - bias);
+        // side.
+        let [tare_u, load_u] = now.u_mps2;
         let f = acceleration + load_u;
         let tare_kg = self.tare_kg;
         let [u, doubt] = now.whole(tare_kg, self.fused() * self.mass0_kg);
-        let u = u - bias;
         let cosine = ForceBalance::cosine(acceleration + u, acceleration);
         let a = f + direction * self.mu * GRAVITY * cosine;
         let noise = self.params.residual_sd_mps2;
@@ -282,8 +280,8 @@ impl MassEstimator for MultiModelMass {
     }
 }
 
-state!(MultiModelMass { straight, turning, straight_weight, sums, load, saturated, outcome, bias_sd_mps2;
-    params, start, mass0_kg, mu, tare_kg, range_kg });
+state!(MultiModelMass { straight, turning, straight_weight, sums, load, saturated, outcome;
+    params, start, mass0_kg, mu, bias_sd_mps2, tare_kg, range_kg });
 
 #[cfg(test)]
 #[path = "multi_model_rls_tests.rs"]

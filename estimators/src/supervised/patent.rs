@@ -38,7 +38,7 @@ variants! {
                 conditioning: p.conditioning,
             };
             let slope = ForceBalanceEkf::new(ForceBalance::new(vehicle), p.slope, p.switch.adaptation(), &p.integrity, p.attitude.wheel_speed_sd_mps);
-            let mass = MultiModelMass::new(vehicle, p.mass);
+            let mass = MultiModelMass::new(vehicle, p.mass, p.attitude.accel_bias_sd_mps2);
             Supervised::new(vehicle, &core, p.mass.sampling(), TwoStage::new(vehicle, mass, slope, p.slip.slip_detector))
         };
 }

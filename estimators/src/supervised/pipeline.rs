@@ -23,7 +23,7 @@ use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::fusion::effective::{EffectiveGrade, MassOnRail};
 use crate::fusion::swing_balance::params::SwingBalanceParams;
 use crate::fusion::train_core::{CoreSignals, TrainCore, layout};
-use crate::models::force_balance::ForceBalance;
+use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::models::sample::ResampledSample;
 use crate::models::single_track::Bend;
 use crate::preprocess::conditioning::ConditioningParams;
@@ -47,7 +47,7 @@ params! {
 /// Standard deviation of sin θ + b/g up to which the rail is read: what is read badly is told with its doubt.
 const MAX_SUM_SD: Real = 0.02;
 /// Samples that may wait for rail.
-const WAITING: usize = 32;
+const WAITING: usize = 24;
 /// Longest way that the delay of the low-pass can make, m.
 const MAX_DELAY_M: Real = 2.0;
 /// Standard deviation of the grade 9 m behind the rail read, rad.
@@ -165,7 +165,7 @@ impl MethodTrust {
             let share = variance / both;
             let other = sqrt((both - variance).max(0.0));
             Value {
-                value: grade.value + share * off,
+                value: within(grade.value + share * off, -MAX_GRADE_RAD, MAX_GRADE_RAD),
                 sd: (1.0 - share) * grade.sd + share * other,
                 ..grade
             }
@@ -203,7 +203,6 @@ pub struct Supervised<M> {
     standstill_mps: Real,
     method_grade: bool,
     conditioning: ConditioningParams,
-    balance: ForceBalance,
     signals: Resampler,
     /// Samples, each with its place.
     waiting: RingBuffer<(ResampledSample, Place), WAITING>,
@@ -264,7 +263,6 @@ impl<M: Method> Supervised<M> {
             standstill_mps: vehicle.standstill_mps(None),
             method_grade: supervision.method_grade,
             conditioning,
-            balance: ForceBalance::new(&vehicle),
             signals: Resampler::new(cutoff_hz, rate_hz, settle_s),
             waiting: RingBuffer::new(),
             late_m: 0.0,
@@ -283,10 +281,11 @@ impl<M: Method> Supervised<M> {
     fn next(
         &mut self,
         reading: &Reading,
+        force_n: Option<Real>,
         running: bool,
         dt: Real,
     ) -> Option<(ResampledSample, Place)> {
-        let new = self.signals.step(reading, &self.balance, running, dt);
+        let new = self.signals.step_force(reading, force_n, running, dt);
         let speed = reading.speed_mps.unwrap_or(self.signals.speed_mps());
         let late_m = self.late_m + (speed - self.signals.speed_mps()) * dt;
         self.late_m = within(late_m, -MAX_DELAY_M, MAX_DELAY_M);
@@ -304,11 +303,7 @@ impl<M: Method> Supervised<M> {
     }
 
     /// Works a sample off; returns its normalised innovation squared and its period, s, if the method has used it.
-    fn take(
-        &mut self,
-        (sample, place): (ResampledSample, Place),
-        attitude: &Attitude,
-    ) -> Option<(Real, Real)> {
+    fn take(&mut self, (sample, place): (ResampledSample, Place)) -> Option<(Real, Real)> {
         let means = self.train.at(self.core.rail(), place);
         self.curvature_per_m = means.bend_per_m;
         // Going back over rail that is no longer remembered, or never was.
@@ -318,9 +313,7 @@ impl<M: Method> Supervised<M> {
             self.status = control::without(AidOutcome::Rejected(Rejection::NotExcited));
             return None;
         }
-        let [bias_sd, ..] = self.core.attitude().reading();
         let sample = BalanceSample {
-            bias_mps2: [attitude.bias_mps2, bias_sd],
             bend: self.core.bends().filtered(),
             ..BalanceSample::new(sample, &means, self.tare_kg, self.core.read_sd())
         };
@@ -343,6 +336,8 @@ impl<M: Method> Supervised<M> {
         };
         let core = &self.core;
         let constant_sd = core.constant_sd_rad();
+        self.effective
+            .go(attitude.speed_mps * dt, &self.train, &carried, core.rail());
         self.effective.step(
             attitude,
             constant_sd,
@@ -378,7 +373,11 @@ impl<M: Method> Supervised<M> {
             sd: attitude.grade_at_imu_sd_rad(),
             valid: true,
         };
-        let common_sd = attitude.grade_at_imu_sd_rad();
+        // Without samples of the IMU its errors are no longer those of the rail read before.
+        let common_sd = match self.core.attitude().found().imu {
+            true => attitude.grade_at_imu_sd_rad(),
+            false => 0.0,
+        };
         self.grades = self
             .trust
             .weigh([by_core, at_imu], common_sd, by_method, dt);
@@ -394,8 +393,9 @@ impl<M: Method> Pipeline for Supervised<M> {
         if let Some((attitude, input)) = self.core.step(reading, self.method.mass_kg().value, dt) {
             let (_, running) = motion(reading, self.standstill_mps);
             let running = running && !input.doubt;
-            if let Some(sample) = self.next(reading, running && input.sound, dt) {
-                nis = self.take(sample, &attitude);
+            let force_n = input.traction.map(|[force, _]| force);
+            if let Some(sample) = self.next(reading, force_n, running && input.sound, dt) {
+                nis = self.take(sample);
             }
             if let Control::Out(outcome) = control::force_balance(reading, running, true) {
                 self.status = control::without(outcome);
@@ -403,7 +403,7 @@ impl<M: Method> Pipeline for Supervised<M> {
             if !self.signals.settled() {
                 self.method.pause();
             }
-            let traction = input.traction.filter(|_| running).map(|[force, _]| force);
+            let traction = force_n.filter(|_| running);
             self.weigh(reading, &attitude, traction, dt);
         }
         self.core.supervise(reading, nis, dt);
@@ -427,7 +427,7 @@ impl<M: Method> Pipeline for Supervised<M> {
             },
             flags: Flags {
                 moving: self.core.is_moving(reading),
-                excited: self.method.is_excited(),
+                excited: self.signals.settled() && self.method.is_excited(),
                 saturated: self.method.is_saturated(),
             },
             ..self.core.estimate(t)
@@ -461,4 +461,8 @@ impl<M: Method> Pipeline for Supervised<M> {
 }
 
 state!(@[M: State] Supervised<M> { core, signals, waiting, late_m, since_s, curvature_per_m, method, effective, trust, grades, status;
-    train, tare_kg, gain_sd, front_m, standstill_mps, method_grade, conditioning, balance });
+    train, tare_kg, gain_sd, front_m, standstill_mps, method_grade, conditioning });
+
+#[cfg(test)]
+#[path = "pipeline_tests.rs"]
+mod tests;

@@ -93,12 +93,16 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> ResistancePipeline {
         vehicle,
         &core,
         params.resistance.sampling(),
-        Resistance::new(vehicle, params.resistance),
+        Resistance::new(
+            vehicle,
+            params.resistance,
+            params.attitude.accel_bias_sd_mps2,
+        ),
     )
 }
 
 impl Resistance {
-    fn new(vehicle: &Vehicle, params: ResistanceParams) -> Self {
+    fn new(vehicle: &Vehicle, params: ResistanceParams, bias_sd_mps2: Option<Real>) -> Self {
         let prior =
             Gaussian::independent(vector![params.resistance0], vector![params.resistance0_sd]);
         let policy = Forgetting::Dynamic {
@@ -114,7 +118,7 @@ impl Resistance {
             rls: Rls::new(prior, policy),
             load: 0.0,
             outcome: Outcome::default(),
-            bias_sd_mps2: vehicle.accel_bias_sd(None, 0.01),
+            bias_sd_mps2: vehicle.accel_bias_sd(bias_sd_mps2, 0.01),
             running: false,
         }
     }
@@ -139,9 +143,7 @@ impl Method for Resistance {
 
     fn sample(&mut self, now: &BalanceSample) -> AidStatus {
         // g sin θ, mean over the masses of the train; rail not yet read makes it doubtful.
-        let [bias, bias_sd] = now.bias_mps2;
-        let [u, doubt] = now.whole(self.tare_kg, self.mass_kg);
-        let slope = u - bias;
+        let [slope, doubt] = now.whole(self.tare_kg, self.mass_kg);
         let inertia = self.balance.rotating_mass_kg * now.sample.acceleration_mps2;
         let y =
             (now.sample.force_n - inertia) / self.mass_kg - now.sample.acceleration_mps2 - slope;
@@ -151,7 +153,6 @@ impl Method for Resistance {
         let Some(outcome) = self.rls.update(y, &vector![h], r, false) else {
             return control::regressed(None, true);
         };
-        self.bias_sd_mps2 = bias_sd;
         self.outcome = outcome;
         self.load = (now.sample.force_n / (self.mass_kg * GRAVITY)).abs();
         self.rls.belief.x.x = within(self.rls.belief.x.x, -MAX_COEFFICIENT, MAX_COEFFICIENT);
@@ -211,7 +212,11 @@ impl Surveyed {
             front_end: FrontEnd::new(vehicle),
             signals: Resampler::new(cutoff_hz, rate_hz, settle_s),
             standstill_mps: vehicle.standstill_mps(None),
-            method: Resistance::new(vehicle, params.resistance),
+            method: Resistance::new(
+                vehicle,
+                params.resistance,
+                params.attitude.accel_bias_sd_mps2,
+            ),
         }
     }
 
@@ -237,7 +242,6 @@ impl Surveyed {
             next.method.sample(&BalanceSample {
                 sample,
                 u_mps2: [slope; 2],
-                bias_mps2: [0.0, self.method.bias_sd_mps2],
                 ..BalanceSample::default()
             });
         }
@@ -294,4 +298,4 @@ impl SpeedPrediction {
     }
 }
 
-state!(Resistance { rls, load, outcome, bias_sd_mps2, running; params, balance, mass_kg, tare_kg });
+state!(Resistance { rls, load, outcome, running; params, bias_sd_mps2, balance, mass_kg, tare_kg });

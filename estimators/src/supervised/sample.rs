@@ -20,8 +20,6 @@ pub struct BalanceSample {
     pub u_mps2: [Real; 2],
     /// Standard deviations of both for rail that was not read, m/s².
     pub doubt_mps2: [Real; 2],
-    /// Bias of the accelerometer, m/s², and its standard deviation.
-    pub bias_mps2: [Real; 2],
     /// Mean horizontal curvature under the tare without its sign, 1/m.
     pub curvature_per_m: Real,
     /// Bend of a road, behind the same low-pass.
@@ -43,7 +41,6 @@ impl BalanceSample {
                 tare_doubt / tare_kg + read,
                 per_m * means.behind_load_m + read,
             ],
-            bias_mps2: [0.0; 2],
             curvature_per_m: means.bend_per_m,
             bend: Bend::default(),
         }
@@ -72,4 +69,4 @@ impl Blank for BalanceSample {
     }
 }
 
-state!(BalanceSample { sample, u_mps2, doubt_mps2, bias_mps2, curvature_per_m, bend; });
+state!(BalanceSample { sample, u_mps2, doubt_mps2, curvature_per_m, bend; });

@@ -238,3 +238,7 @@ impl<M: MassEstimator + State + core::fmt::Debug> Method for TwoStage<M> {
 }
 
 state!(@[M: State] TwoStage<M> { mass, slope, observability, curvature_per_m, grade; balance, slip });
+
+#[cfg(test)]
+#[path = "two_stage_tests.rs"]
+mod tests;

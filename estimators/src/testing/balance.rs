@@ -2,8 +2,7 @@
 
 use crate::Real;
 use crate::models::sample::ResampledSample;
-use crate::rail::distributed_train::AlignedSample;
-use crate::rail::grade_map::{LoadedGrade, Mean};
+use crate::supervised::sample::BalanceSample;
 use crate::testing::Random;
 
 const GRAVITY: Real = 9.81;
@@ -43,8 +42,9 @@ impl Instant {
 }
 
 impl Truth {
-    /// Sum of what holds the masses back, each on its own grade, in N; the specific force is read with its bias.
-    pub fn sample(&self, at: &Instant) -> AlignedSample {
+    /// Sum of what holds the masses back, each on its own grade, in N; the rail is read with the bias of the
+    /// accelerometer, of which the sample says nothing.
+    pub fn sample(&self, at: &Instant) -> BalanceSample {
         let (a, [tare, load]) = (at.acceleration_mps2, at.sine);
         let load_kg = self.mass_kg - self.tare_kg;
         let sine = (self.tare_kg * tare + load_kg * load) / self.mass_kg;
@@ -52,23 +52,17 @@ impl Truth {
         let force_n = (self.mass_kg + self.rotating_mass_kg) * a
             + GRAVITY * (self.tare_kg * tare + load_kg * load)
             + at.speed_mps.signum() * mu * self.mass_kg * GRAVITY * (1.0 - sine * sine).sqrt();
-        let mean = |sine: Real| Mean {
-            value: [GRAVITY * sine + self.accel_bias, at.curvature_per_m],
-            ..Mean::default()
-        };
-        AlignedSample {
+        BalanceSample {
             sample: ResampledSample {
                 force_n,
                 speed_mps: at.speed_mps,
                 acceleration_mps2: a,
-                specific_force_mps2: Some(a + GRAVITY * tare + self.accel_bias),
-                curvature_per_m: at.curvature_per_m,
                 period_s: 0.5,
+                ..ResampledSample::default()
             },
-            felt: Some(LoadedGrade {
-                tare: mean(tare),
-                load: mean(load),
-            }),
+            u_mps2: at.sine.map(|sine| GRAVITY * sine + self.accel_bias),
+            curvature_per_m: at.curvature_per_m,
+            ..BalanceSample::default()
         }
     }
 }

@@ -32,7 +32,7 @@ use crate::models::{attitude, swing_balance};
 use crate::rail::train_means::TrainMeans;
 use crate::supervised::force_balance_ekf::ForceBalanceModel;
 use crate::supervised::imm::{self, Acceleration, SlopeModel};
-use crate::supervised::inertial::{InertialModel, Motion, SlopeRate};
+use crate::supervised::inertial::{InertialModel, Motion};
 use crate::testing::Random;
 use crate::testing::vehicles::vehicle;
 
@@ -137,22 +137,16 @@ fn inclination(random: &mut Random) {
 fn inertial(random: &mut Random) {
     let model = InertialModel {
         q_v: 1e-6,
-        q_theta: [5e-6, 1e-8],
+        q_theta: 5e-6,
     };
-    let turns = [
-        SlopeRate::Curvature(0.1 * random.normal()),
-        SlopeRate::Gyro(0.1 * random.normal()),
-    ];
-    let force = random.normal();
-    for turn in turns {
-        for specific_force_mps2 in [None, Some(force)] {
-            let motion = Motion {
-                specific_force_mps2,
-                turn,
-                force_noise_mps2: 0.0,
-            };
-            check(&model, &motion, speed_and_grade(random));
-        }
+    let (force, curvature_per_m) = (random.normal(), 0.1 * random.normal());
+    for specific_force_mps2 in [None, Some(force)] {
+        let motion = Motion {
+            specific_force_mps2,
+            curvature_per_m,
+            force_noise_mps2: 0.0,
+        };
+        check(&model, &motion, speed_and_grade(random));
     }
 }
 

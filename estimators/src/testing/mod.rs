@@ -3,6 +3,7 @@
 pub mod balance;
 mod jacobians;
 mod registry_tests;
+pub mod steps;
 pub mod vehicles;
 
 use std::vec::Vec;

@@ -92,13 +92,18 @@ impl Turn {
         let value = [
             reading.specific_force_mps2.unwrap(),
             reading.lateral_force_mps2.unwrap(),
-            9.81,
+            (9.81 * 9.81 - self.uphill * self.uphill).sqrt(),
         ];
         z.specific_force_mps2 = Some(Sample {
             t: Time::from_s(t_s),
             value,
         });
-        let value = [0.0, 0.0, self.yaw_rate];
+        // The heading turns about the vertical, which on a grade is not the upward axis of the car.
+        let (sine, cosine) = (
+            self.uphill / 9.81,
+            (1.0 - (self.uphill / 9.81).powi(2)).sqrt(),
+        );
+        let value = [self.yaw_rate * sine, 0.0, self.yaw_rate * cosine];
         z.angular_rate_radps = Some(Sample {
             t: Time::from_s(t_s),
             value,
@@ -197,7 +202,8 @@ pub struct World {
     pub speed_sd: Real,
     pub accel_sd: Real,
     pub torque_noise: Real,
-    /// Where tare and load rest, m behind the instrument, nearest and farthest: both 0 for a point.
+    /// Over what the tare is spread and between what the load hangs, m behind the instrument, nearest and farthest: both
+    /// 0 for a point.
     pub tare_span_m: [Real; 2],
     pub load_span_m: [Real; 2],
     /// Grade angle, rad, at a chainage, m.
@@ -245,6 +251,7 @@ pub fn smooth(x: Real) -> Real {
 #[derive(Clone, Copy)]
 pub struct Row {
     pub t: Real,
+    pub s: Real,
     pub mass: Real,
     pub theta: Real,
     pub effective: Real,
@@ -311,15 +318,18 @@ impl World {
                 t: Time::from_s(t),
                 ..Default::default()
             };
+            // The heading turns about the vertical.
+            let heading_rate = v * (self.curve)(s);
+            let (roll_rate, yaw_rate) = (heading_rate * theta.sin(), heading_rate * theta.cos());
             let f = a + 9.81 * theta.sin() + self.accel_bias + self.accel_sd * random.normal();
             z.specific_force_mps2 = Some(Sample {
                 t: Time::from_s(t),
-                value: [f, 0.0, 9.81 * theta.cos()],
+                value: [f, v * yaw_rate, 9.81 * theta.cos() + v * pitch_rate],
             });
             let rate = pitch_rate + 1e-4 * random.normal();
             z.angular_rate_radps = Some(Sample {
                 t: Time::from_s(t),
-                value: [0.0, -rate, v * (self.curve)(s) + 1e-4 * random.normal()],
+                value: [roll_rate, -rate, yaw_rate + 1e-4 * random.normal()],
             });
             if k % 2 == 0 {
                 let loss = if force * v >= 0.0 {
@@ -344,6 +354,7 @@ impl World {
             let estimate = estimator.step(&z, &Command::default(), DT).unwrap();
             rows.push(Row {
                 t,
+                s,
                 mass,
                 theta,
                 effective,
@@ -354,13 +365,15 @@ impl World {
     }
 
     /// asin of the mean of sin θ over all masses.
-    fn effective_grade(&self, s: Real, mass: Real) -> Real {
+    pub fn effective_grade(&self, s: Real, mass: Real) -> Real {
         let mean = |[nearest, farthest]: [Real; 2]| {
             let at = |k: i32| nearest + (farthest - nearest) * (k as Real + 0.5) / 40.0;
             (0..40).map(|k| (self.grade)(s - at(k)).sin()).sum::<Real>() / 40.0
         };
+        // The load hangs at both ends of its span.
+        let load = self.load_span_m.map(|at| (self.grade)(s - at).sin());
         let tare = vehicle().tare_kg / mass;
-        (tare * mean(self.tare_span_m) + (1.0 - tare) * mean(self.load_span_m)).asin()
+        (tare * mean(self.tare_span_m) + (1.0 - tare) * 0.5 * (load[0] + load[1])).asin()
     }
 
     /// Traction, N, that keeps a forward speed on a grade.
