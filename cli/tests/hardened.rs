@@ -92,6 +92,7 @@ fn pipes_and_devices_are_no_files() {
             &["merge", name, "--into", "all.jsonl"][..],
             &["report", name],
             &["check", "--kind", "track", name],
+            &["sensors", "fit", name],
         ] {
             let told = refused(&dir, 1_000_000, arguments);
             assert!(told.contains("not a regular file"), "{arguments:?}: {told}");

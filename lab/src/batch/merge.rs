@@ -2,7 +2,8 @@
 
 use crate::batch::jsonl::to_line;
 use crate::batch::lines::{Lines, wrong};
-use crate::batch::{Shard, StudyHeader};
+use crate::batch::{Shard, StudyHeader, StudyOfHeader};
+use crate::verdicts::run_result::RunResult;
 use monorig_sim::error::Error;
 use monorig_sim::record::whole;
 use std::io::{BufWriter, Write};
@@ -12,6 +13,7 @@ use std::path::{Path, PathBuf};
 struct Part {
     path: PathBuf,
     shard: Shard,
+    study: StudyOfHeader,
     lines: Lines,
     read: usize,
 }
@@ -80,9 +82,18 @@ fn open(path: &Path) -> Result<(Part, StudyHeader), Error> {
             "a file that `monorig study` wrote",
         )
     })?;
+    let study = StudyOfHeader::new(&header).map_err(|message| {
+        wrong(
+            path,
+            Some(1),
+            message,
+            "run `monorig study` for this shard again",
+        )
+    })?;
     let part = Part {
         path: path.into(),
         shard: header.shard.unwrap_or(Shard::WHOLE),
+        study,
         lines,
         read: 1,
     };
@@ -139,12 +150,13 @@ impl Part {
             None => String::new(),
         };
         self.read += 1;
-        if crate::batch::results::index_of(line.as_bytes()) == Some(index) {
-            return Ok(line);
-        }
-        let message = match line.as_str() {
-            "" => format!("this shard stops before run {index}"),
-            _ => format!("this is not the result of run {index}"),
+        let message = match serde_json::from_str::<RunResult>(&line) {
+            Ok(result) => match self.study.check(index / self.shard.of, &result) {
+                Ok(()) => return Ok(line),
+                Err(message) => message,
+            },
+            Err(_) if line.is_empty() => format!("this shard stops before run {index}"),
+            Err(_) => format!("this is not the result of run {index}"),
         };
         Err(wrong(
             &self.path,

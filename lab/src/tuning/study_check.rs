@@ -2,6 +2,7 @@
 
 use crate::metrics::{Metric, availability, find};
 use crate::tuning::name_check;
+use crate::tuning::sensitivity;
 use crate::tuning::study::{
     Combine, Evaluation, Optimiser, Range, RunGroup, Scale, TuningFile, TuningStudy,
 };
@@ -51,6 +52,18 @@ fn check(study: &TuningStudy) -> Result<(), Error> {
             wrong(
                 format!("{} trials make no search", file.budget),
                 format!("a number from {least} to {MAX_TRIALS}"),
+            ),
+        ));
+    }
+    let trials = sensitivity::trials(file);
+    if trials > u64::from(MAX_TRIALS) {
+        return Err(study.error(
+            "sensitivity",
+            wrong(
+                format!("the neighbourhood of the winner would take {trials} trials"),
+                format!(
+                    "smaller `curve`, `map` and `map_parameters`, for at most {MAX_TRIALS} trials"
+                ),
             ),
         ));
     }
