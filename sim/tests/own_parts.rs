@@ -318,3 +318,30 @@ fn a_value_that_is_no_number_is_not_taken_as_valid() {
         assert!(reason.contains("no finite number"), "{reason}");
     }
 }
+
+/// A train whose resistance turns its speed round within a step: the run ends with the time, a body and the value that
+/// does it, and without a panic.
+#[test]
+fn a_plant_that_diverges_ends_the_run() {
+    for key in ["bearing_nspm", "air_nspm2"] {
+        let rail = Rail::load(&assets().join("tracks/liu2023_section1.yaml")).unwrap();
+        let mut train = Train::load(&assets().join("trains/dx80_176y.yaml")).unwrap();
+        match key {
+            "bearing_nspm" => train.resistance.bearing_nspm = 1e9,
+            _ => train.resistance.air_nspm2 = 1e12,
+        }
+        let built = Simulation::builder(rail, train)
+            .sensors(Sheet::load(&assets().join("sensors/liu2023.yaml")).unwrap())
+            .drive_cycle(DriveCycle::by_time(&[(0.0, 1.0)]).unwrap())
+            .start_speed_mps(1.0)
+            .plant_kind(PlantKind::Rapier)
+            .stop_after_s(5.0)
+            .build(1);
+        let ended = built.and_then(|mut sim| sim.run(&mut []));
+        let told = ended.unwrap_err().to_string();
+        assert!(told.contains("broke down at t = ") && told.contains("diverges"), "{told}");
+        assert!(told.contains(&format!("train.resistance.{key}")), "{told}");
+        // while the train settles there is no motion to name a body by
+        assert!(told.contains("motion of `") || told.contains("t = 0.000"), "{told}");
+    }
+}
