@@ -251,7 +251,7 @@ fn a_quantile_can_always_fail() {
         .unwrap()
         .0
         .replace("after_s: 60", "after_s: 6");
-    let expect = "expect: [{metric: speed_rmse_mps, at_most: -1, quantile: 1.0e-10}]\n";
+    let expect = "expect: [{metric: speed_rmse_mps, at_most: 1.0e-9, quantile: 1.0e-10}]\n";
     dir.write(
         "quick.yaml",
         format!("{}{expect}", head.replace("rapier", "point-mass")).as_bytes(),

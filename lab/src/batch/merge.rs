@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 struct Part {
     path: PathBuf,
     shard: Shard,
-    study: StudyOfHeader,
+    study: Option<StudyOfHeader>,
     lines: Lines,
     read: usize,
 }
@@ -23,7 +23,8 @@ pub fn merge(parts: &[PathBuf], to: &Path) -> Result<u64, Error> {
     let mut opened = Vec::new();
     let mut whole: Option<StudyHeader> = None;
     for path in parts {
-        let (part, mut header) = open(path)?;
+        let (mut part, mut header) = open(path)?;
+        let study = StudyOfHeader::new(&header);
         header.shard = None;
         match &whole {
             Some(first) => {
@@ -40,6 +41,9 @@ pub fn merge(parts: &[PathBuf], to: &Path) -> Result<u64, Error> {
             }
             None => whole = Some(header),
         }
+        // after what differs between the files, which says more
+        let help = "run `monorig study` for this shard again";
+        part.study = Some(study.map_err(|message| wrong(path, Some(1), message, help))?);
         opened.push(part);
     }
     opened.sort_by_key(|p| p.shard.part);
@@ -82,18 +86,10 @@ fn open(path: &Path) -> Result<(Part, StudyHeader), Error> {
             "a file that `monorig study` wrote",
         )
     })?;
-    let study = StudyOfHeader::new(&header).map_err(|message| {
-        wrong(
-            path,
-            Some(1),
-            message,
-            "run `monorig study` for this shard again",
-        )
-    })?;
     let part = Part {
         path: path.into(),
         shard: header.shard.unwrap_or(Shard::WHOLE),
-        study,
+        study: None,
         lines,
         read: 1,
     };
@@ -151,9 +147,12 @@ impl Part {
         };
         self.read += 1;
         let message = match serde_json::from_str::<RunResult>(&line) {
-            Ok(result) => match self.study.check(index / self.shard.of, &result) {
-                Ok(()) => return Ok(line),
-                Err(message) => message,
+            Ok(result) => match &self.study {
+                Some(study) => match study.check(index / self.shard.of.max(1), &result) {
+                    Ok(()) => return Ok(line),
+                    Err(message) => message,
+                },
+                None => "its header has no study".to_owned(),
             },
             Err(_) if line.is_empty() => format!("this shard stops before run {index}"),
             Err(_) => format!("this is not the result of run {index}"),

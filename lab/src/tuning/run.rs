@@ -62,10 +62,6 @@ fn finished(
     store: &Path,
     progress: &dyn Progress,
 ) -> Result<Option<TuningResult>, Error> {
-    std::fs::create_dir_all(&run.folder).map_err(|source| Error::Io {
-        path: run.folder.clone(),
-        source,
-    })?;
     if run.begin == Begin::New {
         trial_store::vacant(store)?; // found out before anything is recorded
     }
@@ -81,6 +77,10 @@ fn finished(
             asker => asker,
         },
     };
+    std::fs::create_dir_all(&run.folder).map_err(|source| Error::Io {
+        path: run.folder.clone(),
+        source,
+    })?;
     let means = Means {
         cache: &cache,
         jobs: run.jobs,
