@@ -272,7 +272,10 @@ fn a_baseline_is_in_every_report() {
     assert!(dir.read("v.html").contains("FAILED"));
     let other = [&against[..], &["--seeds", "7"]].concat();
     let (code, _, err) = dir.monorig(&other);
-    assert!(code == Some(2) && err.contains("nothing to compare"), "{err}");
+    assert!(
+        code == Some(2) && err.contains("nothing to compare"),
+        "{err}"
+    );
 }
 
 /// `tune --queue` takes a folder that is empty or its own, and leaves every other as it is.

@@ -339,9 +339,15 @@ fn a_plant_that_diverges_ends_the_run() {
             .build(1);
         let ended = built.and_then(|mut sim| sim.run(&mut []));
         let told = ended.unwrap_err().to_string();
-        assert!(told.contains("broke down at t = ") && told.contains("diverges"), "{told}");
+        assert!(
+            told.contains("broke down at t = ") && told.contains("diverges"),
+            "{told}"
+        );
         assert!(told.contains(&format!("train.resistance.{key}")), "{told}");
         // while the train settles there is no motion to name a body by
-        assert!(told.contains("motion of `") || told.contains("t = 0.000"), "{told}");
+        assert!(
+            told.contains("motion of `") || told.contains("t = 0.000"),
+            "{told}"
+        );
     }
 }
