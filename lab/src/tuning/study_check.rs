@@ -34,6 +34,9 @@ impl TuningStudy {
     }
 }
 
+/// Most trials of the neighbourhood of a winner: a hundred times those of the usual one.
+const MAX_SENSITIVITY_TRIALS: u64 = 20_000;
+
 fn check(study: &TuningStudy) -> Result<(), Error> {
     let file = &study.file;
     if file.why.trim().is_empty() {
@@ -56,13 +59,13 @@ fn check(study: &TuningStudy) -> Result<(), Error> {
         ));
     }
     let trials = sensitivity::trials(file);
-    if trials > u64::from(MAX_TRIALS) {
+    if trials > MAX_SENSITIVITY_TRIALS {
         return Err(study.error(
             "sensitivity",
             wrong(
                 format!("the neighbourhood of the winner would take {trials} trials"),
                 format!(
-                    "smaller `curve`, `map` and `map_parameters`, for at most {MAX_TRIALS} trials"
+                    "smaller `curve`, `map` and `map_parameters`, for at most {MAX_SENSITIVITY_TRIALS} trials"
                 ),
             ),
         ));

@@ -338,8 +338,10 @@ impl Check {
 
     /// A check that others have made: its name, its bound, the words for its failure if it does not hold.
     pub fn made_elsewhere(what: String, bound: String, failure: Option<String>) -> Self {
-        let mut count = Count::default();
-        count.holding = usize::from(failure.is_none());
+        let count = Count {
+            holding: usize::from(failure.is_none()),
+            ..Count::default()
+        };
         let mut check = count.check(what, bound, 1.0);
         check.held = failure.is_none();
         check.worst = failure;
