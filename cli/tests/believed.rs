@@ -132,8 +132,8 @@ fn an_edited_manifest_is_found() {
     assert_eq!(code, Some(0), "{out}{err}");
 }
 
-/// A line of results is of its study: a shard of another seed, another scenario, other draws, or with a verdict that does
-/// not follow from its value is refused by `merge` and `report`.
+/// A line of results is of its study: a shard of another seed, another scenario, other draws, or with a verdict that
+/// does not follow from its value is refused by `merge` and `report`.
 #[test]
 fn an_edited_line_of_results_is_found() {
     let dir = quick();

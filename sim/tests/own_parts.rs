@@ -291,8 +291,8 @@ impl Estimator for NoNumber {
     fn reset(&mut self) {}
 }
 
-/// What is no finite number is not taken as valid, neither by the controller in the loop nor by those who judge, and the
-/// run says so.
+/// A number that is not finite is not taken as valid, neither by the controller in the loop nor by those who judge, and
+/// the run says so.
 #[test]
 fn a_value_that_is_no_number_is_not_taken_as_valid() {
     for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {

@@ -2,7 +2,7 @@
 //!
 //! | in the folder | what it is |
 //! |---|---|
-//! | `monorig-queue` | the mark of such a folder, locked while a search runs: nothing is removed in a folder without it |
+//! | `monorig-queue` | the mark of such a folder, locked while a search runs; without it nothing is removed |
 //! | `search.json` | which study asks, made from and by what: workers with another refuse to work |
 //! | `alive` | its time of change moves while the search runs |
 //! | `open/` | questions nobody has taken: one parameter set over one run each |
@@ -116,8 +116,8 @@ impl Queue {
         changed(&self.folder.join("alive"))
     }
 
-    /// Waits until the folder's last search has shown that it is over: it said so, or it gives no sign of life. False if
-    /// `progress` stopped the wait; a search that is alive is an error.
+    /// Waits until the folder's last search has shown that it is over: it said so, or it gives no sign of life. False
+    /// if `progress` stopped the wait; a search that is alive is an error.
     fn is_silent(&self, progress: &dyn Progress) -> Result<bool, Error> {
         let (begun, last) = (Instant::now(), self.alive());
         while last.is_some() && !self.finished() && begun.elapsed() < ALIVE {

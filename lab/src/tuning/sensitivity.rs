@@ -42,8 +42,8 @@ pub(crate) struct Map {
     pub(crate) losses: Vec<Vec<Option<f64>>>,
 }
 
-/// Trials that the neighbourhood of a winner takes: a curve for each parameter, with winner and defaults in it, and a map
-/// for each pair of those that matter most.
+/// Trials that the neighbourhood of a winner takes: a curve for each parameter, with winner and defaults in it, and a
+/// map for each pair of those that matter most.
 pub(crate) fn trials(file: &TuningFile) -> u64 {
     let points = &file.sensitivity;
     let parameters = file.parameters.len() as u64;

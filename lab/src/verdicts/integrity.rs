@@ -32,7 +32,7 @@ pub struct Integrity {
     pub(crate) no_worse_than: Option<f64>,
 }
 
-/// What an integrity comes to.
+/// The outcome of an integrity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
     /// It is shown for reference only.

@@ -83,8 +83,8 @@ mod tests {
         plausible.check(Path::new("a.csv"), &chunk)
     }
 
-    /// Whatever the clock begins with, a log of hours is one, and one stamp of another epoch or unit is found, wherever it
-    /// stands.
+    /// Whatever the clock begins with, a log of hours is one, and one stamp of another epoch or unit is found,
+    /// wherever it stands.
     #[test]
     fn one_stamp_far_from_the_rest_is_found() {
         for origin_s in [0.0, -3600.0, 1.7e9, 4.1e9] {

@@ -1,7 +1,8 @@
 //! A plant that diverges ends the run with an error: when, which body, and which value is the likely cause.
 //!
-//! Values of a file may each be in their range and still have no physics together: a damping that turns a velocity round
-//! within a step, a drag that stops a train in a step. Forces then grow from step to step until they are no numbers.
+//! Values of a file may each be in their range and still have no physics together: a damping that turns a velocity
+//! round within a step, a drag that stops a train in a step. Forces then grow from step to step until they are no
+//! numbers.
 
 use super::Plant;
 use crate::error::Error;

@@ -120,7 +120,7 @@ impl Baseline {
     }
 }
 
-/// What has become of a metric.
+/// The value of a metric now and before, in words.
 fn words(before: Option<f64>, now: Option<f64>) -> String {
     let value = |x: Option<f64>| x.map_or("not measured".to_owned(), |x| format!("{x:.4}"));
     let change = match (before, now) {

@@ -104,8 +104,8 @@ fn range(key: &str) -> Option<(f64, f64, &'static str)> {
 mod tests {
     use super::*;
 
-    /// Every row admits its own ends and refuses what is ten times beyond them, of either sign, in lists and below other
-    /// keys too.
+    /// Every row admits its own ends and refuses what is ten times beyond them, of either sign, in lists and below
+    /// other keys too.
     #[test]
     fn ends_are_within_and_what_is_beyond_is_not() {
         let rows = UNITS
