@@ -9,6 +9,7 @@
 mod common;
 
 use common::TestFolder;
+use monorig_testing::Random;
 use monorig_testing::mutants::{self, mutant};
 use std::process::{Command, Stdio};
 
@@ -236,3 +237,108 @@ objective: {metrics: [{metric: slope_rmse_deg}]}
 evaluation: closed_loop
 budget: 5
 ";
+
+/// A scenario of three seconds with every file of its own, whose numbers are all small and plain.
+const SHORT: &str = "\
+version: 1
+why: A short one.
+track: track.yaml
+train: train.yaml
+load: {mass_kg: 2500}
+start: {chainage_m: 25, speed_mps: 0.5}
+stop: {after_s: 3}
+physics: {dt_ms: 2, gravity_mps2: 9.81}
+drive:
+  speed: [{at_s: 0, mps: 0.5}, {at_s: 2, mps: 1.0}]
+  controller: {kp: 1.5, ki: 0.5}
+sensors: sensors.yaml
+estimators:
+  dffrls_aekf_robust: {lambda0: 0.98}
+  rail_fusion: {}
+record: {rate_hz: 50}
+expect:
+  - {estimator: rail_fusion, metric: slope_rmse_deg, after_s: 1, until_s: 2.5, at_most: 3, quantile: 0.5, availability: 0.5}
+integrity: {k: 3, mass_alert_rel: 0.1, slope_alert_deg: 1, max_misleading_share: 0.001}
+";
+
+/// Every number of every file, with a value that no physics has: the run ends in time with a result or with an error
+/// that says what is wrong, and `test` writes its reports whatever it finds.
+#[test]
+fn extreme_values_of_every_leaf() {
+    const SIZES: [f64; 16] = [
+        1e-320, 1e-31, 1e-15, 1e-6, 1e-3, 0.5, 1.5, 10.0, 1e3, 1e5, 1e6, 1e8, 1e9, 1e11, 1e12,
+        1e300,
+    ];
+    let dir = TestFolder::new();
+    dir.write("short.yaml", SHORT.as_bytes());
+    let files = [
+        "short.yaml",
+        "train.yaml",
+        "track.yaml",
+        "sensors.yaml",
+        "units/drive_unit.yaml",
+        "units/load_block.yaml",
+    ];
+    let good: Vec<String> = files.iter().map(|file| dir.read(file)).collect();
+    let mut random = Random::new(mutants::first_seed());
+    for case in 0..mutants::count(FEW / 5) {
+        let at = random.below(files.len());
+        let (file, text) = (files[at], &good[at]);
+        let numbers = numbers(text);
+        let (from, to) = numbers[random.below(numbers.len())];
+        let size = *random.of(&SIZES);
+        let value = match random.below(5) {
+            0 => "0".to_owned(),
+            1 => format!("{:e}", -size),
+            _ => format!("{size:e}"),
+        };
+        let (before, after) = (&text[..from], &text[to..]);
+        dir.write(file, format!("{before}{value}{after}").as_bytes());
+        let command = [
+            "test",
+            "short.yaml",
+            "--json",
+            "v.json",
+            "--junit",
+            "v.xml",
+            "--jobs",
+            "1",
+        ];
+        let (code, told) = bounded(&dir, &command.map(str::to_owned));
+        let words = format!(
+            "case {case}, {file}: {} -> {value}: {code:?} {told}",
+            &text[from..to]
+        );
+        assert!(
+            matches!(code, Some(0..=2)) && !told.contains("panicked"),
+            "{words}"
+        );
+        for report in ["v.json", "v.xml"] {
+            assert!(dir.path(report).is_file(), "{words}: no {report}");
+        }
+        dir.write(file, text.as_bytes());
+    }
+}
+
+/// The places of the numbers in a text: behind a colon, a comma, a bracket or a blank.
+fn numbers(text: &str) -> Vec<(usize, usize)> {
+    let bytes = text.as_bytes();
+    let is_number = |b: &u8| b.is_ascii_digit() || b".eE+-".contains(b);
+    let mut found = Vec::new();
+    let mut at = 0;
+    while let Some(start) = bytes[at..]
+        .iter()
+        .position(|b| b.is_ascii_digit() || *b == b'-')
+    {
+        let from = at + start;
+        let length = bytes[from..].iter().take_while(|b| is_number(b)).count();
+        let before = from.checked_sub(1).map_or(b' ', |i| bytes[i]);
+        let behind = bytes.get(from + length).copied().unwrap_or(b' ');
+        let alone = b" [,".contains(&before) && b" ],}\n".contains(&behind);
+        if alone && text[from..from + length].parse::<f64>().is_ok() {
+            found.push((from, from + length));
+        }
+        at = from + length.max(1);
+    }
+    found
+}

@@ -480,4 +480,10 @@ fn an_error_budget_is_in_the_report() {
     let (code, _, err) = dir.monorig(&named);
     assert_eq!(code, Some(0), "{err}");
     assert!(err.contains("were changed since"), "{err}");
+    let page = dir.read("runs/quick & dirty/1/report.html");
+    assert!(page.contains("were changed before the budget"));
+    // that of another scenario is not this run's
+    dir.write("other.yaml", QUICK.as_bytes());
+    let other = ["explain", RUN, "--seeds", "1", "--scenario", "other.yaml"];
+    assert!(dir.refused(&other).contains("not of other"));
 }

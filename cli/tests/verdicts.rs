@@ -55,7 +55,7 @@ fn a_folder_of_scenarios_that_hold() {
     assert!(out.ends_with("2 scenarios, 8 runs: 2 held, 0 failed\n"));
     let xml = dir.read("out/verdicts.xml");
     assert_eq!(xml.matches("<testsuite ").count(), 2, "{xml}");
-    assert_eq!(xml.matches("<testcase ").count(), 5 + 4, "{xml}"); // integrity of both slopes, too
+    assert_eq!(xml.matches("<testcase ").count(), 5 + 4 + 2, "{xml}"); // integrity of both slopes, and the weakened limit, too
     assert!(!xml.contains("<failure"), "{xml}");
     let json: serde_json::Value = serde_json::from_str(&dir.read("out/verdicts.json")).unwrap();
     assert_eq!(json["scenarios"][0]["runs"][3]["seed"], 4);
@@ -178,11 +178,17 @@ fn an_error_is_not_bounded_without_its_availability() {
         ] {
             assert!(err.contains(part), "{err}");
         }
+        // one over another time is none beside it
+        let elsewhere = format!(
+            "{bare}  - {{estimator: dffrls_aukf_robust, metric: slope_availability, at_least: 0.5}}\n"
+        );
+        let dir = with(&[("one", quick(&elsewhere))]);
+        assert_eq!(dir.monorig(&["test", "all"]).0, Some(2));
         for good in [
             bare.replace("at_most: 5", "at_most: 5, availability: 0.5"),
             format!("{bare}availability: {{slope: 0.5}}\n"),
             format!(
-                "{bare}  - {{estimator: dffrls_aukf_robust, metric: slope_availability, at_least: 0.5}}\n"
+                "{bare}  - {{estimator: dffrls_aukf_robust, metric: slope_availability, after_s: 6, at_least: 0.5}}\n"
             ),
         ] {
             let dir = with(&[("one", quick(&good))]);

@@ -50,6 +50,8 @@ fn run(scenario: &str, changes: &[(&str, &str)], folder: &Path) -> Estimates {
     let estimates = watch(&mut simulation, Some(&mut recorder));
     let identity = Identity::of_program(None);
     let mut made = Manifest::new(&identity, "sample", 3, BTreeMap::new(), resolved);
+    let metrics = r#"{"scenario": "sample", "seed": 3}"#;
+    std::fs::write(folder.join("metrics.json"), metrics).unwrap();
     made.sum_outputs(folder).unwrap();
     std::fs::write(folder.join(manifest::NAME), made.to_json()).unwrap();
     estimates

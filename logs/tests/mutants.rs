@@ -7,7 +7,7 @@
 #![allow(clippy::unwrap_used)] // helpers of tests
 
 use monorig_logs::read::{Database, ReadOptions, scan};
-use monorig_testing::{mutant, mutants};
+use monorig_testing::{Random, mutant, mutants};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -60,6 +60,35 @@ fn damaged_files_are_read_or_refused() {
         println!("{file}: {times} mutants, {refused} refused, slowest {slowest:.2?}");
         assert!(slowest < Duration::from_secs(10), "{file}: {slowest:?}");
         assert!(refused > 0, "{file}: nothing was refused");
+    }
+}
+
+/// One stamp far from the rest, anywhere in a table: the file is refused at once, with the row and its value.
+#[test]
+fn a_stamp_of_another_time_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("log.csv");
+    let mut random = Random::new(mutants::first_seed());
+    for _ in 0..mutants::count(100) {
+        let origin_s = *random.of(&[0.0, 1.7e9, -50.0]);
+        let rows = 2 + random.below(300);
+        let mut stamps: Vec<f64> = (0..rows).map(|i| origin_s + 0.01 * i as f64).collect();
+        let write = |stamps: &[f64]| {
+            let rows = stamps.iter().map(|t| format!("{t:.3},1.5\n"));
+            std::fs::write(&path, "time_s,v\n".to_owned() + &rows.collect::<String>()).unwrap();
+            scan(&path, &ReadOptions::default(), &mut |_| true)
+        };
+        write(&stamps).unwrap();
+        let at = random.below(rows);
+        let sign = *random.of(&[-1.0, 1.0]);
+        stamps[at] += sign * 10f64.powf(6.5 + 2.9 * random.unit());
+        let told = write(&stamps).unwrap_err().to_string();
+        let place = [at + 1, at + 2, at + 3].map(|n| told.contains(&format!("row {n} ")));
+        assert!(
+            place.contains(&true) && told.contains(" s, "),
+            "row {}: {told}",
+            at + 1
+        );
     }
 }
 

@@ -6,6 +6,8 @@ use std::borrow::Cow;
 
 /// Beyond this size a number in a file is taken for a typing error.
 const MAX_MAGNITUDE: f64 = 1e12;
+/// Below this size a number that is not zero is taken for one: what is divided by it has no physics.
+const MIN_MAGNITUDE: f64 = 1e-30;
 
 macro_rules! checked {
     ($(#[$doc:meta])* $name:ident, $ok:expr, $right:literal, $schema:tt) => {
@@ -49,6 +51,10 @@ fn finite(x: f64, right: &str) -> Result<(), String> {
     } else if x.abs() > MAX_MAGNITUDE {
         Err(format!(
             "{x:e} is too large to be meant; write {right}, at most {MAX_MAGNITUDE:e}"
+        ))
+    } else if x != 0.0 && x.abs() < MIN_MAGNITUDE {
+        Err(format!(
+            "{x:e} is too small to be meant; write {right}, of a size of at least {MIN_MAGNITUDE:e}"
         ))
     } else {
         Ok(())
@@ -129,7 +135,10 @@ mod tests {
             assert!(NonNegative::try_from(bad).is_err(), "{bad}");
             assert!(Fraction::try_from(bad).is_err(), "{bad}");
         }
-        assert!(Positive::try_from(0.0).is_err() && Positive::try_from(f64::MIN_POSITIVE).is_ok());
+        assert!(Positive::try_from(0.0).is_err() && Positive::try_from(1e-30).is_ok());
+        for small in [f64::MIN_POSITIVE, 1e-320, -1e-31] {
+            assert!(Finite::try_from(small).is_err(), "{small}");
+        }
         assert!(NonNegative::try_from(0.0).is_ok() && NonNegative::try_from(-1e-9).is_err());
         assert!(Fraction::try_from(1.0).is_ok() && Fraction::try_from(1.000001).is_err());
         assert!(Finite::try_from(-1e12).is_ok());

@@ -270,3 +270,84 @@ fn what_cannot_be_built_in_code_says_why() {
     assert!(DriveCycle::by_time(&[(-1.0, 0.0)]).is_err());
     assert!(DriveCycle::by_chainage(&[(1.0, f64::NAN)], 0.3).is_err());
 }
+
+/// Marks a mass valid that is no number, or infinite, from its second sample on.
+struct NoNumber(f64, u32);
+
+impl Estimator for NoNumber {
+    fn step(&mut self, z: &Measurements, _: &Command, _: f64) -> Result<Estimate, Error> {
+        self.1 += 1;
+        let value = if self.1 > 1 { self.0 } else { 12e3 };
+        let total_mass_kg = Value {
+            value,
+            sd: 1.0,
+            valid: true,
+        };
+        Ok(Estimate {
+            total_mass_kg,
+            ..Estimate::at(z.t)
+        })
+    }
+    fn reset(&mut self) {}
+}
+
+/// A number that is not finite is not taken as valid, neither by the controller in the loop nor by those who judge, and
+/// the run says so.
+#[test]
+fn a_value_that_is_no_number_is_not_taken_as_valid() {
+    for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let mut sim = in_code()
+            .estimator("mine", Box::new(NoNumber(value, 0)))
+            .in_loop("mine")
+            .build(1)
+            .unwrap();
+        let mut last = (0, false);
+        let mut watch = |f: &StepFrame<'_>| {
+            if f.sampled {
+                last.0 += 1;
+                last.1 = f.estimators[0].estimate.total_mass_kg.valid;
+                assert_eq!(last.1, last.0 == 1);
+            }
+            assert!(f.truth.speed_mps.is_finite() && f.command.motor_torque_nm[0].is_finite());
+        };
+        let outcome = sim.run(&mut [&mut watch]).unwrap();
+        let [(name, times, reason)] = &outcome.refusals[..] else {
+            panic!("{:?}", outcome.refusals)
+        };
+        assert_eq!((name.as_str(), *times), ("mine", last.0 - 1));
+        assert!(reason.contains("no finite number"), "{reason}");
+    }
+}
+
+/// A train whose resistance turns its speed round within a step: the run ends with the time, a body and the value that
+/// does it, and without a panic.
+#[test]
+fn a_plant_that_diverges_ends_the_run() {
+    for key in ["bearing_nspm", "air_nspm2"] {
+        let rail = Rail::load(&assets().join("tracks/liu2023_section1.yaml")).unwrap();
+        let mut train = Train::load(&assets().join("trains/dx80_176y.yaml")).unwrap();
+        match key {
+            "bearing_nspm" => train.resistance.bearing_nspm = 1e9,
+            _ => train.resistance.air_nspm2 = 1e12,
+        }
+        let built = Simulation::builder(rail, train)
+            .sensors(Sheet::load(&assets().join("sensors/liu2023.yaml")).unwrap())
+            .drive_cycle(DriveCycle::by_time(&[(0.0, 1.0)]).unwrap())
+            .start_speed_mps(1.0)
+            .plant_kind(PlantKind::Rapier)
+            .stop_after_s(5.0)
+            .build(1);
+        let ended = built.and_then(|mut sim| sim.run(&mut []));
+        let told = ended.unwrap_err().to_string();
+        assert!(
+            told.contains("broke down at t = ") && told.contains("diverges"),
+            "{told}"
+        );
+        assert!(told.contains(&format!("train.resistance.{key}")), "{told}");
+        // while the train settles there is no motion to name a body by
+        assert!(
+            told.contains("motion of `") || told.contains("t = 0.000"),
+            "{told}"
+        );
+    }
+}

@@ -7,7 +7,7 @@ use crate::ui::note::note;
 use crate::ui::output;
 use monorig_lab::draw::{self, RangesFile};
 use monorig_sim::closed_loop::registry::Registry;
-use monorig_sim::config::file::input_error;
+use monorig_sim::config::file::{input_error, read_bytes};
 use std::path::{Path, PathBuf};
 
 const DRAW_EXAMPLES: &str = "\
@@ -77,8 +77,8 @@ fn draw(task: &DrawArgs, registry: &Registry) -> Result<CommandOutcome, CliError
 
 /// Refuses to replace a file with another content.
 fn keep(place: &Path, text: &str) -> Result<(), CliError> {
-    match std::fs::read(place) {
-        Ok(there) if there != text.as_bytes() => Err(input_error(
+    match read_bytes(place) {
+        Ok(there) if *there != *text.as_bytes() => Err(input_error(
             place,
             "",
             "this file is there already, and is another",

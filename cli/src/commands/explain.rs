@@ -15,6 +15,7 @@ use monorig_lab::explain::{self, Budget, METRICS, Source};
 use monorig_lab::verdicts::run_result::RunResult;
 use monorig_lab::verdicts::summary::AFTER_S;
 use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::closed_loop::resolved;
 use monorig_sim::config::file::{Sets, input_error};
 use monorig_sim::config::scenario::{Scenario, Seeds};
 use monorig_sim::record::manifest::{self, Manifest, sum};
@@ -60,20 +61,49 @@ impl Command for ExplainArgs {
 
 /// Make the runs, and show what each source makes of the errors.
 fn explain(task: &ExplainArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
-    let manifest = Manifest::read(&task.run.join(manifest::NAME))?;
+    let manifest = Manifest::of_run(&task.run)?;
     let file = scenario_file(task, &manifest)?;
     let changes = changes(task, &manifest)?;
     let simulation = prepare::simulation(&file, &changes, registry)?;
     let scenario = &simulation.scenario;
-    if scenario.input_digests() != manifest.inputs {
+    if scenario.name != scenario_name(&manifest) {
+        let message = format!(
+            "this run is of {}, not of {}",
+            scenario_name(&manifest),
+            scenario.name
+        );
+        let help = "the scenario file of the run, or a run of this scenario";
+        return Err(CliError::Sim(input_error(
+            scenario.path(),
+            "",
+            message,
+            help,
+        )));
+    }
+    let changed = scenario.input_digests() != manifest.inputs;
+    if changed {
         note("files of this run were changed since: explained is what they say now");
+    }
+    let mut same_run = scenario.clone();
+    same_run.name.clone_from(&manifest.scenario);
+    same_run.file.seeds = Seeds::one(manifest.seed);
+    let program = manifest.monorig.differs(&identity());
+    if !changed && program.is_none() && resolved(&same_run, registry) != manifest.resolved {
+        let message = "scenario file and changes do not come to what the manifest says was run";
+        let help = "make the run again with `monorig run`";
+        let path = task.run.join(manifest::NAME);
+        return Err(CliError::Sim(input_error(&path, "changes", message, help)));
+    }
+    if let Some(what) = program {
+        note(&format!("another program made this run: {what}"));
     }
     let seeds = asked_seeds(task, manifest.seed)?;
     let sources = explain::sources(scenario)?;
     interrupt::listen();
     let runs = runs(task, scenario, &changes, &seeds, &sources, registry)?;
     let name = manifest.scenario.clone();
-    let budget = Budget::new(identity().to_string(), name, seeds, &sources, &runs);
+    let mut budget = Budget::new(identity().to_string(), name, seeds, &sources, &runs);
+    budget.changed = changed;
     if budget.errors.is_empty() {
         return Err(nothing(task, &runs));
     }
@@ -153,8 +183,7 @@ fn scenario_file(task: &ExplainArgs, manifest: &Manifest) -> Result<PathBuf, Cli
     if let Some(file) = &task.scenario {
         return Ok(file.clone());
     }
-    let name = manifest.scenario.split('@').next().unwrap_or_default();
-    let name = format!("{name}.yaml");
+    let name = format!("{}.yaml", scenario_name(manifest));
     let wanted = manifest.inputs.get(&name);
     let candidates = [Path::new("."), Path::new("scenarios")]
         .into_iter()
@@ -168,6 +197,11 @@ fn scenario_file(task: &ExplainArgs, manifest: &Manifest) -> Result<PathBuf, Cli
     })?;
     detail(&format!("the scenario is {}", found.display()));
     Ok(found)
+}
+
+/// Name of the scenario of a run, without that of the variant.
+fn scenario_name(manifest: &Manifest) -> &str {
+    manifest.scenario.split('@').next().unwrap_or_default()
 }
 
 /// Files of this name in a folder and in the folders in it.

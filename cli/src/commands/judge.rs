@@ -99,7 +99,7 @@ fn judge(task: &JudgeArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
         };
         return Err(Error::from(wrong).into());
     }
-    let manifest = Manifest::read(&run)?;
+    let manifest = Manifest::of_run(&task.what)?;
     prepare_out(&out)?;
     let folder = Temporary(out.join(format!(".judge-{}", whole::unique())));
     let log = export(&task.what, ExportFormat::PARQUET, &folder.0)?;

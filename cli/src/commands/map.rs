@@ -71,7 +71,8 @@ fn map(task: &MapArgs) -> Result<CommandOutcome, CliError> {
     if !(task.every >= 0.05 && task.every <= 10.0) {
         return Err(wrong(format!("--every {} m", task.every), "0.05 to 10 m"));
     }
-    let manifest = Manifest::read(&task.run.join("manifest.json"))?;
+    let manifest = Manifest::of_run(&task.run)?;
+    manifest.verify(&task.run, "channels.parquet")?;
     let passage = Passage::read(&task.run, &task.estimator)?;
     let start_m = task.from.or(passage.start_m).unwrap_or(0.0);
     let points = profile(&passage, start_m, task.every).map_err(|why| {

@@ -127,7 +127,7 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
 
 /// The checks of a log, each with what was found and what would be good.
 fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
-    let (mut text, mut bad) = (String::new(), 0);
+    let (mut text, mut bad, mut unknown) = (String::new(), 0, 0);
     for c in check(map)? {
         let (word, why) = match &c.verdict {
             Verdict::Good => ("good", String::new()),
@@ -135,6 +135,7 @@ fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
             Verdict::Unknown(why) => ("?", why.clone()),
         };
         bad += usize::from(word == "BAD");
+        unknown += usize::from(word == "?");
         let value = match c.value.is_nan() {
             true => "-".to_owned(),
             false => format!("{} {}", tables::number(c.value), c.unit),
@@ -150,9 +151,12 @@ fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
             text += &format!("{}\n", paragraph(&why, "      "));
         }
     }
-    let end = match bad {
-        0 => "nothing wrong was found".to_owned(),
-        n => format!("{n} checks say that something is wrong"),
+    let end = match (bad, unknown) {
+        (0, 0) => "nothing wrong was found".to_owned(),
+        (0, n) => {
+            format!("nothing wrong was found in what could be checked; {n} checks could not decide")
+        }
+        (n, _) => format!("{n} checks say that something is wrong"),
     };
     output::print(&format!("{text}\n{end}\n"))?;
     Ok(match bad {

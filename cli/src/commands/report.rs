@@ -11,9 +11,8 @@ use crate::ui::note::note;
 use crate::ui::output;
 use monorig_lab::reports::pair::Pair;
 use monorig_lab::reports::{run, study};
-use monorig_sim::config::file::{input_error, regular};
-use monorig_sim::error::Error;
-use monorig_sim::record::manifest::{self, Manifest};
+use monorig_sim::config::file::{input_error, read_large, regular};
+use monorig_sim::record::manifest::Manifest;
 use std::path::{Path, PathBuf};
 use view::Recording;
 
@@ -128,7 +127,7 @@ fn recording(run: &Path) -> Result<Recording, CliError> {
     }
     regular(&path)?;
     results::verify(&path)?;
-    let bytes = std::fs::read(&path).map_err(|source| Error::Io { path, source })?;
+    let bytes = read_large(&path)?;
     Ok(Recording {
         name: recording_name(run)?,
         bytes,
@@ -137,7 +136,7 @@ fn recording(run: &Path) -> Result<Recording, CliError> {
 
 /// Name of the recording of a run: scenario with variant, and seed.
 fn recording_name(run: &Path) -> Result<String, CliError> {
-    let manifest = Manifest::read(&run.join(manifest::NAME))?;
+    let manifest = Manifest::of_run(run)?;
     Ok(format!("{}-{}", manifest.scenario, manifest.seed))
 }
 

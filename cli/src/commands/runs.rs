@@ -105,7 +105,7 @@ fn text(found: &[Found]) -> String {
 /// Reads the row of a run; one that cannot be read gets a row with the word for it.
 fn read(name: &str, folder: &Path) -> Found {
     let seed = folder.file_name().unwrap_or_default().to_string_lossy();
-    let manifest = Manifest::read(&folder.join(manifest::NAME));
+    let manifest = Manifest::of_run(folder);
     let summary = read_result(&folder.join("metrics.json"))
         .ok()
         .and_then(|text| serde_json::from_str::<Summary>(&text).ok());
@@ -113,8 +113,8 @@ fn read(name: &str, folder: &Path) -> Found {
         _ if manifest.is_err() => ("-".to_owned(), "damaged"),
         None => ("-".to_owned(), "damaged"),
         Some(s) if !s.finished => (format!("{:.1} s", s.simulated_s), "not finished"),
-        Some(s) if s.good() => (format!("{:.1} s", s.simulated_s), "held"),
-        Some(s) => (format!("{:.1} s", s.simulated_s), "FAILED"),
+        Some(s) if s.check().is_err() => ("-".to_owned(), "damaged"),
+        Some(s) => (format!("{:.1} s", s.simulated_s), s.verdict().word()),
     };
     Found {
         name: name.to_owned(),

@@ -15,7 +15,7 @@ use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
-use crate::ui::prose::{counted, paragraph};
+use crate::ui::prose::counted;
 use crate::verdicts::{TestedScenario, junit, lines};
 use baseline::Baseline;
 use monorig_lab::batch::test_shards::{self, ShardHeader, ShardScenario};
@@ -23,9 +23,10 @@ use monorig_lab::batch::{RunSpec, Shard, in_order, run_one};
 use monorig_lab::verdicts::run_result::RunResult;
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::closed_loop::registry::Registry;
-use monorig_sim::config::file::Sets;
+use monorig_sim::config::file::{Sets, input_error};
 use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::error::Error;
+use monorig_sim::record::decoder::guarded;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -132,7 +133,17 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     }
     let (mut cases, mut unusable) = (Vec::new(), Vec::new());
     for path in &paths {
-        match case(path, &changes, registry) {
+        // a panic on one file must not keep the others from their reports
+        let made = guarded(|| case(path, &changes, registry)).unwrap_or_else(|_| {
+            let help = "values that have a physics; please report this file";
+            Err(input_error(
+                path,
+                "",
+                "monorig panicked while it built this scenario",
+                help,
+            ))
+        });
+        match made {
             Ok(case) => cases.push(case),
             Err(e) => {
                 unusable.push(TestedScenario::unusable(path, e.to_string()));
@@ -148,16 +159,18 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
         keep_part(&mut cases, shard);
     }
     interrupt::listen();
-    let mut tested = run(task, &cases, &changes, registry)?;
+    if let Some(baseline) = &baseline {
+        baseline.shares(cases.iter().map(|c| (c.name.as_str(), c.runs.as_slice())))?;
+    }
+    let against = baseline
+        .as_ref()
+        .map(|baseline| (baseline, task.worse_than));
+    let (mut tested, compared) = run(task, &cases, &changes, against, registry)?;
     if let Some(folder) = &task.keep_failed {
         for (one, case) in tested.iter().zip(&cases) {
             keep::worst_run(one, &case.path, &task.sets, folder, registry)?;
         }
     }
-    let (worse, compared) = match &baseline {
-        Some(baseline) => baseline.compare(&tested, task.worse_than),
-        None => (Vec::new(), 0),
-    };
     let elsewhere = tested.iter().filter(|t| t.judged.runs.is_empty()).count();
     let held = tested.iter().filter(|t| t.judged.held).count();
     let failed = tested.len() - elsewhere - held;
@@ -189,9 +202,6 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     if !task.metrics.is_empty() {
         output::print(&format!("\n{}\n\n", figures::text(&tested, &task.metrics)))?;
     }
-    for metric in &worse {
-        output::verdicts(&format!("{}\n", paragraph(&metric.text(), "")))?;
-    }
     output::print(&format!(
         "{}, {}: {held} held, {failed} failed{unusable}{known}\n",
         counted(tested.len() - elsewhere, "scenario"),
@@ -199,14 +209,15 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     ))?;
     if baseline.is_some() {
         output::print(&format!(
-            "{compared} metrics against the baseline: {} worse by more than {} %\n",
-            worse.len(),
+            "{} metrics against the baseline: {} worse by more than {} %\n",
+            compared.0,
+            compared.1,
             100.0 * task.worse_than
         ))?;
     }
     let took = begun.elapsed().as_secs_f64();
     note(&format!("{} in {took:.1} s", counted(runs, "run")));
-    match (bad, failed + worse.len()) {
+    match (bad, failed) {
         (0, 0) => Ok(CommandOutcome::Held),
         (0, _) => Ok(task.expect.outcome(CommandOutcome::Failed)),
         _ => Err(CliError::BadFiles {
@@ -245,8 +256,9 @@ fn run(
     task: &TestArgs,
     cases: &[Case],
     changes: &Sets,
+    against: Option<(&Baseline, f64)>,
     registry: &Registry,
-) -> Result<Vec<TestedScenario>, CliError> {
+) -> Result<(Vec<TestedScenario>, (usize, usize)), CliError> {
     let width = cases.iter().map(|c| c.name.chars().count()).max();
     let specs = cases.iter().flat_map(|case| {
         case.runs.iter().map(|(index, seed)| RunSpec {
@@ -267,6 +279,7 @@ fn run(
     let mut tested = Vec::new();
     let mut waiting: (Vec<RunResult>, Duration) = Default::default();
     let all: usize = cases.iter().map(|case| case.runs.len()).sum();
+    let mut compared = (0, 0);
     let mut progress = ProgressDisplay::new("test");
     let mut runs_done = 0;
     skip_empty(&mut tested, cases);
@@ -281,7 +294,11 @@ fn run(
             && waiting.0.len() == case.runs.len()
         {
             let (runs, took) = std::mem::take(&mut waiting);
-            let judged = ScenarioVerdict::new(&case.name, runs);
+            let mut judged = ScenarioVerdict::new(&case.name, runs);
+            if let Some((baseline, worse_than)) = against {
+                let (metrics, worse) = baseline.judge(&mut judged, worse_than);
+                compared = (compared.0 + metrics, compared.1 + worse);
+            }
             let one = TestedScenario::new(judged, took);
             refusals(&one, case);
             let text = lines::judged(
@@ -299,7 +316,7 @@ fn run(
         }
         Ok::<(), CliError>(())
     })?;
-    Ok(tested)
+    Ok((tested, compared))
 }
 
 /// Scenarios none of whose runs are in this shard.

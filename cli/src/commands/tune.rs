@@ -156,6 +156,10 @@ impl TuningProgress {
 }
 
 impl Progress for TuningProgress {
+    fn go_on(&self) -> bool {
+        interrupt::go_on()
+    }
+
     fn stage(&self, name: &str, share: f64) -> bool {
         self.show(name, share)
     }

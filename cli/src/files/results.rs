@@ -6,11 +6,13 @@ use crate::viewer;
 use monorig_lab::explain::Budget;
 use monorig_lab::reports::study;
 use monorig_lab::tuning::trial_store::{Trial, TrialsHeader};
+use monorig_lab::verdicts::summary::Summary;
 use monorig_logs::export::{SAMPLES, Samples};
-use monorig_sim::config::file::{read_result, regular};
+use monorig_sim::config::file::{read_large, read_result, regular};
 use monorig_sim::error::Error;
 use monorig_sim::record::manifest::{self, Manifest};
 use monorig_sim::record::readback;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// A kind of file that a command leaves behind.
@@ -31,6 +33,9 @@ const ANY_JSON: &str = ".json";
 const PARQUET: &str = ".parquet";
 /// File name of the channels of a run.
 const CHANNELS: &str = "channels.parquet";
+
+/// Files that a run leaves beside its manifest.
+const OF_RUN: &[&str] = &[CHANNELS, "metrics.json", SAMPLES, "run.rrd"];
 
 /// The first that fits a name counts.
 const KINDS: &[ResultKind] = &[
@@ -89,7 +94,7 @@ pub fn verify(path: &Path) -> Result<(), Error> {
     if name == manifest::NAME || !manifest.is_file() {
         return Ok(());
     }
-    Manifest::read(&manifest)?.verify(folder, &name.to_string_lossy())
+    Manifest::of_run(folder)?.verify(folder, &name.to_string_lossy())
 }
 
 /// The kind of a result file, by its name.
@@ -144,31 +149,51 @@ fn samples(path: &Path) -> Result<String, Error> {
 }
 
 fn manifest(path: &Path) -> Result<String, Error> {
-    let found = Manifest::read(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    for name in found.outputs.keys() {
+    let found = match path.file_name() {
+        Some(name) if name == manifest::NAME => Manifest::of_run(folder)?,
+        _ => Manifest::read(path)?,
+    };
+    // those that the manifest names, and those of a run that it should name
+    let there = OF_RUN
+        .iter()
+        .copied()
+        .filter(|name| folder.join(name).is_file());
+    let named = found.outputs.keys().map(String::as_str);
+    for name in named.chain(there).collect::<BTreeSet<&str>>() {
         found.verify(folder, name)?;
     }
+    let channels_path = folder.join(CHANNELS);
+    if channels_path.is_file() {
+        let of = readback::read(&channels_path)?;
+        if (&of.scenario, &of.seed) != (&found.scenario, &found.seed.to_string()) {
+            let message = format!(
+                "{CHANNELS} beside it is of {} seed {}",
+                of.scenario, of.seed
+            );
+            return Err(broken(path, message));
+        }
+    }
     Ok(format!(
-        "{}-{}, monorig {}, {} input files, {} files as the run left them",
+        "{}-{}, {} files as the run left them; made, as it says itself, by monorig {} from {} input files",
         found.scenario,
         found.seed,
+        found.outputs.len(),
         found.monorig,
-        found.inputs.len(),
-        found.outputs.len()
+        found.inputs.len()
     ))
 }
 
 fn metrics(path: &Path) -> Result<String, Error> {
     let text = read_result(path)?;
-    let found: serde_json::Value =
-        serde_json::from_str(&text).map_err(|e| broken(path, format!("this is not JSON: {e}")))?;
-    let (finished, simulated_s) = (&found["finished"], &found["simulated_s"]);
-    match (finished.as_bool(), simulated_s.as_f64()) {
-        (Some(true), Some(t)) => Ok(format!("finished after {t:.1} s")),
-        (Some(false), Some(t)) => Ok(format!("NOT finished: stopped after {t:.1} s")),
-        _ => Err(broken(path, "these are not the metrics of a run".into())),
-    }
+    let found: Summary = serde_json::from_str(&text)
+        .map_err(|e| broken(path, format!("these are not the metrics of a run: {e}")))?;
+    found.check().map_err(|message| broken(path, message))?;
+    let t = found.simulated_s;
+    Ok(match found.finished {
+        true => format!("finished after {t:.1} s"),
+        false => format!("NOT finished: stopped after {t:.1} s"),
+    })
 }
 
 fn budget(path: &Path) -> Result<String, Error> {
@@ -215,12 +240,7 @@ fn json(path: &Path) -> Result<String, Error> {
 }
 
 fn page(path: &Path) -> Result<String, Error> {
-    let failed = |source| Error::Io {
-        path: path.into(),
-        source,
-    };
-    regular(path)?;
-    let bytes = std::fs::read(path).map_err(failed)?;
+    let bytes = read_large(path)?;
     let text = String::from_utf8_lossy(&bytes);
     let begins = |word: &str| {
         text.get(..word.len())

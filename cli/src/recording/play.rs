@@ -11,8 +11,6 @@ use crate::ui::progress::ProgressDisplay;
 use crate::ui::{output, summary, tables};
 use crate::verdicts::{TestedScenario, junit};
 use monorig_lab::verdicts::expected;
-use monorig_lab::verdicts::run_result::RunResult;
-use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use monorig_logs::map::Map;
 use monorig_logs::replay::{ReplayOptions, build};
 use monorig_sim::closed_loop::registry::Registry;
@@ -84,17 +82,9 @@ pub(crate) fn play(
     if run.interrupted {
         return Err(CliError::Interrupted);
     }
-    let good = run.summary.good();
+    let judged = run.summary.verdict();
+    let good = judged.held;
     if let Some(path) = task.junit {
-        let result = RunResult {
-            index: 0,
-            scenario: map.name.clone(),
-            seed: run.summary.seed,
-            draws: Default::default(),
-            summary: Some(run.summary),
-            error: None,
-        };
-        let judged = ScenarioVerdict::new(&map.name, vec![result]);
         let tested = TestedScenario::new(judged, Duration::from_secs_f64(run.wall_s));
         output::write(path, &junit::xml(&[tested])?)?;
     }

@@ -4,6 +4,7 @@ use crate::ui::prose::paragraph;
 use crate::ui::tables::{grouped, lines, number, right, table, within_terminal};
 use monorig_lab::verdicts::findings::of_summaries;
 use monorig_lab::verdicts::summary::Summary;
+use monorig_lab::verdicts::verdict::Check;
 use std::collections::BTreeMap;
 
 /// A row of an estimator: what it is about, the metric of all samples, its factor from the metric's unit, its
@@ -41,6 +42,24 @@ pub fn text(summary: &Summary, wall_s: f64) -> String {
     }
     if !summary.expectations.is_empty() {
         parts.push(expectations(summary));
+    }
+    let verdict = summary.verdict();
+    let mut said = Vec::new();
+    // what stands in the table or among the findings is said already
+    let told = |c: &Check| summary.expectations.iter().any(|v| v.what() == c.what) || c.is_finding;
+    for check in &verdict.checks {
+        if check.not_judged {
+            said.push(format!("not judged: {}", check.reason()));
+        } else if !check.held && !told(check) {
+            said.push(format!("FAILED: {}", check.reason()));
+        }
+    }
+    if !verdict.weakened.is_empty() {
+        said.push(format!("weakened limits: {}", verdict.weakened.join("; ")));
+    }
+    if !said.is_empty() {
+        let said: Vec<String> = said.iter().map(|line| paragraph(line, "")).collect();
+        parts.push(said.join("\n"));
     }
     let t_s = summary.simulated_s;
     let speed = match wall_s {
@@ -85,12 +104,7 @@ fn expectations(summary: &Summary) -> String {
     let mut table = table(["expected", "bound", "measured", ""]);
     for v in &summary.expectations {
         let value = v.value.map_or("not measured".to_owned(), number);
-        let verdict = match (v.held, &v.known_failure) {
-            (true, _) => "held",
-            (false, Some(_)) => "known failure",
-            (false, None) => "FAILED",
-        };
-        table.add_row([v.what(), v.bound(), value, verdict.to_owned()]);
+        table.add_row([v.what(), v.bound(), value, v.word().to_owned()]);
     }
     within_terminal(&mut table);
     right(&mut table, 1..=2);
@@ -132,9 +146,11 @@ mod tests {
                 value,
                 held,
                 known_failure: None,
+                no_worse_than: None,
             }],
             limits: Default::default(),
             integrity: Vec::new(),
+            weakened: Vec::new(),
             common: BTreeMap::new(),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::TestedScenario;
 use crate::ui::errors::CliError;
-use monorig_lab::verdicts::verdict::Check;
+use monorig_lab::verdicts::verdict::{Check, ScenarioVerdict};
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
 /// Writes the whole report.
@@ -19,6 +19,7 @@ pub(crate) fn xml(tested: &[TestedScenario]) -> Result<String, CliError> {
         for check in &one.judged.checks {
             suite.add_test_case(case(&one.judged.scenario, check));
         }
+        suite.add_test_cases(weakened(&one.judged));
         report.add_test_suite(suite);
     }
     report
@@ -35,6 +36,18 @@ fn unusable(scenario: &str, why: &str) -> TestCase {
     case
 }
 
+/// Limits that hold more easily than usual: a case that is neither passed nor failed.
+fn weakened(verdict: &ScenarioVerdict) -> Option<TestCase> {
+    if verdict.weakened.is_empty() {
+        return None;
+    }
+    let mut status = TestCaseStatus::skipped();
+    status.set_message(format!("weakened limits: {}", verdict.weakened.join("; ")));
+    let mut case = TestCase::new("limits are the usual ones", status);
+    case.set_classname(verdict.scenario.clone());
+    Some(case)
+}
+
 fn case(scenario: &str, check: &Check) -> TestCase {
     let mut status = TestCaseStatus::success();
     if !check.held {
@@ -47,6 +60,10 @@ fn case(scenario: &str, check: &Check) -> TestCase {
         status = TestCaseStatus::skipped();
         let why = check.known_failure.as_deref().unwrap_or_default();
         status.set_message(format!("known failure: {} ({why})", check.reason()));
+    }
+    if check.not_judged {
+        status = TestCaseStatus::skipped();
+        status.set_message(format!("not judged: {}", check.reason()));
     }
     let mut case = TestCase::new(format!("{} {}", check.what, check.bound), status);
     case.set_classname(scenario.to_owned());

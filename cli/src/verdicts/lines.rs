@@ -32,6 +32,7 @@ pub(crate) fn judged(
         true => "held  ",
         false => "FAILED",
     };
+    let weakened = verdict.weakened.join("; ");
     let seeds = match verdict.runs.as_slice() {
         [one] => format!("seed {}", one.seed),
         many => format!("{} seeds", many.len()),
@@ -60,6 +61,12 @@ pub(crate) fn judged(
         if let Some(values) = by_seed(verdict, check) {
             add(&values);
         }
+    }
+    for check in verdict.checks.iter().filter(|c| c.not_judged) {
+        add(&format!("not judged: {}", check.reason()));
+    }
+    if !weakened.is_empty() {
+        add(&format!("weakened limits: {weakened}"));
     }
     text += &known(verdict);
     if let (Some(seed), Some(made)) = (worst_seed(verdict), made) {

@@ -5,9 +5,11 @@ use crate::ui::errors::CliError;
 use crate::ui::output;
 use crate::ui::prose::paragraph;
 use crate::ui::tables::{grouped, number};
+use monorig_lab::batch::StudyOfHeader;
 use monorig_lab::batch::lines::Lines;
 use monorig_lab::verdicts::run_result::RunResult;
 use monorig_lab::verdicts::verdict::{Check, Tally};
+use monorig_sim::config::file::input_error;
 use std::path::Path;
 
 /// Metrics printed of each estimator.
@@ -29,9 +31,23 @@ struct Column {
 pub(crate) fn print_results(path: &Path) -> Result<CommandOutcome, CliError> {
     let (mut tally, mut runs) = (Tally::default(), 0);
     let mut columns: Vec<Column> = Vec::new();
-    for line in Lines::open(path)?.skip(1) {
+    let wrong = |n: u64, message: String| {
+        let message = format!("line {}: {message}", n + 1);
+        CliError::Sim(input_error(
+            path,
+            "",
+            message,
+            "a file that only `monorig study` has written to",
+        ))
+    };
+    let mut lines = Lines::open(path)?;
+    let header = lines.next().transpose()?.unwrap_or_default();
+    let study = StudyOfHeader::parse(&header).map_err(|message| wrong(0, message))?;
+    for line in lines {
         let result: RunResult = serde_json::from_str(&line?).map_err(CliError::json)?;
+        let fits = study.check(runs, &result);
         runs += 1;
+        fits.map_err(|message| wrong(runs, message))?;
         tally.add(&result);
         for (name, values) in result.summary.iter().flat_map(|s| &s.estimators) {
             for metric in SHOWN {
@@ -48,6 +64,17 @@ pub(crate) fn print_results(path: &Path) -> Result<CommandOutcome, CliError> {
             "{}\n",
             paragraph(&format!("FAILED  {}", check.reason()), "")
         ))?;
+    }
+    for check in checks.iter().filter(|c| c.not_judged) {
+        output::print(&format!(
+            "{}\n",
+            paragraph(&format!("not judged: {}", check.reason()), "")
+        ))?;
+    }
+    let weakened: Vec<&str> = tally.weakened().collect();
+    if !weakened.is_empty() {
+        let text = format!("weakened limits: {}", weakened.join("; "));
+        output::print(&format!("{}\n", paragraph(&text, "")))?;
     }
     output::print(&format!(
         "{runs} runs: {} of {} checks held\n",

@@ -301,6 +301,7 @@ const KINDS: &[(&str, &str)] = &[
     ("not a number", "wrong number"),
     ("is not above zero", "wrong number"),
     ("too large to be meant", "wrong number"),
+    ("is beyond any mine", "wrong number"),
     ("is infinite", "wrong number"),
     ("is not known here", "unknown name"),
     ("there is no ", "unknown name"),

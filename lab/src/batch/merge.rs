@@ -2,7 +2,8 @@
 
 use crate::batch::jsonl::to_line;
 use crate::batch::lines::{Lines, wrong};
-use crate::batch::{Shard, StudyHeader};
+use crate::batch::{Shard, StudyHeader, StudyOfHeader};
+use crate::verdicts::run_result::RunResult;
 use monorig_sim::error::Error;
 use monorig_sim::record::whole;
 use std::io::{BufWriter, Write};
@@ -12,6 +13,7 @@ use std::path::{Path, PathBuf};
 struct Part {
     path: PathBuf,
     shard: Shard,
+    study: Option<StudyOfHeader>,
     lines: Lines,
     read: usize,
 }
@@ -21,7 +23,8 @@ pub fn merge(parts: &[PathBuf], to: &Path) -> Result<u64, Error> {
     let mut opened = Vec::new();
     let mut whole: Option<StudyHeader> = None;
     for path in parts {
-        let (part, mut header) = open(path)?;
+        let (mut part, mut header) = open(path)?;
+        let study = StudyOfHeader::new(&header);
         header.shard = None;
         match &whole {
             Some(first) => {
@@ -38,6 +41,9 @@ pub fn merge(parts: &[PathBuf], to: &Path) -> Result<u64, Error> {
             }
             None => whole = Some(header),
         }
+        // after what differs between the files, which says more
+        let help = "run `monorig study` for this shard again";
+        part.study = Some(study.map_err(|message| wrong(path, Some(1), message, help))?);
         opened.push(part);
     }
     opened.sort_by_key(|p| p.shard.part);
@@ -83,6 +89,7 @@ fn open(path: &Path) -> Result<(Part, StudyHeader), Error> {
     let part = Part {
         path: path.into(),
         shard: header.shard.unwrap_or(Shard::WHOLE),
+        study: None,
         lines,
         read: 1,
     };
@@ -139,12 +146,16 @@ impl Part {
             None => String::new(),
         };
         self.read += 1;
-        if crate::batch::results::index_of(line.as_bytes()) == Some(index) {
-            return Ok(line);
-        }
-        let message = match line.as_str() {
-            "" => format!("this shard stops before run {index}"),
-            _ => format!("this is not the result of run {index}"),
+        let message = match serde_json::from_str::<RunResult>(&line) {
+            Ok(result) => match &self.study {
+                Some(study) => match study.check(index / self.shard.of.max(1), &result) {
+                    Ok(()) => return Ok(line),
+                    Err(message) => message,
+                },
+                None => "its header has no study".to_owned(),
+            },
+            Err(_) if line.is_empty() => format!("this shard stops before run {index}"),
+            Err(_) => format!("this is not the result of run {index}"),
         };
         Err(wrong(
             &self.path,

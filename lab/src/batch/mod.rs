@@ -5,6 +5,7 @@
 //! threads and hands the results on in the order of their indices, so that the bytes written do not depend on the
 //! number of threads. A [`ResultStore`] keeps them in a file that survives a kill.
 
+mod held_against;
 pub(crate) mod jsonl;
 pub mod lines;
 pub mod made_from;
@@ -18,6 +19,7 @@ mod study_file;
 pub mod test_shards;
 mod vary;
 
+pub use held_against::StudyOfHeader;
 pub use merge::merge;
 pub use one_run::{RunSpec, run_one};
 pub use plan::Plan;

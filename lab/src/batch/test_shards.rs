@@ -30,8 +30,8 @@ pub struct ShardHeader {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShardScenario {
     name: String,
-    /// Runs of all shards together.
-    runs: usize,
+    /// Seeds of the runs of all shards together, in the order of their indices.
+    seeds: Vec<u64>,
     /// SHA-256 over the program, the files it was made from and what they come to.
     hash: String,
 }
@@ -51,9 +51,25 @@ impl ShardScenario {
         let inputs = scenario.input_digests();
         Self {
             name: scenario.name.clone(),
-            runs: scenario.seeds().len(),
+            seeds: scenario.seeds().to_vec(),
             hash: manifest::hash(monorig, &inputs, &resolved(scenario, registry)),
         }
+    }
+}
+
+impl ShardScenario {
+    /// Checks that a run is one of this scenario's, and that its verdicts follow from its numbers.
+    fn check(&self, run: &RunResult) -> Result<(), String> {
+        let seed = usize::try_from(run.index)
+            .ok()
+            .and_then(|i| self.seeds.get(i));
+        if run.scenario != self.name || seed != Some(&run.seed) {
+            return Err(format!(
+                "run {} here is of {} seed {}, and not of {} with the seed of that run",
+                run.index, run.scenario, run.seed, self.name
+            ));
+        }
+        run.check()
     }
 }
 
@@ -137,7 +153,16 @@ pub fn merge_tests(parts: &[PathBuf], to: &Path) -> Result<Vec<ScenarioVerdict>,
         }
         seen.push(header.shard.part);
         runs.resize_with(first.scenarios.len(), Vec::new);
-        for (all, verdict) in runs.iter_mut().zip(verdicts) {
+        for ((all, verdict), of) in runs.iter_mut().zip(verdicts).zip(&first.scenarios) {
+            for run in &verdict.runs {
+                of.check(run).map_err(|message| {
+                    wrong(
+                        path,
+                        message,
+                        "make this shard again with `monorig test --shard`",
+                    )
+                })?;
+            }
             all.extend(verdict.runs);
         }
     }
@@ -151,12 +176,12 @@ pub fn merge_tests(parts: &[PathBuf], to: &Path) -> Result<Vec<ScenarioVerdict>,
     let mut verdicts = Vec::new();
     for (of, mut runs) in first.scenarios.iter().zip(runs) {
         runs.sort_by_key(|r| r.index);
-        if !runs.iter().map(|r| r.index).eq(0..of.runs as u64) {
+        if !runs.iter().map(|r| r.index).eq(0..of.seeds.len() as u64) {
             let message = format!(
                 "{}: {} of {} runs are here; shards {seen:?} of {}",
                 of.name,
                 runs.len(),
-                of.runs,
+                of.seeds.len(),
                 first.shard.of
             );
             return Err(wrong(

@@ -105,6 +105,15 @@ pub(crate) struct DriveRanges {
     pub(crate) reversal_share: Fraction,
 }
 
+/// Longest track that is drawn, m.
+const MAX_TRACK_M: f64 = 50_000.0;
+/// Most stretches of a drawn track.
+const MAX_PIECES: f64 = 20_000.0;
+/// Most joints of a drawn track.
+const MAX_JOINTS: f64 = 100_000.0;
+/// Most stops of a drawn drive.
+const MAX_STOPS: f64 = 1_000.0;
+
 impl RangesFile {
     /// Read and check a file of ranges; the files it names are read when courses are drawn.
     pub fn load(path: &Path) -> Result<Self, Error> {
@@ -116,6 +125,38 @@ impl RangesFile {
                     key,
                     format!("this range goes from {low} to {high}"),
                     "the smaller number first",
+                ));
+            }
+        }
+        let (track, longest) = (&file.track, file.track.length_m[1].get());
+        for (key, pieces, most) in [
+            ("track.length_m", longest, MAX_TRACK_M),
+            (
+                "track.grade_length_m",
+                longest / track.grade_length_m[0].get(),
+                MAX_PIECES,
+            ),
+            (
+                "track.straight_m",
+                longest / track.straight_m[0].get(),
+                MAX_PIECES,
+            ),
+            (
+                "track.joint_every_m",
+                longest / track.joint_every_m[0].get(),
+                MAX_JOINTS,
+            ),
+            (
+                "drive.max_stops",
+                f64::from(file.drive.max_stops),
+                MAX_STOPS,
+            ),
+        ] {
+            if pieces > most {
+                return Err(document.error(
+                    key,
+                    format!("courses of up to {longest} m would have {pieces:.0} of these"),
+                    format!("at most {most}"),
                 ));
             }
         }

@@ -30,6 +30,9 @@ pub struct Budget {
     pub(crate) monorig: String,
     /// Name of the run's scenario, with its variant.
     pub scenario: String,
+    /// True if files of the run were changed before the budget was made: it is of what they said then.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub changed: bool,
     /// Seeds of the runs, the same for every source.
     pub seeds: Vec<u64>,
     /// Sources that were switched off, in the order of [`ErrorOf::without`].
@@ -124,6 +127,7 @@ impl Budget {
             kind: "explain".into(),
             monorig,
             scenario,
+            changed: false,
             sources: sources.collect(),
             seeds,
             errors,

@@ -52,7 +52,7 @@ struct MisleadingShare {
 
 impl Accumulator<ErrorSample> for MisleadingShare {
     fn add(&mut self, x: &ErrorSample) {
-        if self.quantity.is_valid(x) {
+        if self.quantity.is_judged(x) {
             let misleading = self.quantity.is_misleading(x, &self.limits);
             self.share.add_bool(misleading);
         }

@@ -139,6 +139,13 @@ impl Metric {
         }
     }
 
+    /// True for a share: from 0 to 1.
+    pub(crate) fn is_share(&self) -> bool {
+        let integrity = Marks::Integrity;
+        matches!(self.best, Best::One | Best::InBand)
+            || matches!(self.of, Of::Marks { kind, .. } if kind == integrity)
+    }
+
     /// True if only samples that the estimator marks valid count.
     pub(crate) fn is_of_valid(&self) -> bool {
         matches!(

@@ -84,11 +84,81 @@ impl Quantity {
         }
     }
 
-    /// True for a misleading sample: marked valid, and its error exceeds both k standard deviations and the alert
-    /// limit.
+    /// Largest protection level that an estimate is credited with, in the unit of [`Quantity::error`]: the largest
+    /// error within three standard deviations that the validity rule of the supervised estimators lets pass as valid.
+    /// It lets pass 3°, and 10 % of the estimate: an estimate M of a mass m with M - m = 3 · 0.1 M has an error of
+    /// 0.3/0.7 of m. A larger protection level says nothing about the value.
+    fn max_protection(self) -> f64 {
+        match self {
+            Self::Mass => 0.3 / 0.7,
+            Self::Slope | Self::EffectiveSlope => 9.0,
+        }
+    }
+
+    /// True for a valid sample that can be judged: there is a reference.
+    pub(crate) fn is_judged(self, x: &ErrorSample) -> bool {
+        self.is_valid(x) && self.error(x).is_finite()
+    }
+
+    /// True for a misleading sample: marked valid, and its error exceeds both the protection level and the alert limit.
+    /// The protection level is k standard deviations, at most [`Quantity::max_protection`]; there is none without a
+    /// standard deviation.
     pub(crate) fn is_misleading(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
-        self.is_valid(x)
-            && self.nees(x) > limits.k * limits.k
-            && self.error(x).abs() > self.alert(limits)
+        let (error, nees) = (self.error(x).abs(), self.nees(x));
+        let unprotected =
+            nees.is_nan() || nees > limits.k * limits.k || error > self.max_protection();
+        self.is_judged(x) && unprotected && error > self.alert(limits)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use monorig_testing::Random;
+    use monorig_testing::mutants;
+
+    /// Whatever standard deviation is reported, a valid sample whose error is beyond any protection is misleading; one
+    /// within the alert limit, without a reference, or not marked valid is not; and one in between is by its own.
+    #[test]
+    fn no_standard_deviation_excuses_any_error() {
+        let mut random = Random::new(mutants::first_seed());
+        let sds = [f64::NAN, f64::INFINITY, 1e9, 1e3, 1.0, 0.1, 1e-3, 0.0];
+        for _ in 0..mutants::count(2000) {
+            let limits = IntegrityLimits {
+                k: 1.0 + 9.0 * random.unit(),
+                ..IntegrityLimits::default()
+            };
+            let quantity = *random.of(&Quantity::ALL);
+            let of_limit = *random.of(&[0.0, 0.5, 1.5, 4.0, 8.9, 9.1, 50.0, 1e6, f64::NAN]);
+            let (alert, most) = (quantity.alert(&limits), quantity.max_protection());
+            let error = of_limit * alert;
+            let sd = *random.of(&sds) * alert;
+            let nees = (error / sd).powi(2);
+            let valid = random.below(4) > 0;
+            let x = ErrorSample {
+                mass_rel: error,
+                slope: error * DEGREE,
+                slope_effective: error * DEGREE,
+                mass_nees: nees,
+                slope_nees: nees,
+                effective_nees: nees,
+                mass_valid: valid,
+                slope_valid: valid,
+                effective_valid: valid,
+                ..Default::default()
+            };
+            let is = quantity.is_misleading(&x, &limits);
+            let told = format!(
+                "{quantity:?}: error {error}, sd {sd}, k {}, valid {valid}",
+                limits.k
+            );
+            if !valid || error.is_nan() || error <= alert {
+                assert!(!is, "{told}");
+            } else if error > most * 1.001 || sd.is_nan() {
+                assert!(is, "{told}");
+            } else {
+                assert_eq!(is, error > limits.k * sd, "{told}");
+            }
+        }
     }
 }

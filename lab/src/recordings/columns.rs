@@ -1,5 +1,6 @@
 //! Reads columns of a CSV file in pieces without gap, in SI units.
 
+use monorig_sim::config::file::read_result;
 use monorig_sim::error::{Error, InputError};
 use std::path::Path;
 
@@ -115,10 +116,7 @@ impl Recording {
 
 /// Reads a file.
 pub fn read(file: &Path, selection: &Selection) -> Result<Recording, Error> {
-    let text = std::fs::read_to_string(file).map_err(|source| Error::Io {
-        path: file.into(),
-        source,
-    })?;
+    let text = read_result(file)?;
     parse(file, &text, selection)
 }
 

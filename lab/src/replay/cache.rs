@@ -8,6 +8,7 @@ use monorig_estimators::api::mass_layout::MassLayout;
 use monorig_estimators::api::signals::{RoadVehicle, Vehicle, VehicleData};
 use monorig_sim::closed_loop::SimulationBuilder;
 use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::config::file::read_large;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use monorig_sim::record::identity::Identity;
@@ -82,7 +83,7 @@ pub fn save(place: &Path, columns: &ReplayData) -> Result<(), Error> {
 
 /// Read a recording; none if there is no file, or if it is not whole.
 pub fn load(place: &Path) -> Option<ReplayData> {
-    decode(&std::fs::read(place).ok()?)
+    decode(&read_large(place).ok()?)
 }
 
 fn encode(columns: &ReplayData) -> Vec<u8> {

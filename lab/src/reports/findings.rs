@@ -5,7 +5,7 @@ use crate::reports::page::Section;
 use crate::reports::table::{Cell, Table};
 use crate::text::number;
 use crate::verdicts::findings::Finding;
-use crate::verdicts::integrity::Integrity;
+use crate::verdicts::integrity::{Integrity, Outcome};
 use crate::verdicts::summary::Summary;
 
 /// Findings about misleading estimates, worst first; `None` without any. Each may begin with a name, such as that of
@@ -63,14 +63,13 @@ pub(crate) fn integrity<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Opti
         };
         let with_unit = |x: f64| format!("{} {}", number(x * unit.0), unit.1);
         let share = Cell::number(100.0 * i.share());
-        let share = match i.at_most {
-            Some(most) if i.valid > 0 => share.judged(i.share() <= most),
-            _ => share,
-        };
-        let judged = match (i.at_most, &i.known_failure) {
-            (None, _) => "for reference only",
-            (_, Some(_)) => "known failure",
-            _ => "yes",
+        let (share, judged) = match i.outcome() {
+            Outcome::ForReference => (share, "for reference only"),
+            Outcome::NoReference => (share, "no: there is no reference"),
+            Outcome::NothingValid => (share, "yes"),
+            Outcome::KnownFailure => (share.judged(false), "known failure"),
+            Outcome::Holds => (share.judged(true), "yes"),
+            Outcome::Fails => (share.judged(false), "yes"),
         };
         table.row([
             i.estimator.clone().into(),

@@ -75,7 +75,7 @@ pub struct Means<'a> {
     /// Threads of this process.
     pub jobs: usize,
     /// A queue through which other processes answer too.
-    pub asker: Option<&'a Asker>,
+    pub asker: Option<&'a Asker<'a>>,
 }
 
 /// Runs ready to be evaluated.

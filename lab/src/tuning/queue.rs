@@ -2,6 +2,7 @@
 //!
 //! | in the folder | what it is |
 //! |---|---|
+//! | `monorig-queue` | the mark of such a folder, locked while a search runs; without it nothing is removed |
 //! | `search.json` | which study asks, made from and by what: workers with another refuse to work |
 //! | `alive` | its time of change moves while the search runs |
 //! | `open/` | questions nobody has taken: one parameter set over one run each |
@@ -14,6 +15,7 @@
 //! a sign of life is a time that *moves*.
 
 use crate::tuning::evaluate::Stage;
+use crate::tuning::progress::Progress;
 use crate::tuning::study::Values;
 use crate::tuning::trial_store::TrialsHeader;
 use monorig_sim::config::file::{input_error, read_result};
@@ -21,13 +23,20 @@ use monorig_sim::error::Error;
 use monorig_sim::record::whole;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
+/// Name of the mark, and what is in it.
+const MARK: &str = "monorig-queue";
+const MARKED: &str = "Questions of `monorig tune --queue` and their answers. A new search removes those of an earlier one.\n";
+/// The folders of a queue.
+const PARTS: [&str; 3] = ["open", "taken", "answers"];
+/// A search that is alive gives a sign of life within this time.
+const ALIVE: Duration = Duration::from_secs(3);
 /// Signs of life come this often.
 pub(crate) const BEAT: Duration = Duration::from_secs(1);
 /// A question without a sign of life for so long is asked again.
@@ -107,6 +116,23 @@ impl Queue {
         changed(&self.folder.join("alive"))
     }
 
+    /// Waits until the folder's last search has shown that it is over: it said so, or it gives no sign of life. False
+    /// if `progress` stopped the wait; a search that is alive is an error.
+    fn is_silent(&self, progress: &dyn Progress) -> Result<bool, Error> {
+        let (begun, last) = (Instant::now(), self.alive());
+        while last.is_some() && !self.finished() && begun.elapsed() < ALIVE {
+            if !progress.go_on() {
+                return Ok(false);
+            }
+            if self.alive() != last {
+                let help = "another folder, or wait for the other search";
+                return Err(input_error(&self.folder, "", IN_USE, help));
+            }
+            std::thread::sleep(LOOK);
+        }
+        Ok(true)
+    }
+
     /// Take a question; none if all are taken.
     pub(crate) fn take(&self) -> Result<Option<Taken>, Error> {
         for name in names(&self.folder.join("open"))? {
@@ -115,7 +141,7 @@ impl Queue {
                 continue; // another was faster
             }
             touch(&place);
-            let Ok(text) = std::fs::read_to_string(&place) else {
+            let Ok(text) = read_result(&place) else {
                 continue; // taken for lost, and asked again
             };
             let Ok(question) = serde_json::from_str(&text) else {
@@ -170,21 +196,39 @@ impl Taken {
 }
 
 /// The side that asks.
-pub struct Asker {
+pub struct Asker<'a> {
     queue: Queue,
     asked: AtomicU64,
     beat: Option<(mpsc::Sender<()>, JoinHandle<()>)>,
+    /// The mark; the lock on it ends with the search.
+    _mark: File,
+    /// Asked whether to go on while it waits for answers.
+    progress: &'a dyn Progress,
 }
 
-impl Asker {
-    /// Begin a search in a folder; questions and answers of an earlier one go.
-    pub(crate) fn new(folder: &Path, header: &TrialsHeader) -> Result<Self, Error> {
+impl<'a> Asker<'a> {
+    /// Begin a search in a folder; questions and answers of an earlier one go. A folder with anything else in it, or
+    /// with another search, is refused and left as it is. None if `progress` stopped it.
+    pub(crate) fn new(
+        folder: &Path,
+        header: &TrialsHeader,
+        progress: &'a dyn Progress,
+    ) -> Result<Option<Self>, Error> {
         let queue = Queue::at(folder);
+        let mark = mark(folder)?;
+        if !queue.is_silent(progress)? {
+            return Ok(None);
+        }
         let _ = std::fs::remove_file(folder.join("search.json"));
-        for part in ["open", "taken", "answers"] {
+        for part in PARTS {
             let part = folder.join(part);
-            let _ = std::fs::remove_dir_all(&part);
-            std::fs::create_dir_all(&part).map_err(|source| Error::Io { path: part, source })?;
+            std::fs::create_dir_all(&part).map_err(|source| Error::Io {
+                path: part.clone(),
+                source,
+            })?;
+            for name in all_names(&part)?.iter().filter(|name| is_question(name)) {
+                let _ = std::fs::remove_file(part.join(name));
+            }
         }
         let _ = std::fs::remove_file(folder.join("finished"));
         let alive = folder.join("alive");
@@ -197,14 +241,17 @@ impl Asker {
                 touch(&alive);
             }
         });
-        Ok(Self {
+        Ok(Some(Self {
             queue,
             asked: AtomicU64::new(0),
             beat: beat.ok().map(|beat| (stop, beat)),
-        })
+            _mark: mark,
+            progress,
+        }))
     }
 
-    /// Ask, and wait for all answers; this process answers too, by `work` on `jobs` threads.
+    /// Ask, and wait for all answers; this process answers too, by `work` on `jobs` threads. An
+    /// error if it is stopped meanwhile.
     pub(crate) fn ask(
         &self,
         questions: &[Question],
@@ -251,6 +298,10 @@ impl Asker {
             let mut seen: HashMap<String, (Option<SystemTime>, Instant)> = HashMap::new();
             let mut result = Ok(());
             while !waiting.is_empty() && result.is_ok() {
+                if !self.progress.go_on() {
+                    result = Err(self.interrupted());
+                    continue;
+                }
                 match receive.recv_timeout(LOOK) {
                     Ok(Ok((id, values))) => {
                         if let Some(i) = waiting.remove(&id) {
@@ -279,6 +330,13 @@ impl Asker {
         Ok(answers.into_iter().flatten().collect())
     }
 
+    fn interrupted(&self) -> Error {
+        Error::Io {
+            path: self.queue.folder.clone(),
+            source: std::io::ErrorKind::Interrupted.into(),
+        }
+    }
+
     /// Answers of others.
     fn collect(
         &self,
@@ -287,7 +345,7 @@ impl Asker {
     ) -> Result<(), Error> {
         for name in names(&self.queue.folder.join("answers"))? {
             let path = self.queue.place("answers", &name);
-            let text = std::fs::read_to_string(&path).unwrap_or_default();
+            let text = read_result(&path).unwrap_or_default();
             let answer: Option<Answer> = serde_json::from_str(&text).ok();
             let _ = std::fs::remove_file(&path);
             let Some(i) = waiting.get(&name) else {
@@ -331,7 +389,7 @@ impl Asker {
     }
 }
 
-impl Drop for Asker {
+impl Drop for Asker<'_> {
     fn drop(&mut self) {
         let _ = whole::write(&self.queue.folder.join("finished"), b"");
         if let Some((stop, beat)) = self.beat.take() {
@@ -339,6 +397,65 @@ impl Drop for Asker {
             let _ = beat.join();
         }
     }
+}
+
+/// The mark of a folder, locked. One that has no mark must be empty, or is made.
+fn mark(folder: &Path) -> Result<File, Error> {
+    let failed = |source| Error::Io {
+        path: folder.into(),
+        source,
+    };
+    let refused = |message: &str, help: &str| Err(input_error(folder, "", message, help));
+    let path = folder.join(MARK);
+    std::fs::create_dir_all(folder).map_err(failed)?;
+    let is_file = |found: std::fs::Metadata| found.is_file();
+    if !std::fs::symlink_metadata(&path).is_ok_and(is_file) {
+        if std::fs::read_dir(folder).map_err(failed)?.next().is_some() {
+            return refused(
+                "there is something in this folder, and it is no queue of monorig's",
+                "a folder that is empty or not there yet; nothing was changed in this one",
+            );
+        }
+        whole::write(&path, MARKED.as_bytes())?;
+    }
+    let file = File::options()
+        .read(true)
+        .write(true)
+        .open(&path)
+        .map_err(failed)?;
+    for part in PARTS {
+        let part = folder.join(part);
+        let there = std::fs::symlink_metadata(&part);
+        if there.is_ok_and(|part| !part.is_dir()) {
+            return refused(
+                "a folder of this queue is a file or a link",
+                "another folder",
+            );
+        }
+        let others = all_names(&part).unwrap_or_default();
+        if let Some(other) = others.iter().find(|name| !is_question(name)) {
+            let message = format!("{} is no question of monorig's", part.join(other).display());
+            return refused(&message, "another folder; nothing was changed in this one");
+        }
+    }
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => {
+            refused(IN_USE, "another folder, or wait for the other search")
+        }
+        // a disk without locks: signs of life tell
+        _ => Ok(file),
+    }
+}
+
+const IN_USE: &str = "another search asks through this folder";
+
+/// Accepts the names that questions and answers have: digits, what is unique to a process, and `.json`, with the worker
+/// behind it where it is taken.
+fn is_question(name: &str) -> bool {
+    let (id, _) = name.split_once('@').unwrap_or((name, ""));
+    let number = id.split('-').next().unwrap_or_default();
+    let digits = number.len() >= 12 && number.bytes().all(|b| b.is_ascii_digit());
+    digits && id.ends_with(".json")
 }
 
 /// Names of files that are whole, in order.

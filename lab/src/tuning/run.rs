@@ -45,7 +45,11 @@ pub enum Ended {
 /// Run a study. If `progress` stopped it, what is in the store stays, and the study can be resumed.
 pub fn run(study: &TuningStudy, run: &TuningRun, progress: &dyn Progress) -> Result<Ended, Error> {
     let store = store_of(&run.folder);
-    match finished(study, run, &store, progress)? {
+    let finished = match finished(study, run, &store, progress) {
+        Err(_) if !progress.go_on() => None, // stopped while it waited for answers
+        other => other?,
+    };
+    match finished {
         Some(result) => Ok(Ended::Finished(Box::new(result))),
         None => Ok(Ended::Interrupted(trial_store::count(&store))),
     }
@@ -58,10 +62,6 @@ fn finished(
     store: &Path,
     progress: &dyn Progress,
 ) -> Result<Option<TuningResult>, Error> {
-    std::fs::create_dir_all(&run.folder).map_err(|source| Error::Io {
-        path: run.folder.clone(),
-        source,
-    })?;
     if run.begin == Begin::New {
         trial_store::vacant(store)?; // found out before anything is recorded
     }
@@ -70,8 +70,17 @@ fn finished(
         study: study.name.clone(),
         made_from: study.made_from(&run.monorig),
     };
-    let asker = run.queue.as_deref();
-    let asker = asker.map(|dir| Asker::new(dir, &header())).transpose()?;
+    let asker = match run.queue.as_deref() {
+        None => None,
+        Some(dir) => match Asker::new(dir, &header(), progress)? {
+            None => return Ok(None),
+            asker => asker,
+        },
+    };
+    std::fs::create_dir_all(&run.folder).map_err(|source| Error::Io {
+        path: run.folder.clone(),
+        source,
+    })?;
     let means = Means {
         cache: &cache,
         jobs: run.jobs,

@@ -4,8 +4,7 @@ use crate::tuning::baseline::Baseline;
 use crate::tuning::evaluate::Evaluator;
 use crate::tuning::progress::Progress;
 use crate::tuning::space::Space;
-use crate::tuning::study::TuningStudy;
-use crate::tuning::study::Values;
+use crate::tuning::study::{TuningFile, TuningStudy, Values};
 use monorig_sim::config::scenario::ParameterValue;
 use monorig_sim::error::Error;
 use serde::Serialize;
@@ -41,6 +40,17 @@ pub(crate) struct Map {
     pub(crate) ys: Vec<ParameterValue>,
     /// Loss, row by row from the lowest `y`; none where the trial fails or breaks a constraint.
     pub(crate) losses: Vec<Vec<Option<f64>>>,
+}
+
+/// Trials that the neighbourhood of a winner takes: a curve for each parameter, with winner and defaults in it, and a
+/// map for each pair of those that matter most.
+pub(crate) fn trials(file: &TuningFile) -> u64 {
+    let points = &file.sensitivity;
+    let parameters = file.parameters.len() as u64;
+    let mapped = parameters.min(u64::from(points.map_parameters));
+    let curves = parameters.saturating_mul(u64::from(points.curve) + 2);
+    let maps = mapped * mapped.saturating_sub(1) / 2;
+    curves.saturating_add(maps.saturating_mul(u64::from(points.map).saturating_pow(2)))
 }
 
 /// Map the neighbourhood of the winner over the tuning runs. `Ok(None)` if `progress` stopped it.

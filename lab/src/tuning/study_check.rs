@@ -2,6 +2,7 @@
 
 use crate::metrics::{Metric, availability, find};
 use crate::tuning::name_check;
+use crate::tuning::sensitivity;
 use crate::tuning::study::{
     Combine, Evaluation, Optimiser, Range, RunGroup, Scale, TuningFile, TuningStudy,
 };
@@ -33,6 +34,9 @@ impl TuningStudy {
     }
 }
 
+/// Most trials of the neighbourhood of a winner: a hundred times those of the usual one.
+const MAX_SENSITIVITY_TRIALS: u64 = 20_000;
+
 fn check(study: &TuningStudy) -> Result<(), Error> {
     let file = &study.file;
     if file.why.trim().is_empty() {
@@ -51,6 +55,18 @@ fn check(study: &TuningStudy) -> Result<(), Error> {
             wrong(
                 format!("{} trials make no search", file.budget),
                 format!("a number from {least} to {MAX_TRIALS}"),
+            ),
+        ));
+    }
+    let trials = sensitivity::trials(file);
+    if trials > MAX_SENSITIVITY_TRIALS {
+        return Err(study.error(
+            "sensitivity",
+            wrong(
+                format!("the neighbourhood of the winner would take {trials} trials"),
+                format!(
+                    "smaller `curve`, `map` and `map_parameters`, for at most {MAX_SENSITIVITY_TRIALS} trials"
+                ),
             ),
         ));
     }

@@ -4,6 +4,7 @@ use crate::batch::jsonl::{Header, Jsonl};
 use crate::batch::lines::wrong;
 use crate::batch::made_from::MadeFrom;
 use crate::tuning::study::Values;
+use monorig_sim::config::file::read_result;
 use monorig_sim::error::Error;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -99,7 +100,7 @@ pub(super) fn vacant(path: &Path) -> Result<(), Error> {
 
 /// Number of whole trials in a file; 0 if there is no file.
 pub(super) fn count(path: &Path) -> usize {
-    let bytes = std::fs::read(path).unwrap_or_default();
-    let lines = bytes.iter().filter(|b| **b == b'\n').count();
+    let text = read_result(path).unwrap_or_default();
+    let lines = text.bytes().filter(|b| *b == b'\n').count();
     lines.saturating_sub(1) // the header
 }

@@ -245,6 +245,7 @@ mod tests {
                     expectations: Vec::new(),
                     limits: Default::default(),
                     integrity: Vec::new(),
+                    weakened: Vec::new(),
                     common: [("b".into(), errors)].into(),
                 }),
             }

@@ -6,7 +6,7 @@ use crate::metrics::{
 };
 use monorig_sim::config::checked::{Finite, Fraction};
 use monorig_sim::config::file::nearest;
-use monorig_sim::config::scenario::{Expectation, Scenario, ScenarioFile};
+use monorig_sim::config::scenario::{Expectation, KnownFailure, Scenario, ScenarioFile};
 use monorig_sim::error::Error;
 
 /// A bound, and why it is known to fail, if it is.
@@ -14,8 +14,8 @@ use monorig_sim::error::Error;
 pub(crate) struct Bound {
     /// The bound.
     pub(crate) expectation: Expectation,
-    /// Why it is known to fail.
-    pub(crate) known_failure: Option<String>,
+    /// The entry by which it is known to fail.
+    pub(crate) known: Option<KnownFailure>,
 }
 
 /// Every bound of a scenario: those of `expect`, then the availabilities that its bounds on errors bring with them,
@@ -39,11 +39,11 @@ pub(crate) fn bounds(file: &ScenarioFile) -> Vec<Bound> {
     }
     let known = |e: &Expectation| {
         let mut known = file.known_failures.iter();
-        Some(known.find(|k| e.is_meant_by(k))?.why.clone())
+        known.find(|k| e.is_meant_by(k)).cloned()
     };
     all.into_iter()
         .map(|expectation| Bound {
-            known_failure: known(&expectation),
+            known: known(&expectation),
             expectation,
         })
         .collect()
@@ -77,12 +77,14 @@ fn default_of(file: &ScenarioFile, quantity: Quantity) -> Option<Fraction> {
     }
 }
 
-/// True if an expectation of its own bounds the availability from below.
+/// True if an expectation of its own bounds the availability from below, over the same time.
 fn bounded_by_itself(file: &ScenarioFile, e: &Expectation, metric: &str) -> bool {
     file.expect.iter().any(|other| {
         other.estimator == e.estimator
             && other.metric == metric
             && other.at_least.is_some_and(|x| x.get() > 0.0)
+            && (other.after_s, other.until_s) == (e.after_s, e.until_s)
+            && (&other.after, &other.until) == (&e.after, &e.until)
     })
 }
 
@@ -91,6 +93,7 @@ fn bounded_by_itself(file: &ScenarioFile, e: &Expectation, metric: &str) -> bool
 pub fn check(scenario: &Scenario) -> Result<(), Error> {
     for (i, e) in scenario.file.expect.iter().enumerate() {
         metric(scenario, i, e)?;
+        can_fail(scenario, i, e)?;
         accompanied(scenario, i, e)?;
     }
     known_failures(scenario)?;
@@ -145,6 +148,31 @@ fn metric(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Error> {
             scenario.error(key, format!("there is no metric `{metric}`"), help)
         }
     })
+}
+
+/// A bound is within the range of its metric: no metric is negative, and a share is 1 at most. An availability of 0 is
+/// admitted: it says that an estimator may never mark anything valid, and is shown as a weakened limit.
+fn can_fail(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Error> {
+    let share = find(&e.metric).is_some_and(Metric::is_share);
+    let availability = find(&e.metric).is_some_and(|m| m.availability_of().is_some());
+    let (key, value, range) = match (e.at_least, e.at_most) {
+        (Some(least), _) if least.get() < 0.0 || least.get() == 0.0 && !availability => {
+            ("at_least", least, "is below 0")
+        }
+        (_, Some(most)) if most.get() < 0.0 => ("at_most", most, "is below 0"),
+        (_, Some(most)) if share && most.get() >= 1.0 => ("at_most", most, "is above 1"),
+        (Some(least), _) if share && least.get() > 1.0 => ("at_least", least, "is above 1"),
+        _ => return Ok(()),
+    };
+    Err(scenario.error(
+        format!("expect[{i}].{key}"),
+        format!(
+            "no {} {range}, so {} decides nothing",
+            e.metric,
+            value.get()
+        ),
+        "a bound that a run can hold and can miss",
+    ))
 }
 
 /// A bound on an error has one on the availability beside it; nothing else has an `availability` of its own.

@@ -1,6 +1,6 @@
 //! Findings: reasons not to trust an estimate, worst first.
 
-use crate::verdicts::integrity::Integrity;
+use crate::verdicts::integrity::{Integrity, Outcome};
 use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::Summary;
 
@@ -57,11 +57,12 @@ pub fn of_summaries<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Vec<Find
 fn finding(of: &Integrity, seed: u64) -> Option<Finding> {
     let (words, worst) = (of.words()?, of.worst?);
     let share = of.share();
-    let (fails, mark) = match (of.at_most, &of.known_failure) {
-        (None, _) => (false, " [for reference only]"),
-        (_, Some(_)) => (false, " [known failure]"),
-        (Some(most), None) if share <= most => (false, " [within what is allowed]"),
-        _ => (true, ""),
+    let (fails, mark) = match of.outcome() {
+        Outcome::ForReference => (false, " [for reference only]"),
+        Outcome::KnownFailure => (false, " [known failure]"),
+        Outcome::Fails if of.known_failure.is_some() => (true, " [worse than what is known]"),
+        Outcome::Fails => (true, ""),
+        _ => (false, " [within what is allowed]"),
     };
     Some(Finding {
         text: format!(
@@ -71,7 +72,7 @@ fn finding(of: &Integrity, seed: u64) -> Option<Finding> {
         ),
         severity: of.severity(),
         fails,
-        known: of.known_failure.is_some(),
+        known: of.outcome() == Outcome::KnownFailure,
     })
 }
 

@@ -13,6 +13,9 @@ pub struct Integrity {
     pub(crate) samples: u64,
     /// Samples marked valid.
     pub(crate) valid: u64,
+    /// Valid samples for which there is a reference.
+    #[serde(default)]
+    pub(crate) judged: u64,
     /// Misleading samples: marked valid, and the error exceeds k reported standard deviations and the alert limit.
     pub(crate) misleading: u64,
     /// Alert limit: a share of the mass, or degrees.
@@ -24,6 +27,26 @@ pub struct Integrity {
     pub(crate) at_most: Option<f64>,
     /// Why it is known to be misleading, if it is and `expect` does not bound it.
     pub(crate) known_failure: Option<String>,
+    /// Share above which it is worse than what is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) no_worse_than: Option<f64>,
+}
+
+/// The outcome of an integrity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// It is shown for reference only.
+    ForReference,
+    /// Nothing is marked valid, so nothing can mislead.
+    NothingValid,
+    /// There is no reference for anything that is marked valid.
+    NoReference,
+    /// No more is misleading than is allowed.
+    Holds,
+    /// More is misleading than is allowed, as it is known to be.
+    KnownFailure,
+    /// More is misleading than is allowed, or than is known.
+    Fails,
 }
 
 /// A misleading sample.
@@ -59,11 +82,13 @@ impl Integrity {
                 quantity,
                 samples: 0,
                 valid: 0,
+                judged: 0,
                 misleading: 0,
                 alert: quantity.alert(limits),
                 worst: None,
                 at_most: judged.then_some(limits.max_share),
                 known_failure: known_failure.map(|k| k.why.clone()),
+                no_worse_than: known_failure.and_then(|k| Some(k.no_worse_than?.get())),
             }
         })
     }
@@ -73,6 +98,7 @@ impl Integrity {
         let quantity = self.quantity;
         self.samples += 1;
         self.valid += u64::from(quantity.is_valid(x));
+        self.judged += u64::from(quantity.is_judged(x));
         if !quantity.is_misleading(x, limits) {
             return;
         }
@@ -87,9 +113,30 @@ impl Integrity {
         }
     }
 
-    /// Share of the valid samples that is misleading; not a number if none is valid.
+    /// Share of the judged samples that is misleading; not a number if none could be judged.
     pub(crate) fn share(&self) -> f64 {
-        self.misleading as f64 / self.valid as f64
+        self.misleading as f64 / self.judged as f64
+    }
+
+    /// Decides it: every verdict and every report reads this.
+    pub(crate) fn outcome(&self) -> Outcome {
+        let share = self.share();
+        match (self.at_most, &self.known_failure) {
+            (None, _) => Outcome::ForReference,
+            _ if self.valid == 0 => Outcome::NothingValid,
+            _ if self.judged == 0 => Outcome::NoReference,
+            (Some(most), _) if share <= most => Outcome::Holds,
+            (_, Some(_)) if self.no_worse_than.is_none_or(|x| share <= x) => Outcome::KnownFailure,
+            _ => Outcome::Fails,
+        }
+    }
+
+    /// True if the counts can be those of samples.
+    pub(crate) fn is_possible(&self) -> bool {
+        self.misleading <= self.judged
+            && self.judged <= self.valid
+            && self.valid <= self.samples
+            && self.worst.is_some() == (self.misleading > 0)
     }
 
     /// Error of the worst sample in alert limits; 0 if none is misleading.
@@ -101,6 +148,7 @@ impl Integrity {
     pub(crate) fn add(&mut self, other: &Self) {
         self.samples += other.samples;
         self.valid += other.valid;
+        self.judged += other.judged;
         self.misleading += other.misleading;
         if other.severity() > self.severity() {
             self.worst = other.worst;

@@ -10,6 +10,7 @@ use crate::verdicts::common::CommonErrorsSoFar;
 use crate::verdicts::expected::{self, Bound};
 use crate::verdicts::integrity::Integrity;
 use crate::verdicts::summary::{AFTER_S, ExpectationVerdict, Summary};
+use crate::verdicts::weakened;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::run::{Observer, Outcome, StepFrame};
@@ -29,6 +30,9 @@ pub struct SummaryObserver {
     estimators: Vec<EstimatorSoFar>,
     samples: Vec<ErrorSample>,
     bounds: Vec<Bound>,
+    weakened: Vec<String>,
+    /// First and last instant that was sampled, s.
+    times_s: Option<(f64, f64)>,
     /// The metrics to measure: metrics from [`AFTER_S`] on, then the bounds.
     wanted: Vec<WantedMetric>,
     metrics: Option<WindowedMetrics>,
@@ -71,6 +75,17 @@ impl SummaryObserver {
             let table = table.unwrap_or(&mut run);
             table.insert(wanted.metric.clone(), finite(*value));
         }
+        let times = self.times_s.unwrap_or((0.0, 0.0));
+        let windows = self.bounds.iter().zip(bounds);
+        let windows = windows.filter_map(|(b, (_, window))| {
+            weakened::of_window(&b.expectation, window, times.0, times.1)
+        });
+        let integrity = || self.estimators.iter().flat_map(|e| e.integrity.iter());
+        let few = integrity().filter_map(weakened::of_integrity);
+        let weakened = self.weakened.iter().cloned().chain(windows).chain(few);
+        let mut weakened: Vec<String> = weakened.collect();
+        weakened.sort_unstable();
+        weakened.dedup();
         let never_valid = self.estimators.iter().filter(|e| !e.ever_valid);
         Summary {
             version: 1,
@@ -88,14 +103,13 @@ impl SummaryObserver {
                 .bounds
                 .iter()
                 .zip(bounds)
-                .map(|(bound, (value, window))| judge(bound, *value, window, outcome.finished))
+                .map(|(bound, (value, window))| {
+                    judge(bound, *value, window, times.1, outcome.finished)
+                })
                 .collect(),
             limits: self.limits,
-            integrity: self
-                .estimators
-                .iter()
-                .flat_map(|e| e.integrity.clone())
-                .collect(),
+            integrity: integrity().cloned().collect(),
+            weakened,
             common: self
                 .estimators
                 .iter()
@@ -112,6 +126,7 @@ impl Observer for SummaryObserver {
         self.bound = RunningBound::of(s);
         self.middle = Some(GradeAtMiddle::of(s));
         self.bounds = expected::bounds(file);
+        self.weakened = weakened::of_file(file);
         let geometry = Geometry::of(s);
         let of_bound = |bound: &Bound| {
             let e = &bound.expectation;
@@ -176,6 +191,8 @@ impl Observer for SummaryObserver {
         self.samples.clear();
         let samples = f.estimators.iter().map(|e| ErrorSample::new(e, &target));
         self.samples.extend(samples);
+        let first_s = self.times_s.map_or(f.truth.t_s, |(first_s, _)| first_s);
+        self.times_s = Some((first_s, f.truth.t_s));
         if let Some(metrics) = &mut self.metrics {
             metrics.add(&Tracking::of(f), &self.samples);
         }
@@ -208,23 +225,41 @@ fn finite(x: Option<f64>) -> Option<f64> {
     x.filter(|x| x.is_finite())
 }
 
-fn judge(bound: &Bound, value: Option<f64>, window: &Window, finished: bool) -> ExpectationVerdict {
+/// The verdict on a bound. One whose window begins before the run, or whose end the run never came to, could not be
+/// measured: what was measured is another window. The last sample of the run was at `last_s`.
+fn judge(
+    bound: &Bound,
+    value: Option<f64>,
+    window: &Window,
+    last_s: f64,
+    finished: bool,
+) -> ExpectationVerdict {
     let e = &bound.expectation;
-    let value = finite(value);
-    let (at_most, at_least) = (e.at_most.map(f64::from), e.at_least.map(f64::from));
-    let within = |x: f64| at_most.is_none_or(|m| x <= m) && at_least.is_none_or(|l| x >= l);
+    let ends = e.until_s.is_some() || e.until.is_some();
+    let begins = e.after_s.is_some() || e.after.is_some();
+    let whole =
+        !(begins && window.after_s() < 0.0 || ends && window.until_s() > last_s + LAST_STEP_S);
     let given = |s: f64, is_given: bool| finite(is_given.then_some(s));
-    ExpectationVerdict {
+    let mut verdict = ExpectationVerdict {
         estimator: e.estimator.clone(),
         metric: e.metric.clone(),
         window: e.window(),
-        after_s: given(window.after_s(), e.after_s.is_some() || e.after.is_some()),
+        after_s: given(window.after_s(), begins),
         until_s: finite(Some(window.until_s())),
-        at_most,
-        at_least,
+        at_most: e.at_most.map(f64::from),
+        at_least: e.at_least.map(f64::from),
         quantile: e.quantile.map(f64::from),
-        value,
-        held: finished && value.is_some_and(within),
-        known_failure: bound.known_failure.clone(),
-    }
+        value: finite(value).filter(|_| whole),
+        held: false,
+        known_failure: bound.known.as_ref().map(|k| k.why.clone()),
+        no_worse_than: bound
+            .known
+            .as_ref()
+            .and_then(|k| Some(k.no_worse_than?.get())),
+    };
+    verdict.held = verdict.follows(finished);
+    verdict
 }
+
+/// The last sample of a run may be so long before its end, s.
+const LAST_STEP_S: f64 = 0.5;

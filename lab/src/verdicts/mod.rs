@@ -15,3 +15,4 @@ pub mod measure;
 pub mod run_result;
 pub mod summary;
 pub mod verdict;
+pub(crate) mod weakened;

@@ -25,6 +25,23 @@ pub struct RunResult {
 }
 
 impl RunResult {
+    /// Checks that what the result says follows from the numbers in it. The error says what does not.
+    pub fn check(&self) -> Result<(), String> {
+        let Some(summary) = &self.summary else {
+            return match self.error {
+                Some(_) => Ok(()),
+                None => Err("this run has neither numbers nor an error".into()),
+            };
+        };
+        if (&summary.scenario, summary.seed) != (&self.scenario, self.seed) {
+            return Err(format!(
+                "this run is of {} seed {}, and its numbers are of {} seed {}",
+                self.scenario, self.seed, summary.scenario, summary.seed
+            ));
+        }
+        summary.check()
+    }
+
     /// True if the run came to its end.
     pub fn finished(&self) -> bool {
         self.summary.as_ref().is_some_and(|s| s.finished)

@@ -3,6 +3,7 @@
 
 use crate::verdicts::common::CommonErrors;
 use crate::verdicts::integrity::Integrity;
+use crate::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::config::scenario::IntegrityLimits;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -55,6 +56,9 @@ pub struct Summary {
     /// Integrity of every estimator and quantity.
     #[serde(default)]
     pub integrity: Vec<Integrity>,
+    /// Limits of the scenario that hold more easily than usual, in words.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub weakened: Vec<String>,
     /// Errors of estimators and of the reference of a comparison, over the samples that both mark valid. Empty
     /// elsewhere.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -87,6 +91,9 @@ pub struct ExpectationVerdict {
     /// Why it is known not to hold, if it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub known_failure: Option<String>,
+    /// A value beyond this is worse than what is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub no_worse_than: Option<f64>,
 }
 
 impl ExpectationVerdict {
@@ -98,9 +105,34 @@ impl ExpectationVerdict {
         }
     }
 
-    /// True if it held, or if it failed and is known to fail.
-    pub(crate) fn good(&self) -> bool {
-        self.held || self.known_failure.is_some()
+    /// Why its failure is not the one that is known: it could not be measured, or is worse. None if it is, or holds.
+    pub(crate) fn beyond_known(&self) -> Option<String> {
+        self.known_failure.as_ref().filter(|_| !self.held)?;
+        let Some(value) = self.value else {
+            return Some("could not be measured".into());
+        };
+        let worst = self.no_worse_than?;
+        let is_worse = match self.at_most {
+            Some(most) if value > most => value > worst,
+            _ => value < worst,
+        };
+        is_worse.then(|| format!("{value:.4} is worse than {worst}"))
+    }
+
+    /// In a word: held, known failure or FAILED.
+    pub fn word(&self) -> &'static str {
+        match (self.held, &self.known_failure) {
+            (true, _) => "held",
+            (false, Some(_)) if self.beyond_known().is_none() => "known failure",
+            _ => "FAILED",
+        }
+    }
+
+    /// True if the value holds the bounds, in a run that finished or not.
+    pub(crate) fn follows(&self, finished: bool) -> bool {
+        let within =
+            |x: f64| self.at_most.is_none_or(|m| x <= m) && self.at_least.is_none_or(|l| x >= l);
+        finished && self.value.is_some_and(within)
     }
 
     /// The bound in words, such as `≤ 0.032`.
@@ -131,14 +163,35 @@ impl ExpectationVerdict {
 }
 
 impl Summary {
-    /// True for a good run: it finished, every bound held or is known not to, and no judged estimator in it is
-    /// misleading.
+    /// The verdict over this run: what its exit code, its report and every list say of it.
+    pub fn verdict(&self) -> ScenarioVerdict {
+        ScenarioVerdict::of_run(self)
+    }
+
+    /// True for a good run, by its verdict.
     pub fn good(&self) -> bool {
-        let judged = |i: &&Integrity| i.at_most.is_some() && i.known_failure.is_none();
-        let within = |i: &Integrity| i.valid == 0 || Some(i.share()) <= i.at_most;
-        self.finished
-            && self.expectations.iter().all(ExpectationVerdict::good)
-            && self.integrity.iter().filter(judged).all(within)
+        self.verdict().held
+    }
+
+    /// Checks that its verdicts follow from its values. The error says which does not.
+    pub fn check(&self) -> Result<(), String> {
+        let wrong = self
+            .expectations
+            .iter()
+            .find(|v| v.held != v.follows(self.finished));
+        if let Some(v) = wrong {
+            return Err(format!(
+                "{}: the verdict does not follow from the value",
+                v.what()
+            ));
+        }
+        match self.integrity.iter().find(|i| !i.is_possible()) {
+            Some(i) => Err(format!(
+                "{}: its counts of samples do not fit each other",
+                i.estimator
+            )),
+            None => Ok(()),
+        }
     }
 
     /// As it stands in the file.

@@ -3,11 +3,11 @@
 
 use crate::metrics::misleading_share;
 use crate::verdicts::findings::{self, Finding, percent};
-use crate::verdicts::integrity::Integrity;
+use crate::verdicts::integrity::{Integrity, Outcome};
 use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::{ExpectationVerdict, Summary};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A scenario and what became of its runs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -18,6 +18,9 @@ pub struct ScenarioVerdict {
     pub held: bool,
     /// Everything that was asked of it.
     pub checks: Vec<Check>,
+    /// Limits that hold more easily than usual, in words: what held, held with these.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub weakened: Vec<String>,
     /// Its runs, one for each seed.
     pub runs: Vec<RunResult>,
 }
@@ -48,12 +51,38 @@ pub struct Check {
     /// True for a check of integrity: a finding covers it too.
     #[serde(default)]
     pub is_finding: bool,
+    /// True if nothing could be decided: there is no reference. It fails nothing, and is shown as such.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub not_judged: bool,
+    /// True for a known failure that could not be measured, or is worse than what is known.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    beyond_known: bool,
 }
 
 impl ScenarioVerdict {
     /// Judge the runs of one scenario.
     pub fn new(scenario: &str, runs: Vec<RunResult>) -> Self {
-        let mut tally = Tally::default();
+        Self::over(scenario, runs, Tally::default())
+    }
+
+    /// Judge one run by itself. A known failure may hold in it: that is decided over all seeds.
+    pub(crate) fn of_run(summary: &Summary) -> Self {
+        let run = RunResult {
+            index: 0,
+            scenario: summary.scenario.clone(),
+            seed: summary.seed,
+            draws: BTreeMap::new(),
+            summary: Some(summary.clone()),
+            error: None,
+        };
+        let one_run = Tally {
+            one_run: true,
+            ..Tally::default()
+        };
+        Self::over(&summary.scenario, vec![run], one_run)
+    }
+
+    fn over(scenario: &str, runs: Vec<RunResult>, mut tally: Tally) -> Self {
         for run in &runs {
             tally.add(run);
         }
@@ -62,7 +91,48 @@ impl ScenarioVerdict {
             scenario: scenario.to_owned(),
             held: checks.iter().all(|c| c.held),
             checks,
+            weakened: tally.weakened().map(str::to_owned).collect(),
             runs,
+        }
+    }
+
+    /// Adds a check that others have made, such as one against a baseline.
+    pub fn add(&mut self, check: Check) {
+        self.held &= check.held;
+        self.checks.push(check);
+    }
+
+    /// The verdict in words: `held`, `held with weakened limits` or `FAILED`.
+    pub fn word(&self) -> &'static str {
+        match (self.held, self.weakened.is_empty()) {
+            (true, true) => "held",
+            (true, false) => "held with weakened limits",
+            (false, _) => "FAILED",
+        }
+    }
+
+    /// Checks that a verdict that was read follows from its runs. The error says what does not.
+    pub fn check(&self) -> Result<(), String> {
+        for run in &self.runs {
+            run.check()?;
+        }
+        let again = Self::new(&self.scenario, self.runs.clone());
+        let same =
+            |a: &Check, b: &Check| (&a.what, &a.bound, a.held) == (&b.what, &b.bound, b.held);
+        let missing = |c: &&Check| !self.checks.iter().any(|other| same(c, other));
+        let mut checks = again.checks.iter().filter(|_| !self.runs.is_empty());
+        if let Some(check) = checks.find(missing) {
+            return Err(format!(
+                "{}: the verdict on {} does not follow from its runs",
+                self.scenario, check.what
+            ));
+        }
+        match self.held == self.checks.iter().all(|c| c.held) && again.weakened == self.weakened {
+            true => Ok(()),
+            false => Err(format!(
+                "{}: the verdict does not follow from its checks",
+                self.scenario
+            )),
         }
     }
 
@@ -78,12 +148,16 @@ pub struct Tally {
     finishes: Count,
     /// Counts of the runs with a valid sample, by estimator.
     valid: BTreeMap<String, Count>,
-    /// The expectations of the scenario, each with its count.
-    expected: Vec<(ExpectationVerdict, Count)>,
+    /// The expectations of the scenario, each with its count, and that of the runs that fail beyond what is known.
+    expected: Vec<(ExpectationVerdict, Count, Count)>,
     /// Integrity of the estimators that are judged, over all runs, each with the count of runs within the limit.
     integrity: Vec<(Integrity, Count)>,
     /// Seeds of runs that broke down.
     broken: Vec<u64>,
+    /// Limits that hold more easily than usual.
+    weakened: BTreeSet<String>,
+    /// True if it is about one run, and not about all seeds of a scenario.
+    one_run: bool,
 }
 
 /// Number of seeds that hold a check.
@@ -122,21 +196,30 @@ impl Count {
             worst_seed: self.worst.as_ref().map(|(.., seed)| *seed),
             known_failure: None,
             is_finding: false,
+            not_judged: false,
+            beyond_known: false,
         }
     }
 }
 
 impl Tally {
+    /// Limits that hold more easily than usual, in words.
+    pub fn weakened(&self) -> impl Iterator<Item = &str> {
+        self.weakened.iter().map(String::as_str)
+    }
+
     /// One more run.
     pub fn add(&mut self, run: &RunResult) {
         self.finishes.add(run.seed, unfinished(run));
         let Some(summary) = &run.summary else {
-            for (_, count) in &mut self.expected {
+            for (_, count, beyond) in &mut self.expected {
                 count.add(run.seed, Some(broke_down()));
+                beyond.add(run.seed, Some(broke_down()));
             }
             self.broken.push(run.seed);
             return;
         };
+        self.weakened.extend(summary.weakened.iter().cloned());
         for name in summary.estimators.keys() {
             let never_valid =
                 summary.never_valid.contains(name) && !judged_otherwise(summary, name);
@@ -150,11 +233,12 @@ impl Tally {
                 for seed in &self.broken {
                     count.add(*seed, Some(broke_down()));
                 }
-                self.expected.push((v.clone(), count));
+                self.expected.push((v.clone(), count.clone(), count));
             }
-            if let Some((_, count)) = self.expected.get_mut(i) {
+            if let Some((_, count, beyond)) = self.expected.get_mut(i) {
                 let wrong = (!v.held).then(|| (v.excess(), wrong_words(v)));
                 count.add(run.seed, wrong);
+                beyond.add(run.seed, v.beyond_known().map(|words| (v.excess(), words)));
             }
         }
         for new in summary.integrity.iter().filter(|i| i.at_most.is_some()) {
@@ -192,47 +276,96 @@ impl Tally {
         for (name, count) in &self.valid {
             checks.push(count.check(name.clone(), "is valid at least once".into(), 1.0));
         }
-        for (v, count) in &self.expected {
+        for (v, count, beyond) in &self.expected {
             let check = count.check(v.what(), v.bound(), v.quantile.unwrap_or(1.0));
-            checks.push(check.known(v.known_failure.clone()));
+            checks.push(match &v.known_failure {
+                Some(why) => check.known(why, beyond, self.one_run),
+                None => check,
+            });
         }
-        // of what is never valid there is no integrity
-        for (sum, count) in self.integrity.iter().filter(|(sum, _)| sum.valid > 0) {
-            let most = sum.at_most.unwrap_or(0.0);
-            let what = format!("{} {}", sum.estimator, misleading_share(sum.quantity));
-            let mut check = count.check(what, format!("≤ {most} over all seeds"), 1.0);
-            check.held = sum.share() <= most;
-            if !check.held
-                && let Some(worst) = &mut check.worst
-            {
-                *worst += &format!("; {} % of the valid samples", percent(sum.share()));
-            }
-            check.is_finding = true;
-            checks.push(check.known(sum.known_failure.clone()));
+        for (sum, count) in &self.integrity {
+            checks.extend(self.integrity(sum, count));
         }
         checks
+    }
+
+    /// The check of an integrity; none of what is never valid.
+    fn integrity(&self, sum: &Integrity, count: &Count) -> Option<Check> {
+        let outcome = sum.outcome();
+        if matches!(outcome, Outcome::NothingValid | Outcome::ForReference) {
+            return None;
+        }
+        let most = sum.at_most.unwrap_or(0.0);
+        let what = format!("{} {}", sum.estimator, misleading_share(sum.quantity));
+        let mut check = count.check(what, format!("≤ {most} over all seeds"), 1.0);
+        check.is_finding = true;
+        check.not_judged = outcome == Outcome::NoReference;
+        if check.not_judged {
+            check.held = true;
+            check.worst = Some("there is no reference for any of the valid samples".into());
+            return Some(check);
+        }
+        let fails = outcome != Outcome::Holds;
+        if fails && let Some(worst) = &mut check.worst {
+            *worst += &format!("; {} % of the valid samples", percent(sum.share()));
+        }
+        check.held = !fails;
+        let Some(why) = &sum.known_failure else {
+            return Some(check);
+        };
+        check.beyond_known = outcome == Outcome::Fails;
+        check.held = outcome == Outcome::KnownFailure || self.one_run && !fails;
+        check.known_failure = Some(why.clone());
+        Some(check)
     }
 }
 
 impl Check {
-    /// Turns it into a check of a known failure: it holds only while it does fail.
-    fn known(mut self, why: Option<String>) -> Self {
-        if why.is_some() {
-            self.held = !self.held;
+    /// Turns it into a check of a known failure: it holds only while it does fail, as it is known to. In one run it may
+    /// hold, too.
+    fn known(mut self, why: &str, beyond: &Count, one_run: bool) -> Self {
+        self.known_failure = Some(why.to_owned());
+        self.beyond_known = !beyond.failing.is_empty();
+        if self.beyond_known {
+            self.held = false;
+            self.worst = beyond.worst.as_ref().map(|(_, text, _)| text.clone());
+            self.worst_seed = beyond.worst.as_ref().map(|(.., seed)| *seed);
+        } else {
+            self.held = !self.held || one_run;
         }
-        self.known_failure = why;
         self
+    }
+
+    /// A check that others have made: its name, its bound, the words for its failure if it does not hold.
+    pub fn made_elsewhere(what: String, bound: String, failure: Option<String>) -> Self {
+        let count = Count {
+            holding: usize::from(failure.is_none()),
+            ..Count::default()
+        };
+        let mut check = count.check(what, bound, 1.0);
+        check.held = failure.is_none();
+        check.worst = failure;
+        check
     }
 
     /// True if it fails as it is known to.
     pub fn fails_as_known(&self) -> bool {
-        self.held && self.known_failure.is_some()
+        self.held && self.known_failure.is_some() && !self.failing.is_empty()
     }
 
     /// The failure in one line.
     pub fn reason(&self) -> String {
         let all = self.holding + self.failing.len();
         let mut text = self.what.clone();
+        if self.beyond_known {
+            let (worst, why) = (self.worst.as_deref(), self.known_failure.as_deref());
+            return format!(
+                "{text} {}: {}: this is not the known failure ({})",
+                self.bound,
+                worst.unwrap_or_default(),
+                why.unwrap_or_default()
+            );
+        }
         if let Some(why) = &self.known_failure
             && !self.held
         {
@@ -309,6 +442,7 @@ mod tests {
             value,
             held: finished && value.is_some_and(|x| x <= 1.0),
             known_failure: None,
+            no_worse_than: None,
         };
         RunResult {
             index: seed,
@@ -331,6 +465,7 @@ mod tests {
                 expectations: vec![verdict],
                 limits: Default::default(),
                 integrity: Vec::new(),
+                weakened: Vec::new(),
                 common: BTreeMap::new(),
             }),
         }
@@ -406,6 +541,7 @@ mod tests {
             quantity: Quantity::Mass,
             samples: 12_000,
             valid,
+            judged: valid,
             misleading,
             alert: 0.1,
             worst: (misleading > 0).then_some(Misleading {
@@ -415,6 +551,7 @@ mod tests {
             }),
             at_most: Some(0.001),
             known_failure: None,
+            no_worse_than: None,
         }];
         run
     }

@@ -27,6 +27,17 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
         has(Measurand::AngularRate),
         plan.wheels > 0,
     );
+    if wheels && !series.windows.iter().any(|w| w.speed.is_finite()) {
+        let why = "no wheel speed has a sample in any second: `valid_if`, or an empty column";
+        let verdict = Verdict::Bad(why.into());
+        all.push(check(
+            "seconds with a wheel speed",
+            0.0,
+            "s",
+            "all",
+            verdict,
+        ));
+    }
     if force {
         all.push(gravity(series));
     }
@@ -49,6 +60,7 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
     all.extend(series.spreads.iter().map(|s| {
         let (value, constant) = (s.at_an_end(), s.is_constant());
         let verdict = match (constant, value > 0.02 && s.n > 100 && s.clips) {
+            _ if s.n <= 100 && s.clips => Verdict::Unknown(format!("only {} samples", s.n)),
             (true, _) if value == 0.0 => Verdict::Unknown(
                 "it is zero all the time: the vehicle stands, or nothing is connected".into(),
             ),
@@ -97,6 +109,10 @@ fn channels(series: &Series) -> Check {
         [] if series.samples == 0 => {
             Verdict::Bad("no channel has a single sample: `valid_if`, or empty columns".into())
         }
+        [] if series.seconds < MIN_WINDOWS as f64 => Verdict::Bad(format!(
+            "{:.1} s of samples are too little to check anything",
+            series.seconds
+        )),
         [] => Verdict::Good,
         missing => {
             let list: Vec<String> = missing

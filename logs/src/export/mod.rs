@@ -26,7 +26,7 @@ use samples::KeptStep;
 
 use crate::io;
 use monorig_sim::error::Error;
-use monorig_sim::record::manifest::{self, Manifest};
+use monorig_sim::record::manifest::Manifest;
 use monorig_sim::record::whole;
 use std::path::{Path, PathBuf};
 use tables::{Table, Tables};
@@ -155,7 +155,7 @@ pub struct Exported {
 /// Writes the samples of a run as logs into a new folder, with a map file and the vehicle that the estimators were
 /// given.
 pub fn export(run: &Path, format: ExportFormat, out: &Path) -> Result<Exported, Error> {
-    let manifest = Manifest::read(&run.join(manifest::NAME))?;
+    let manifest = Manifest::of_run(run)?;
     let path = run.join(SAMPLES);
     if !path.is_file() {
         return Err(crate::wrong(

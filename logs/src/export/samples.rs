@@ -2,6 +2,7 @@
 //! which a sample arrived or the command changed. Written while the run goes on, read step by step.
 
 use crate::drive::VehicleFile;
+use crate::notation::NS;
 use crate::{io, wrong};
 use ::parquet::arrow::ArrowWriter;
 use ::parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -322,6 +323,9 @@ impl Samples {
         let about: About = about
             .and_then(|kv| serde_json::from_str(kv.value.as_deref()?).ok())
             .ok_or_else(|| broken_read(path, &"it does not say what it is of"))?;
+        if !(1..=NS).contains(&about.step_ns) {
+            return Err(broken_read(path, &"its step is none of a run"));
+        }
         let vehicle = about
             .vehicle
             .data()

@@ -1,5 +1,6 @@
 //! Rows of several files in the order of time: a thread reads each file, a heap chooses the earliest row.
 
+use super::plausible::{MAX_GAP_NS, implausible};
 use super::{Chunk, LogReader, LogTable, Part, ReadOptions, Row, full_name};
 use crate::notation::{NS, TimeUnit};
 use crate::wrong;
@@ -201,6 +202,10 @@ impl Stream {
                 let help = "`time: {stamp: COLUMN}` names a column that every table has";
                 return Err(wrong(&self.path, None, message, help));
             };
+            if ns.abs_diff(row.arrival_ns) > MAX_GAP_NS.unsigned_abs() {
+                let what = "far from the time of its recording";
+                return Err(implausible(&self.path, row.place, ns, what));
+            }
             row.stamp_ns = ns;
         }
         if row.piece != self.piece {

@@ -8,6 +8,7 @@
 //! | `formats` | all formats, and which of them a file is of |
 //! | `csv` `parquet` `mcap` `mdf` `can` | the readers |
 //! | `time_column` `text` | the column of time of a table; text that is not UTF-8 |
+//! | `plausible` | the length of a log and the largest gap in it |
 //! | `merge` | rows of several files on one clock |
 
 #[cfg(feature = "can")]
@@ -20,6 +21,7 @@ mod mcap;
 mod mdf;
 pub(crate) mod merge;
 mod parquet;
+mod plausible;
 mod rows;
 mod text;
 mod time_column;
@@ -179,16 +181,27 @@ impl Part {
 
     /// Reads it, chunk by chunk, until its end or until `sink` returns false.
     pub fn scan(&self, sink: &mut dyn FnMut(Chunk) -> bool) -> Result<(), Error> {
-        let mut out = Out::new(sink);
         let Self {
             path,
             options,
             section,
             ..
         } = self;
+        let (mut plausible, mut implausible) = (plausible::Plausible::default(), None);
+        let mut checked = |chunk: Chunk| match plausible.check(path, &chunk) {
+            Ok(()) => sink(chunk),
+            Err(e) => {
+                implausible = Some(e);
+                false
+            }
+        };
+        let mut out = Out::new(&mut checked);
         let done = self.guarded(|| self.format.read(path, options, *section, &mut out));
         out.flush();
-        done
+        match implausible {
+            Some(e) => Err(e),
+            None => done,
+        }
     }
 
     /// Runs a decoder: a panic of it is an error of the file.

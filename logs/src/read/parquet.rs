@@ -13,6 +13,8 @@ use monorig_sim::error::Error;
 use std::fs::File;
 use std::path::Path;
 
+/// Most columns that are read: each takes 350 kB before a value of it is read.
+const MAX_COLUMNS: usize = 2048;
 /// Rows of a batch.
 const BATCH: usize = 4096;
 
@@ -59,6 +61,15 @@ impl LogReader for ParquetReader {
             unit: f.metadata().get("unit").cloned().unwrap_or_default(),
         });
         let table = out.table("", columns.collect());
+        if wanted.len() > MAX_COLUMNS {
+            let message = format!(
+                "this file has {} columns of numbers, and each takes memory before a value of it is read",
+                wanted.len()
+            );
+            let help =
+                format!("at most {MAX_COLUMNS} columns; a map file names those that are wanted");
+            return Err(wrong(path, None, message, help));
+        }
         let roots = wanted.iter().copied().chain([time]);
         let mask = ProjectionMask::roots(builder.parquet_schema(), roots);
         let batches = builder

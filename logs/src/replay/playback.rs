@@ -53,6 +53,10 @@ pub(super) struct RecordedPlant {
 }
 
 impl Plant for RecordedPlant {
+    fn is_recorded(&self) -> bool {
+        true
+    }
+
     fn step(&mut self, _: &Command, _: f64) -> Result<(), Error> {
         let mut play = lock(&self.shared);
         let play = &mut *play;

@@ -10,6 +10,7 @@ use crate::config::scenario::{PlantKind, Scenario};
 use crate::control::{ControllerSetup, PerceptionModel};
 use crate::error::Error;
 use crate::plant::PlantOptions;
+use crate::plant::divergence::Causes;
 use crate::rail::Rail;
 use crate::sensors::Fitting;
 use crate::train::Train;
@@ -134,7 +135,14 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
     };
     let plant = match plant {
         Some(plant) => plant,
-        None => moving.plant(s.plant(), train.clone(), rail.clone(), &options)?,
+        None => {
+            let causes = Causes {
+                train: &train,
+                gravity_mps2: gravity,
+                dt_s,
+            };
+            causes.build(|| moving.plant(s.plant(), train.clone(), rail.clone(), &options))?
+        }
     };
     Ok(Simulation {
         imu_offset_m: plant.truth().chainage_m - front_m,

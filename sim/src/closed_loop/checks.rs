@@ -1,6 +1,6 @@
 //! Checks a scenario against its vehicle and its track.
 
-use crate::config::scenario::{Event, Scenario};
+use crate::config::scenario::{Event, MomentOf, Scenario};
 use crate::error::Error;
 use crate::plant::train::adhesion::AdhesionZone;
 use crate::rail::Rail;
@@ -141,12 +141,26 @@ pub fn windows(scenario: &Scenario, rail: &Rail) -> Result<(), Error> {
     for (at, ends) in of_bounds.chain(known) {
         for (key, moment) in ["after", "until"].into_iter().zip(ends) {
             let Some(moment) = moment else { continue };
-            moment
+            let found = moment
                 .find(file, &rail.places)
                 .map_err(|(below, message, help)| {
                     let key = format!("{at}.{key}.{below}");
                     scenario.error(key.trim_end_matches('.'), message, help)
                 })?;
+            let end_s = file.stop.time_limit_s();
+            let within = match found {
+                MomentOf::Instant(t_s) => (0.0..=end_s).contains(&t_s),
+                MomentOf::Passing(_, _, plus_s) => plus_s.abs() <= end_s,
+            };
+            if !within {
+                return Err(scenario.error(
+                    format!("{at}.{key}"),
+                    format!(
+                        "{moment} is not within the run, which lasts from 0 to {end_s} s at most"
+                    ),
+                    "a smaller `plus_s`, or another event",
+                ));
+            }
         }
     }
     Ok(())

@@ -3,7 +3,17 @@
 use crate::closed_loop::registry::BoxedEstimator;
 use monorig_estimators::api::aid::AidStatus;
 use monorig_estimators::api::estimator::Internal;
-use monorig_estimators::api::signals::{Command, Estimate, Measurements};
+use monorig_estimators::api::signals::{Command, Estimate, Measurements, Value};
+
+/// The values of an estimate that are marked valid or not.
+fn values(e: &mut Estimate) -> [&mut Value; 4] {
+    [
+        &mut e.total_mass_kg,
+        &mut e.grade_rad,
+        &mut e.effective_grade_rad,
+        &mut e.speed_mps,
+    ]
+}
 
 /// An estimator in a run, with its last estimate and the steps it refused.
 pub struct RunningEstimator {
@@ -37,20 +47,26 @@ impl RunningEstimator {
         self
     }
 
-    /// Give it new samples. A refused step keeps the last estimate, marked invalid.
+    /// Give it new samples. A refused step keeps the last estimate, marked invalid; so is one
+    /// refused that marks a value valid that is no finite number.
     pub fn step(&mut self, z: &Measurements, command: &Command, dt_s: f64) {
-        match self.estimator.step(z, command, dt_s) {
-            Ok(e) => self.estimate = e,
-            Err(e) => {
-                if self.refused == 0 {
-                    self.reason = e.to_string();
-                }
-                self.refused += 1;
-                self.estimate.total_mass_kg.valid = false;
-                self.estimate.grade_rad.valid = false;
-                self.estimate.effective_grade_rad.valid = false;
-                self.estimate.speed_mps.valid = false;
+        let refused = match self.estimator.step(z, command, dt_s) {
+            Ok(e) => {
+                self.estimate = e;
+                let wrong = values(&mut self.estimate)
+                    .into_iter()
+                    .any(|v| v.valid && !v.value.is_finite());
+                wrong.then(|| "it marked a value valid that is no finite number".to_owned())
             }
+            Err(e) => Some(e.to_string()),
+        };
+        let Some(reason) = refused else { return };
+        if self.refused == 0 {
+            self.reason = reason;
+        }
+        self.refused += 1;
+        for value in values(&mut self.estimate) {
+            value.valid = false;
         }
     }
 

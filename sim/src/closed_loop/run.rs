@@ -6,6 +6,7 @@ pub use super::observer::{Observer, StepFrame};
 use super::simulation::Simulation;
 use crate::control::{Perception, Reference};
 use crate::error::Error;
+use crate::plant::divergence::Causes;
 use monorig_estimators::api::signals::{Command, Measurements};
 
 /// Run a simulation to the end of its scenario. `go_on` is given the share done, 0…1, now and then; when it returns
@@ -49,7 +50,12 @@ fn closed_loop(
         let perception = s.perceive(&command);
         let reference = s.reference();
         command = s.controller.control(&reference, &perception, s.dt_s);
-        s.plant.step(&command, s.dt_s)?;
+        let causes = Causes {
+            train: &s.train,
+            gravity_mps2: s.scenario.file.physics.gravity_mps2.get(),
+            dt_s: s.dt_s,
+        };
+        causes.step(s.plant.as_mut(), &command)?;
         steps += 1;
         let z = s.measure()?;
         if z.any() {

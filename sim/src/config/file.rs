@@ -7,6 +7,7 @@
 mod error_messages;
 pub(crate) mod limits;
 mod locate;
+mod ranges;
 mod set;
 mod sets;
 mod suggest;
@@ -39,6 +40,11 @@ pub fn read_bytes(path: &Path) -> Result<Arc<[u8]>, Error> {
 /// Reads a result that monorig has written, as text. An error names what is there instead.
 pub fn read_result(path: &Path) -> Result<String, Error> {
     text(path, &bounded(path, limits::MAX_RESULT_BYTES)?)
+}
+
+/// Reads a page or a recording of ours, which may be larger than other results. An error names what is there instead.
+pub fn read_large(path: &Path) -> Result<Vec<u8>, Error> {
+    bounded(path, limits::MAX_LARGE_BYTES)
 }
 
 /// Refuses everything but a regular file: opening a pipe would wait for its writer.
@@ -297,6 +303,9 @@ impl Document {
 
     /// The tree as a checked type.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T, Error> {
+        if let Some((key, message, help)) = ranges::wrong(&self.tree) {
+            return Err(self.error(key, message, help));
+        }
         serde_path_to_error::deserialize(&self.tree).map_err(|e| {
             let path = match e.path().to_string() {
                 p if p == "." => String::new(),

@@ -129,7 +129,8 @@ impl PerceptionModel {
         let share = match (valid, last.valid) {
             (true, true) => dt_s / FEEDFORWARD_LAG_S,
             (true, false) => 1.0,
-            (false, _) => 0.0,
+            // held: a value that is not valid need not be a number
+            (false, _) => return (last.grade_rad, last.total_mass_kg, false),
         };
         let follow = |last: f64, v: &Value| last + share * (v.value - last);
         (
@@ -219,5 +220,6 @@ mod tests {
         let expected = 30e3 - 10e3 * (-1.0f64).exp();
         assert!((half_way / expected - 1.0).abs() < 1e-3, "{half_way}");
         assert_eq!(mass(estimate(99e3, false), 100), half_way);
+        assert_eq!(mass(estimate(f64::NAN, false), 100), half_way);
     }
 }

@@ -5,9 +5,11 @@
 //! | `rapier` | the train as rigid bodies |
 //! | `train` | forces on and in the train, one law a file |
 //! | `point_mass` | the train as a point on the rail |
+//! | `divergence` | a plant that diverges ends the run |
 //! | `options` | how a plant starts, and what surrounds it |
 //! | `obstacles` | boxes beside the rail |
 
+pub(crate) mod divergence;
 pub mod obstacles;
 mod options;
 pub mod point_mass;
@@ -35,6 +37,14 @@ pub trait Plant {
     fn set_clamp_limit(&mut self, mpa: f64);
     /// Update the clearance in the truth, which is costly; called before a row is recorded.
     fn update_clearance(&mut self) {}
+    /// The body whose motion is no finite number, else the fastest one; none if the plant has no bodies.
+    fn diverging_body(&self) -> Option<&str> {
+        None
+    }
+    /// True for a recorded drive that is played back: its motion is what a log says, and may not be known.
+    fn is_recorded(&self) -> bool {
+        false
+    }
     /// True if nothing more is to come: a recorded drive that is played back is at its end, and the run has finished.
     fn is_over(&self) -> bool {
         false

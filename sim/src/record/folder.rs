@@ -3,7 +3,7 @@
 use super::whole;
 use crate::error::Error;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// A run folder that is being filled. [`RunFolder::commit`] moves it into place; dropped without, it is removed, and so
 /// is the scenario's folder if no run is left in it.
@@ -79,14 +79,23 @@ impl Drop for RunFolder {
     }
 }
 
+/// Accepts what can be the name of a file or folder in another folder: one part of a path that leads nowhere else, and
+/// no control character. A name that a file gives is held against this before anything is read or written under it.
+pub fn is_name(name: &str) -> bool {
+    let mut parts = Path::new(name).components();
+    let one = matches!((parts.next(), parts.next()), (Some(Component::Normal(part)), None) if part == name);
+    one && name.len() <= MAX_NAME_BYTES
+        && !name.contains(['/', '\\'])
+        && !name.contains(char::is_control)
+}
+
+/// Longest name; file systems have 255, and names of ours get something behind them.
+const MAX_NAME_BYTES: usize = 200;
+
 /// The folder of a scenario's runs, directly in `root`: a name that leads elsewhere is refused.
 fn parent(root: &Path, scenario: &str) -> Result<PathBuf, Error> {
     let parent = root.join(scenario);
-    let plain = !scenario.is_empty()
-        && !scenario.contains(['/', '\\', '\0'])
-        && scenario != "."
-        && scenario != "..";
-    match plain {
+    match is_name(scenario) {
         true => Ok(parent),
         false => Err(at(
             &parent,
@@ -194,6 +203,36 @@ mod tests {
             .collect();
         names.sort();
         names
+    }
+
+    /// Whatever a name is made of, one that is accepted is a file directly in the folder.
+    #[test]
+    fn a_name_that_is_accepted_leads_nowhere_else() {
+        const PIECES: [&str; 14] = [
+            "..", "/", "\\", ".", "a", "é", " ", "\0", "\u{1b}", "C:", "@", "~", "run", "\n",
+        ];
+        let mut random = monorig_testing::Random::new(monorig_testing::mutants::first_seed());
+        let mut accepted = 0;
+        for _ in 0..monorig_testing::mutants::count(2000) {
+            let pieces = (0..random.below(5)).map(|_| *random.of(&PIECES));
+            let name = pieces.collect::<Vec<_>>().concat();
+            if !is_name(&name) {
+                continue;
+            }
+            accepted += 1;
+            let place = Path::new("/root/of/results").join(&name);
+            assert_eq!(
+                place.parent(),
+                Some(Path::new("/root/of/results")),
+                "{name:?}"
+            );
+            assert_eq!(
+                place.file_name().and_then(|n| n.to_str()),
+                Some(name.as_str())
+            );
+            assert!(!name.contains(char::is_control), "{name:?}");
+        }
+        assert!(accepted > 0 && is_name("hill@5t") && !is_name(&"a".repeat(300)));
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! `manifest.json`: what a run was made from and by, and what its other files must be. The same inputs and the same
 //! program give the same bytes: no clock, no absolute path.
 
+use super::folder::is_name;
 use super::identity::Identity;
-use crate::config::file::{input_error, read_result};
+use crate::config::file::{input_error, read_result, regular};
 use crate::config::input_files::hex;
 use crate::error::{Error, InputError};
 use serde::{Deserialize, Serialize};
@@ -13,8 +14,17 @@ use std::path::Path;
 
 /// Name of the file in the folder of a run.
 pub const NAME: &str = "manifest.json";
+/// Name of the file of a run's metrics.
+const METRICS: &str = "metrics.json";
 /// Format version.
 const VERSION: u32 = 2;
+
+/// The run that metrics are of.
+#[derive(Deserialize)]
+struct Of {
+    scenario: String,
+    seed: u64,
+}
 
 /// Sources and program of a run, and the check sums of its other files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -143,9 +153,43 @@ impl Manifest {
             input_error(path, "", message, help)
         };
         let found: Self = serde_json::from_str(&text).map_err(|e| refused(e.to_string()))?;
-        match found.version {
-            VERSION => Ok(found),
-            other => Err(refused(format!("this manifest has format version {other}"))),
+        if found.version != VERSION {
+            return Err(refused(format!(
+                "this manifest has format version {}",
+                found.version
+            )));
+        }
+        // names become paths: one that leads elsewhere is none
+        let names = std::iter::once(&found.scenario).chain(found.outputs.keys());
+        if let Some(name) = names.into_iter().find(|name| !is_name(name)) {
+            return Err(refused(format!(
+                "{name:?} cannot be the name of a run or of its file"
+            )));
+        }
+        if hash(&found.monorig, &found.inputs, &found.resolved) != found.hash {
+            let message = "this manifest was edited: its hash is not that of the program, inputs and scenario in it";
+            return Err(refused(message.to_owned()));
+        }
+        Ok(found)
+    }
+
+    /// Reads the manifest in the folder of a run, and holds it against the metrics beside it: these must be as the run
+    /// left them, and of the same scenario and seed.
+    pub fn of_run(folder: &Path) -> Result<Self, Error> {
+        let manifest = Self::read(&folder.join(NAME))?;
+        manifest.verify(folder, METRICS)?;
+        let path = folder.join(METRICS);
+        let of: Of = serde_json::from_str(&read_result(&path)?)
+            .map_err(|_| damaged(&path, "these are not the metrics of a run"))?;
+        match of.scenario == manifest.scenario && of.seed == manifest.seed {
+            true => Ok(manifest),
+            false => Err(damaged(
+                &folder.join(NAME),
+                &format!(
+                    "this manifest is of {} seed {}, and the metrics beside it are of {} seed {}",
+                    manifest.scenario, manifest.seed, of.scenario, of.seed
+                ),
+            )),
         }
     }
 }
@@ -156,6 +200,7 @@ pub fn sum(path: &Path) -> Result<String, Error> {
         path: path.into(),
         source,
     };
+    regular(path)?;
     let mut hash = Sha256::new();
     let mut file = File::open(path).map_err(failed)?;
     std::io::copy(&mut file, &mut hash).map_err(failed)?;
@@ -258,9 +303,26 @@ mod tests {
         let sent = manifest(1, "x");
         std::fs::write(&path, sent.to_json()).unwrap();
         assert_eq!(Manifest::read(&path).unwrap(), sent);
+        let named = |scenario: &str| Manifest {
+            scenario: scenario.into(),
+            ..sent.clone()
+        };
+        let with_output = |name: &str| Manifest {
+            outputs: [(name.to_owned(), String::new())].into(),
+            ..sent.clone()
+        };
         for bad in [
             "{".to_owned(),
             sent.to_json().replace("\"version\": 2", "\"version\": 1"),
+            sent.to_json()
+                .replace("\"why\": \"test\"", "\"why\": \"text\""),
+            named("../x").to_json(),
+            named("/tmp/x").to_json(),
+            named("a/b").to_json(),
+            named("..").to_json(),
+            named("").to_json(),
+            named("a\u{1b}[2J").to_json(),
+            with_output("../../etc/passwd").to_json(),
         ] {
             std::fs::write(&path, bad).unwrap();
             assert!(matches!(Manifest::read(&path), Err(Error::Input(_))));

@@ -2,7 +2,7 @@
 
 use super::decoder::guarded;
 use super::parquet::{EVENTS, PANDAS};
-use crate::config::file::nearest;
+use crate::config::file::{nearest, regular};
 use crate::error::{Error, InputError};
 use arrow::array::{Array, Float64Array};
 use parquet::arrow::ProjectionMask;
@@ -97,6 +97,12 @@ fn read_columns(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<(Contents,
     for batch in batches.map_err(|e| broken(path, e))? {
         let batch = batch.map_err(|e| broken(path, e))?;
         contents.rows += batch.num_rows();
+        if contents.rows.saturating_mul(batch.num_columns()) > MAX_VALUES {
+            let message = format!(
+                "its columns have more than {MAX_VALUES} values, far more than a run of ours"
+            );
+            return Err(broken(path, message));
+        }
         let schema = batch.schema();
         for (field, values) in schema.fields().iter().zip(batch.columns()) {
             let name = field.name();
@@ -111,14 +117,27 @@ fn read_columns(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<(Contents,
     Ok((contents, columns))
 }
 
+/// Most columns of a run: each takes memory before a value of it is read.
+const MAX_COLUMNS: usize = 4096;
+/// Most values that are read at once: 512 MB of them.
+const MAX_VALUES: usize = 64 << 20;
+
 /// Everything but the values.
 fn open(path: &Path) -> Result<(Contents, ParquetRecordBatchReaderBuilder<File>), Error> {
+    regular(path)?;
     let file = File::open(path).map_err(|source| Error::Io {
         path: path.into(),
         source,
     })?;
     let reader = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| broken(path, e))?;
     let schema = reader.schema().clone();
+    if schema.fields().len() > MAX_COLUMNS {
+        let count = schema.fields().len();
+        return Err(broken(
+            path,
+            format!("it has {count} columns, and a run has at most {MAX_COLUMNS}"),
+        ));
+    }
     // what pandas leaves of it when it writes a table that it has read
     let kept = schema.metadata().get(PANDAS);
     let kept: Value = kept.map_or(Value::Null, |text| {

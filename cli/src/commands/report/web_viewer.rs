@@ -6,8 +6,7 @@
 
 use crate::ui::errors::CliError;
 use crate::ui::note::detail;
-use monorig_sim::config::file::{input_error, regular};
-use monorig_sim::error::Error;
+use monorig_sim::config::file::{input_error, read_large};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
@@ -88,11 +87,7 @@ pub fn find(named: Option<&Path>) -> Result<WebViewer, CliError> {
         None => installed()?,
     };
     detail(&format!("the viewer is taken from {}", program.display()));
-    regular(&program)?;
-    let bytes = std::fs::read(&program).map_err(|source| Error::Io {
-        path: program.clone(),
-        source,
-    })?;
+    let bytes = read_large(&program)?;
     extract(&bytes).ok_or_else(|| {
         let message = format!(
             "there is no web viewer of Rerun {VERSION} in this program, as it was published"

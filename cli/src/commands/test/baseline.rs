@@ -1,14 +1,13 @@
 //! Verdicts against those of an earlier test: which metrics have become worse?
 
 use crate::ui::errors::CliError;
-use crate::verdicts::TestedScenario;
 use monorig_lab::metrics;
 use monorig_lab::verdicts::run_result::RunResult;
-use monorig_lab::verdicts::verdict::ScenarioVerdict;
+use monorig_lab::verdicts::verdict::{Check, ScenarioVerdict};
 use monorig_sim::config::file::{input_error, read_result};
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The file that `--json` writes.
 #[derive(Deserialize)]
@@ -19,6 +18,7 @@ struct Verdicts {
 
 /// The verdicts of an earlier test, by scenario.
 pub struct Baseline {
+    path: PathBuf,
     scenarios: BTreeMap<String, Vec<RunResult>>,
 }
 
@@ -33,34 +33,6 @@ const ALWAYS: &[&str] = &[
     "slope_availability",
     "slope_misleading_share",
 ];
-
-/// A metric that has become worse: the means over the seeds that both tests have.
-#[derive(Debug, PartialEq)]
-pub struct Worse {
-    /// Scenario, estimator and metric.
-    pub what: String,
-    /// Mean in the baseline; none = it could not be measured.
-    pub before: Option<f64>,
-    /// Mean now.
-    pub now: Option<f64>,
-}
-
-impl Worse {
-    /// As a line.
-    pub fn text(&self) -> String {
-        let value = |x: Option<f64>| x.map_or("not measured".to_owned(), |x| format!("{x:.4}"));
-        let change = match (self.before, self.now) {
-            (Some(a), Some(b)) if a != 0.0 => format!(" ({:+.1} %)", 100.0 * (b - a) / a.abs()),
-            _ => String::new(),
-        };
-        format!(
-            "worse   {}: {}, was {}{change}",
-            self.what,
-            value(self.now),
-            value(self.before)
-        )
-    }
-}
 
 impl Baseline {
     /// Read what `monorig test --json` wrote.
@@ -78,40 +50,84 @@ impl Baseline {
                 read.kind
             )));
         }
+        for verdict in &read.scenarios {
+            verdict.check().map_err(wrong)?;
+        }
         let scenarios = read.scenarios.into_iter().map(|s| (s.scenario, s.runs));
         Ok(Self {
+            path: path.into(),
             scenarios: scenarios.collect(),
         })
     }
 
-    /// Returns the metrics that are worse by more than the share `worse_than`, and how many were compared.
-    pub fn compare(&self, tested: &[TestedScenario], worse_than: f64) -> (Vec<Worse>, usize) {
-        let (mut worse, mut compared) = (Vec::new(), 0);
-        for one in tested {
-            let Some(before) = self.scenarios.get(&one.judged.scenario) else {
-                continue;
+    /// Refuses a baseline that has none of the runs of these scenarios, each with its seeds: it would compare nothing.
+    pub fn shares<'a>(
+        &self,
+        tested: impl Iterator<Item = (&'a str, &'a [(u64, u64)])>,
+    ) -> Result<(), CliError> {
+        let mut tested = tested;
+        let common = |(name, runs): (&str, &[(u64, u64)])| {
+            let before = self.scenarios.get(name);
+            let mut before = before.into_iter().flatten();
+            before.any(|r| runs.iter().any(|(_, seed)| *seed == r.seed))
+        };
+        match tested.any(common) {
+            true => Ok(()),
+            false => Err(CliError::Sim(input_error(
+                &self.path,
+                "",
+                "this baseline has no scenario and seed of this test, so there is nothing to compare",
+                "what `monorig test --json FILE` wrote for some of these scenarios and seeds",
+            ))),
+        }
+    }
+
+    /// Adds a check for each metric that is worse than in the baseline by more than the share `worse_than`, or can no
+    /// longer be measured; returns how many were compared, and how many are worse. A scenario that the baseline does
+    /// not have is left as it is.
+    pub fn judge(&self, judged: &mut ScenarioVerdict, worse_than: f64) -> (usize, usize) {
+        let Some(before) = self.scenarios.get(&judged.scenario) else {
+            return (0, 0);
+        };
+        let (mut compared, mut worse) = (0, 0);
+        for (estimator, metric) in pairs(&judged.runs) {
+            let common = |runs: &[RunResult], others: &[RunResult]| {
+                let seeds = |r: &&RunResult| others.iter().any(|o| o.seed == r.seed);
+                mean(runs.iter().filter(seeds), &estimator, &metric)
             };
-            for (estimator, metric) in pairs(&one.judged.runs) {
-                let common = |runs: &[RunResult], others: &[RunResult]| {
-                    let seeds = |r: &&RunResult| others.iter().any(|o| o.seed == r.seed);
-                    mean(runs.iter().filter(seeds), &estimator, &metric)
-                };
-                let (now, then) = (
-                    common(&one.judged.runs, before),
-                    common(before, &one.judged.runs),
-                );
-                compared += usize::from(then.is_some());
-                if is_worse(&metric, then, now, worse_than) {
-                    worse.push(Worse {
-                        what: format!("{} {estimator} {metric}", one.judged.scenario),
-                        before: then,
-                        now,
-                    });
-                }
+            let (now, then) = (common(&judged.runs, before), common(before, &judged.runs));
+            compared += usize::from(then.is_some());
+            if is_worse(&metric, then, now, worse_than) {
+                worse += 1;
+                judged.add(Check::made_elsewhere(
+                    format!("{estimator} {metric} over the common seeds"),
+                    format!(
+                        "not worse than the baseline by more than {} %",
+                        100.0 * worse_than
+                    ),
+                    Some(words(then, now)),
+                ));
             }
         }
-        (worse, compared)
+        if compared == 0 {
+            judged.add(Check::made_elsewhere(
+                "the baseline".into(),
+                "has a metric in common".into(),
+                Some("there is no estimator, seed and metric that both have measured".into()),
+            ));
+        }
+        (compared, worse)
     }
+}
+
+/// The value of a metric now and before, in words.
+fn words(before: Option<f64>, now: Option<f64>) -> String {
+    let value = |x: Option<f64>| x.map_or("not measured".to_owned(), |x| format!("{x:.4}"));
+    let change = match (before, now) {
+        (Some(a), Some(b)) if a != 0.0 => format!(" ({:+.1} %)", 100.0 * (b - a) / a.abs()),
+        _ => String::new(),
+    };
+    format!("worse: {}, was {}{change}", value(now), value(before))
 }
 
 /// Estimators and metrics to compare.

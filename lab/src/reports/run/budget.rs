@@ -41,6 +41,11 @@ pub(crate) fn section(run: &Recorded) -> Result<Option<Section>, Error> {
          do not act on each other the mean squares add up; a negative share means that the error is larger without the source.",
         budget.seeds.len()
     ));
+    if budget.changed {
+        section = section.text(
+            "Files of this run were changed before the budget was made: it is of the changed ones, not of this run.",
+        );
+    }
     section = section.table(legend(&budget));
     for metric in METRICS {
         if budget.of(metric).next().is_some() {

@@ -41,12 +41,26 @@ impl Recorded {
             }
         };
         let manifest = Manifest::read(&path("manifest.json")?)?;
+        for needed in ["metrics.json", "channels.parquet"] {
+            path(needed)?;
+        }
         // a recording that was removed to save room is no damage to a report
-        let there = manifest.outputs.keys();
-        for name in there.filter(|name| folder.join(name).is_file()) {
+        let needed = ["metrics.json", "channels.parquet"];
+        let there = manifest.outputs.keys().map(String::as_str);
+        let there = there.filter(|name| folder.join(name).is_file() && !needed.contains(name));
+        for name in needed.into_iter().chain(there) {
             manifest.verify(folder, name)?;
         }
-        let summary = summary(&path("metrics.json")?)?;
+        let metrics = path("metrics.json")?;
+        let summary = summary(&metrics)?;
+        summary.check().map_err(|message| {
+            input_error(
+                &metrics,
+                "",
+                message,
+                "make the run again with `monorig run`",
+            )
+        })?;
         let channels = path("channels.parquet")?;
         let (contents, columns) = readback::columns(&channels, is_shown)?;
         let seed = manifest.seed.to_string();

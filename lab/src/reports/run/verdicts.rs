@@ -7,21 +7,25 @@ use crate::reports::table::{Cell, Table};
 use crate::text::number;
 use crate::verdicts::findings::of_summaries;
 use crate::verdicts::summary::{MAIN, Summary};
+use crate::verdicts::verdict::Check;
 
 /// The outcome in a sentence.
 pub(crate) fn banner(summary: &Summary) -> (String, bool) {
+    let verdict = summary.verdict();
     let all = summary.expectations.len();
-    let failed = summary.expectations.iter().filter(|v| !v.good()).count();
-    let known = summary
-        .expectations
-        .iter()
-        .filter(|v| v.good() && !v.held)
-        .count();
+    let count = |word: &str| {
+        summary
+            .expectations
+            .iter()
+            .filter(|v| v.word() == word)
+            .count()
+    };
+    let (failed, known) = (count("FAILED"), count("known failure"));
     let t = summary.simulated_s;
     if !summary.finished {
         return (
             format!("NOT finished: the run was stopped after {t:.1} s"),
-            false,
+            verdict.held,
         );
     }
     let mut text = match (all, failed) {
@@ -40,7 +44,15 @@ pub(crate) fn banner(summary: &Summary) -> (String, bool) {
         1 => text += "; one estimate is MISLEADING",
         n => text += &format!("; {n} estimates are MISLEADING"),
     }
-    (text, summary.good())
+    if !verdict.held && failed == 0 && misleading == 0 {
+        let reasons = verdict.checks.iter().filter(|c| !c.held);
+        let reasons: Vec<String> = reasons.map(Check::reason).collect();
+        text += &format!("; FAILED: {}", reasons.join("; "));
+    }
+    if verdict.held && !verdict.weakened.is_empty() {
+        text += "; held with weakened limits";
+    }
+    (text, verdict.held)
 }
 
 /// Table of misleading estimates, worst first; `None` without any.
@@ -63,6 +75,13 @@ pub(crate) fn section(summary: &Summary) -> Section {
     for name in &summary.never_valid {
         section = section.text(format!("{name} had no valid estimate in the whole run."));
     }
+    let verdict = summary.verdict();
+    for check in verdict.checks.iter().filter(|c| c.not_judged) {
+        section = section.text(format!("Not judged: {}.", check.reason()));
+    }
+    if !verdict.weakened.is_empty() {
+        section = section.text(format!("Weakened limits: {}.", verdict.weakened.join("; ")));
+    }
     if !summary.estimators.is_empty() {
         section = section.table(key_figures(summary));
     }
@@ -73,10 +92,9 @@ fn verdicts(summary: &Summary) -> Table {
     let mut table = Table::new(&["", "expected"], &["bound", "measured"]);
     for v in &summary.expectations {
         let value = v.value.map_or("not measured".to_owned(), number);
-        let verdict = match (v.held, &v.known_failure) {
-            (true, _) => Cell::from("held").judged(true),
-            (false, Some(_)) => Cell::from("known failure"),
-            (false, None) => Cell::from("FAILED").judged(false),
+        let verdict = match v.word() {
+            "known failure" => Cell::from("known failure"),
+            word => Cell::from(word).judged(v.held),
         };
         let what = match &v.known_failure {
             Some(why) => format!("{} ({why})", v.what()),

@@ -21,7 +21,14 @@ pub(crate) fn section(all: &[ScenarioVerdict]) -> Section {
             (text, n) if text.is_empty() => format!("{n} known failures"),
             (text, n) => format!("{text}; {n} known failures"),
         };
-        let verdict = Cell::from(if scenario.held { "held" } else { "FAILED" });
+        let reasons = match scenario.weakened.is_empty() {
+            true => reasons,
+            false => format!(
+                "{reasons} [weakened limits: {}]",
+                scenario.weakened.join("; ")
+            ),
+        };
+        let verdict = Cell::from(scenario.word());
         table.row([
             verdict.judged(scenario.held),
             scenario.scenario.clone().into(),

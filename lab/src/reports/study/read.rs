@@ -1,7 +1,7 @@
 //! Results of many runs, read back.
 
 use crate::batch::lines::Lines;
-use crate::batch::{FORMAT, StudyHeader, VERSION};
+use crate::batch::{FORMAT, StudyHeader, StudyOfHeader, VERSION};
 use crate::verdicts::compare::Comparison;
 use crate::verdicts::run_result::RunResult;
 use crate::verdicts::verdict::ScenarioVerdict;
@@ -50,12 +50,18 @@ pub(crate) fn read(path: &Path) -> Result<Results, Error> {
         let what = format!("version {} of `{}`", header.version, header.format);
         return Err(wrong(path, Some(1), what));
     }
+    let study = StudyOfHeader::new(&header).map_err(|what| wrong(path, Some(1), what))?;
     let mut runs: Vec<RunResult> = Vec::new();
     let mut lines = lines.zip(2..).peekable();
     while let Some((line, number)) = lines.next() {
         let line = line?;
         match serde_json::from_str(&line) {
-            Ok(run) => runs.push(run),
+            Ok(run) => {
+                let n = runs.len() as u64;
+                let fits = study.check(n, &run);
+                fits.map_err(|what| wrong(path, Some(number), what))?;
+                runs.push(run);
+            }
             // a study that goes on, or was killed, may end in the middle of a line
             Err(_) if lines.peek().is_none() => {}
             Err(e) => return Err(wrong(path, Some(number), e.to_string())),
@@ -68,7 +74,13 @@ fn one_piece(path: &Path) -> Result<Results, Error> {
     let text = read_result(path)?;
     let kind: JsonHeader = parse(path, &text)?;
     match (kind.kind.as_str(), kind.version) {
-        ("test", 1) => Ok(Results::Test(parse(path, &text)?)),
+        ("test", 1) => {
+            let tested: TestResults = parse(path, &text)?;
+            for verdict in &tested.scenarios {
+                verdict.check().map_err(|what| wrong(path, None, what))?;
+            }
+            Ok(Results::Test(tested))
+        }
         ("compare", 1) => Ok(Results::Compare(parse(path, &text)?)),
         (kind, version) => {
             let what = format!("version {version} of kind `{kind}`");

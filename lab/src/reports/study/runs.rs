@@ -52,6 +52,7 @@ fn checks(checks: &[Check]) -> Table {
         let all = check.holding + check.failing.len();
         let verdict = match (check.held, check.fails_as_known()) {
             (_, true) => Cell::from("known failure"),
+            _ if check.not_judged => Cell::from("not judged"),
             (held, _) => Cell::from(if held { "held" } else { "FAILED" }).judged(held),
         };
         let worst = match &check.known_failure {

@@ -12,6 +12,8 @@ use std::fmt;
 pub const MAX_FILE_BYTES: u64 = 16 << 20;
 /// Longest file of results that is read at once (results of studies are read line by line), bytes.
 pub const MAX_RESULT_BYTES: u64 = 256 << 20;
+/// Longest page, viewer or recording that is read at once, bytes.
+pub const MAX_LARGE_BYTES: u64 = 768 << 20;
 /// Deepest nesting of lists and mappings.
 pub const MAX_DEPTH: usize = 64;
 /// Most lists and mappings in brackets.

@@ -2,7 +2,8 @@
 
 use super::ScenarioFile;
 use super::check::{Wrong, one_of_them, wrong};
-use crate::config::checked::{NonNegative, Positive};
+use super::integrity::slope_rmse_deg;
+use crate::config::checked::{Fraction, NonNegative, Positive};
 use crate::config::file::nearest;
 
 /// Check them.
@@ -54,20 +55,97 @@ fn defaults(file: &ScenarioFile) -> Result<(), Wrong> {
         ("slope", a.slope),
         ("effective_slope", a.effective_slope),
     ] {
-        if share.is_some_and(|x| x.get() == 0.0) {
-            return wrong(
-                format!("availability.{key}"),
-                "an availability that no run can miss cannot fail",
-                "a share above 0, such as 0.9",
-            );
-        }
+        share.map_or(Ok(()), |share| {
+            can_be_missed(&format!("availability.{key}"), share)
+        })?;
     }
+    limits(file)?;
     for (i, name) in file.integrity.reference_only.iter().enumerate() {
         if !file.estimators.contains_key(name) {
             return wrong(
                 format!("integrity.reference_only[{i}]"),
                 format!("`{name}` is not among this scenario's estimators"),
                 one_of_them(file, name),
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Least availability that is asked for: less is next to nothing.
+const LEAST_AVAILABILITY: f64 = 0.01;
+
+/// An availability that a run can miss.
+fn can_be_missed(key: &str, share: Fraction) -> Result<(), Wrong> {
+    match share.get() < LEAST_AVAILABILITY {
+        true => wrong(
+            key,
+            "an availability that hardly any run can miss cannot fail",
+            format!("a share from {LEAST_AVAILABILITY} on, such as 0.9"),
+        ),
+        false => Ok(()),
+    }
+}
+
+/// Largest k of a protection level: that of an aircraft's precision approach is 6.
+const MAX_K: f64 = 10.0;
+/// Largest alert limit of the mass, as a share of it.
+const MAX_MASS_ALERT: f64 = 1.0;
+/// Largest alert limit of a slope, °.
+const MAX_SLOPE_ALERT_DEG: f64 = 90.0;
+/// Largest published root mean square error of a slope, °; three times that becomes an alert limit.
+const MAX_PUBLISHED_SLOPE_DEG: f64 = 5.0;
+
+/// Limits of integrity that an estimate can exceed.
+fn limits(file: &ScenarioFile) -> Result<(), Wrong> {
+    let i = &file.integrity;
+    for (key, value, most, help) in [
+        (
+            "k",
+            Some(i.k),
+            MAX_K,
+            "a number of standard deviations, such as 3",
+        ),
+        (
+            "mass_alert_rel",
+            Some(i.mass_alert_rel),
+            MAX_MASS_ALERT,
+            "a share of the mass, such as 0.1",
+        ),
+        (
+            "slope_alert_deg",
+            i.slope_alert_deg,
+            MAX_SLOPE_ALERT_DEG,
+            "an angle, such as 1",
+        ),
+        (
+            "effective_slope_alert_deg",
+            i.effective_slope_alert_deg,
+            MAX_SLOPE_ALERT_DEG,
+            "an angle, such as 1",
+        ),
+    ] {
+        if let Some(value) = value.filter(|x| x.get() > most) {
+            return wrong(
+                format!("integrity.{key}"),
+                format!(
+                    "{} is a limit that no estimate exceeds: at most {most}",
+                    value.get()
+                ),
+                help,
+            );
+        }
+    }
+    for (n, p) in file.published.iter().enumerate() {
+        let value = p.value.get();
+        let deg = slope_rmse_deg(p);
+        if value < 0.0 || deg.is_some_and(|x| !(x > 0.0 && x <= MAX_PUBLISHED_SLOPE_DEG)) {
+            return wrong(
+                format!("published[{n}].value"),
+                format!("{value} is no error of a published method"),
+                format!(
+                    "the figure of the source; of a slope above 0 and at most {MAX_PUBLISHED_SLOPE_DEG}°"
+                ),
             );
         }
     }
@@ -171,15 +249,18 @@ fn expectations(file: &ScenarioFile) -> Result<(), Wrong> {
                 );
             }
         }
-        if e.availability.is_some_and(|a| a.get() == 0.0) {
-            return wrong(
-                format!("{key}.availability"),
-                "an availability that no run can miss cannot fail",
-                "a share above 0, such as 0.9",
-            );
+        if let Some(share) = e.availability {
+            can_be_missed(&format!("{key}.availability"), share)?;
         }
         let after_s = e.after_s.map_or(0.0, NonNegative::get);
         let until_s = e.until_s.map_or(end_s, Positive::get);
+        if until_s > end_s {
+            return wrong(
+                format!("{key}.until_s"),
+                format!("the run ends at {end_s} s, so the end of this window is never reached"),
+                "an earlier time; leave `until_s` out to measure to the end",
+            );
+        }
         if after_s >= until_s.min(end_s) {
             return wrong(
                 format!("{key}.after_s"),

@@ -92,6 +92,9 @@ pub struct KnownFailure {
     /// See above.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) until: Option<Moment>,
+    /// A value beyond this is worse than what is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub no_worse_than: Option<Finite>,
     /// Reason in the physics or in the method.
     pub why: String,
 }
@@ -118,6 +121,9 @@ pub struct KnownFailureEntry {
     /// See above.
     #[serde(default)]
     pub(crate) until: Option<Moment>,
+    /// In the metric's unit: a run whose value is beyond this is worse than what is known, and fails.
+    #[serde(default)]
+    pub(crate) no_worse_than: Option<Finite>,
     /// Reason in the physics or in the method.
     pub(crate) why: String,
 }
@@ -161,6 +167,7 @@ impl KnownFailureEntry {
                 until_s: self.until_s,
                 after: self.after.clone(),
                 until: self.until.clone(),
+                no_worse_than: self.no_worse_than,
                 why: self.why.clone(),
             })
             .collect()

@@ -14,10 +14,10 @@ pub struct Integrity {
     pub(crate) k: Positive,
     /// Alert limit of the slope, °; none = 3 times the least slope RMSE in `published`, 1° if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) slope_alert_deg: Option<Positive>,
+    pub slope_alert_deg: Option<Positive>,
     /// Alert limit of the effective slope, °; none = that of the slope.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) effective_slope_alert_deg: Option<Positive>,
+    pub effective_slope_alert_deg: Option<Positive>,
     /// Alert limit of the mass, as a share of it.
     pub(crate) mass_alert_rel: Positive,
     /// Most that may be misleading of the samples that an estimator marks valid, over all seeds.
@@ -99,7 +99,7 @@ impl Default for IntegrityLimits {
 }
 
 /// A published root mean square error of the slope, °.
-fn slope_rmse_deg(p: &Published) -> Option<f64> {
+pub(super) fn slope_rmse_deg(p: &Published) -> Option<f64> {
     match p.metric.as_str() {
         "slope_rmse_deg" => Some(p.value.get()),
         "slope_rmse_percent" => Some((p.value.get() / 100.0).atan().to_degrees()),

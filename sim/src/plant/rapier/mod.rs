@@ -279,6 +279,17 @@ impl Plant for World {
         self.dynamics.clamp_limit_mpa = mpa;
     }
 
+    fn diverging_body(&self) -> Option<&str> {
+        let motion = |s: &BodyState| match s.v.norm() + s.w.norm() + s.p.norm() {
+            x if x.is_finite() => s.v.norm(),
+            _ => f64::INFINITY,
+        };
+        let states = self.bodies.states().iter().enumerate();
+        let fastest = states.max_by(|(_, a), (_, b)| motion(a).total_cmp(&motion(b)));
+        let body = self.dynamics.train.bodies.get(fastest?.0)?;
+        Some(&body.name)
+    }
+
     fn update_clearance(&mut self) {
         self.truth.clearance_m = self.bodies.clearance();
     }

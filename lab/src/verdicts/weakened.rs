@@ -1,0 +1,176 @@
+//! Limits of a scenario that hold more easily than usual. They are allowed, and every verdict that they are part of
+//! says so.
+
+use crate::metrics::Window;
+use crate::verdicts::integrity::Integrity;
+use monorig_sim::config::scenario::{Expectation, IntegrityLimits, ScenarioFile};
+
+/// An availability below this is next to none.
+const LOW_AVAILABILITY: f64 = 0.05;
+/// A bound that fewer runs must hold is not that of the median run.
+const LOW_QUANTILE: f64 = 0.5;
+/// An alert limit of the slope from published figures that is larger is none of a good method, °.
+const HIGH_PUBLISHED_DEG: f64 = 3.0;
+/// A window that is shorter says little, s.
+const SHORT_S: f64 = 1.0;
+/// Least share of the valid samples that must have a reference.
+const LOW_REFERENCE: f64 = 0.5;
+
+/// The weakened limits of a file, in words.
+pub(crate) fn of_file(file: &ScenarioFile) -> Vec<String> {
+    let (limits, usual) = (IntegrityLimits::of(file), IntegrityLimits::default());
+    let mut all = Vec::new();
+    let mut say = |weak: bool, words: String| {
+        if weak {
+            all.push(words);
+        }
+    };
+    let own = &file.integrity;
+    say(limits.k > usual.k, format!("integrity.k {}", limits.k));
+    say(
+        limits.max_share > usual.max_share,
+        format!("integrity.max_misleading_share {}", limits.max_share),
+    );
+    say(
+        limits.mass_rel > usual.mass_rel,
+        format!("integrity.mass_alert_rel {}", limits.mass_rel),
+    );
+    for (key, alert, limit) in [
+        ("slope_alert_deg", own.slope_alert_deg, usual.slope_deg),
+        (
+            "effective_slope_alert_deg",
+            own.effective_slope_alert_deg,
+            usual.effective_slope_deg,
+        ),
+    ] {
+        let alert = alert.map_or(0.0, f64::from);
+        say(alert > limit, format!("integrity.{key} {alert}"));
+    }
+    say(
+        own.slope_alert_deg.is_none() && limits.slope_deg > HIGH_PUBLISHED_DEG,
+        format!(
+            "an alert limit of {:.1}° from published figures",
+            limits.slope_deg
+        ),
+    );
+    for name in &own.reference_only {
+        say(
+            true,
+            format!("{name} is not judged (integrity.reference_only)"),
+        );
+    }
+    for (key, share) in [
+        ("mass", file.availability.mass),
+        ("slope", file.availability.slope),
+        ("effective_slope", file.availability.effective_slope),
+    ] {
+        let share = share.map_or(1.0, f64::from);
+        say(
+            share < LOW_AVAILABILITY,
+            format!("availability.{key} {share:e}"),
+        );
+    }
+    for e in &file.expect {
+        let of = words(e);
+        let demanded = match e.metric.ends_with("_availability") {
+            true => e.at_least.map(f64::from),
+            false => None,
+        };
+        for share in [e.availability.map(f64::from), demanded]
+            .into_iter()
+            .flatten()
+        {
+            say(
+                share < LOW_AVAILABILITY,
+                format!("{of}: an availability of {share:e}"),
+            );
+        }
+        let quantile = e.quantile.map_or(1.0, f64::from);
+        say(
+            quantile < LOW_QUANTILE,
+            format!("{of}: a quantile of {quantile:e}"),
+        );
+    }
+    all
+}
+
+/// A window of an expectation that was too short in this run, which lasted from `begin_s` to `end_s`.
+pub(crate) fn of_window(
+    e: &Expectation,
+    window: &Window,
+    begin_s: f64,
+    end_s: f64,
+) -> Option<String> {
+    let length_s = window.until_s().min(end_s) - window.after_s().max(begin_s);
+    let short = (0.0..SHORT_S).contains(&length_s) && end_s - begin_s >= SHORT_S;
+    short.then(|| format!("{}: measured over {length_s:.3} s only", words(e)))
+}
+
+/// An integrity that was judged over few of the valid samples.
+pub(crate) fn of_integrity(i: &Integrity) -> Option<String> {
+    let few =
+        i.at_most.is_some() && i.judged > 0 && (i.judged as f64) < LOW_REFERENCE * i.valid as f64;
+    few.then(|| {
+        format!(
+            "{} {}: there is a reference for {} of {} valid samples only",
+            i.estimator,
+            i.quantity.words(),
+            i.judged,
+            i.valid
+        )
+    })
+}
+
+fn words(e: &Expectation) -> String {
+    match &e.estimator {
+        Some(name) => format!("{name} {}{}", e.metric, e.window()),
+        None => format!("{}{}", e.metric, e.window()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verdicts::expected;
+    use monorig_sim::config::file::Sets;
+    use monorig_sim::config::scenario::Scenario;
+    use monorig_testing::Random;
+    use monorig_testing::mutants;
+    use std::path::Path;
+
+    /// A limit that holds more easily than usual, by whatever factor, is refused or named; one that is as usual or
+    /// stricter is neither.
+    #[test]
+    fn no_weak_limit_goes_unsaid() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/minimal.yaml");
+        let of = |key: &str, value: f64| -> Result<Vec<String>, String> {
+            let set = (key.to_owned(), format!("{value:e}"));
+            let scenario =
+                Scenario::load_with(&path, &Sets::new(&[set])).map_err(|e| e.to_string())?;
+            expected::check(&scenario).map_err(|e| e.to_string())?;
+            Ok(of_file(&scenario.file))
+        };
+        assert_eq!(of("integrity.k", 3.0), Ok(Vec::new()));
+        let mut random = Random::new(mutants::first_seed());
+        for _ in 0..mutants::count(60) {
+            let (key, usual, up) = *random.of(&[
+                ("integrity.k", 3.0, 1.0),
+                ("integrity.max_misleading_share", 0.001, 1.0),
+                ("integrity.mass_alert_rel", 0.1, 1.0),
+                ("integrity.slope_alert_deg", 1.0, 1.0),
+                ("integrity.effective_slope_alert_deg", 1.0, 1.0),
+                ("availability.mass", LOW_AVAILABILITY, -1.0),
+                ("availability.slope", LOW_AVAILABILITY, -1.0),
+            ]);
+            let decades = 0.01 + 12.0 * random.unit();
+            let weak = usual * 10f64.powf(up * decades);
+            let found = of(key, weak);
+            assert!(
+                found.as_ref().is_err() || found.as_ref().is_ok_and(|all| !all.is_empty()),
+                "{key} {weak}: {found:?}"
+            );
+            let strict = usual * 10f64.powf(-up * decades.min(1.0));
+            assert_eq!(of(key, strict), Ok(Vec::new()), "{key} {strict}");
+        }
+    }
+}
