@@ -359,7 +359,10 @@ fn the_page_of_known_failures_is_what_the_scenarios_say() {
         std::fs::write(&file, format!("{head}{heading}{made}")).unwrap();
         return;
     }
-    assert!(there == made, "known_failures.md is stale: write it anew with MONORIG_UPDATE=1");
+    assert!(
+        there == made,
+        "known_failures.md is stale: write it anew with MONORIG_UPDATE=1"
+    );
 }
 
 /// The checks above see what is wrong.

@@ -269,6 +269,6 @@ fn a_stale_figure_is_seen() {
     let commands = Part::Commands(vec!["monorig run a".into(), "echo $?".into()]);
     assert_eq!(
         found,
-        [commands, Part::Shown(4, 5), Part::Python("print(1)".into())]
+        [commands, Part::Shown(5, 6), Part::Python("print(1)".into())]
     );
 }
