@@ -294,7 +294,7 @@ fn scenario_files(folder: &Path) -> Vec<PathBuf> {
     all
 }
 
-/// What fails for one reason: how many bounds, and of which estimators, metrics and scenarios.
+/// Bounds that fail for one reason: their number, estimators, metrics and scenarios.
 #[derive(Default)]
 struct Reason {
     bounds: usize,

@@ -1,7 +1,7 @@
 //! The commands of README, tutorial and two more pages are run, and what these pages show is what they print.
 //!
 //! `MONORIG_UPDATE=1 cargo test --release --test tutorial` writes the outputs of these pages anew. A block that begins
-//! with `text` belongs to the commands or to the Python snippet before it; a line of `…` in it stands for any lines, and
+//! with `text` belongs to the commands or to the Python snippet before it. A line of `…` in it stands for any lines;
 //! such a block is written by hand. Python snippets are run where there is a Python with pyarrow and pandas.
 
 #![allow(clippy::unwrap_used)] // a test that cannot go on fails
