@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used)] // helpers of tests
 
 use monorig_sim::config::scenario::Scenario;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 fn project() -> PathBuf {
@@ -294,49 +294,75 @@ fn scenario_files(folder: &Path) -> Vec<PathBuf> {
     all
 }
 
-/// Names in backquotes, each once, in their order.
-fn quoted(names: impl Iterator<Item = String>) -> String {
-    let mut once: Vec<String> = Vec::new();
-    for name in names {
-        let name = format!("`{name}`");
-        if !once.contains(&name) {
-            once.push(name);
-        }
-    }
-    once.join(", ")
+/// Bounds that fail for one reason: their number, estimators, metrics and scenarios.
+#[derive(Default)]
+struct Reason {
+    bounds: usize,
+    estimators: BTreeSet<String>,
+    metrics: BTreeSet<String>,
+    scenarios: BTreeSet<String>,
 }
 
-/// Known failures of every scenario, an entry a row: scenario, estimators, metrics, why. They are rows of the page, and
-/// the page has no others.
-#[test]
-fn the_page_of_known_failures_is_what_the_scenarios_say() {
-    let mut known = BTreeSet::new();
+impl Reason {
+    /// The item of the page: the reason, then where it acts.
+    fn item(&self, why: &str) -> String {
+        let quoted = |names: &BTreeSet<String>| {
+            let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+            names.join(", ")
+        };
+        let of = match self.estimators.is_empty() {
+            true => "The run".to_owned(),
+            false => quoted(&self.estimators),
+        };
+        format!(
+            "**{why}**\n{of}: {}; in {}.\n\n",
+            quoted(&self.metrics),
+            quoted(&self.scenarios)
+        )
+    }
+}
+
+/// The second half of the page of known failures: every reason once, those with most bounds first.
+fn reasons() -> String {
+    let mut reasons: BTreeMap<String, Reason> = BTreeMap::new();
     let folder = project().join("scenarios");
     for path in scenario_files(&folder) {
         let scenario = Scenario::load(&path, &[]).unwrap();
         let name = path.strip_prefix(&folder).unwrap().with_extension("");
         let name = name.display().to_string().replace('\\', "/");
-        let failures = &scenario.file.known_failures;
-        for entry in failures.iter().map(|k| k.entry).collect::<BTreeSet<_>>() {
-            let of = || failures.iter().filter(|k| k.entry == entry);
-            let estimators = quoted(of().map(|k| k.estimator.clone().unwrap_or_default()));
-            let metrics = quoted(of().map(|k| k.metric.clone()));
-            let why = of().map(|k| k.why.as_str()).next().unwrap_or_default();
-            let why = why.split_whitespace().collect::<Vec<_>>().join(" ");
-            known.insert(format!("| `{name}` | {estimators} | {metrics} | {why} |"));
+        for known in &scenario.file.known_failures {
+            let why = known.why.split_whitespace().collect::<Vec<_>>().join(" ");
+            let reason = reasons.entry(why).or_default();
+            reason.bounds += 1;
+            reason.estimators.extend(known.estimator.clone());
+            reason.metrics.insert(known.metric.clone());
+            reason.scenarios.insert(name.clone());
         }
     }
+    let bounds: usize = reasons.values().map(|reason| reason.bounds).sum();
+    let mut sorted: Vec<(String, Reason)> = reasons.into_iter().collect();
+    sorted.sort_by_key(|(_, reason)| std::cmp::Reverse(reason.bounds));
+    let mut text = format!("{bounds} bounds, {} reasons.\n\n", sorted.len());
+    text.extend(sorted.iter().map(|(why, reason)| reason.item(why)));
+    text.trim_end().to_owned() + "\n"
+}
+
+/// Known failures of every scenario by their reason. The page has all of them behind its last heading, and no others.
+#[test]
+fn the_page_of_known_failures_is_what_the_scenarios_say() {
     let file = project().join("docs/src/known_failures.md");
-    if std::env::var_os("MONORIG_UPDATE").is_some() {
-        let page = std::fs::read_to_string(&file).unwrap();
-        let (head, _) = page.split_once("|---|---|---|---|\n").unwrap();
-        let rows: String = known.iter().map(|row| format!("{row}\n")).collect();
-        std::fs::write(&file, format!("{head}|---|---|---|---|\n{rows}")).unwrap();
-    }
     let page = std::fs::read_to_string(&file).unwrap();
-    let rows = page.lines().filter(|l| l.starts_with("| `"));
-    let rows: BTreeSet<String> = rows.map(str::to_owned).collect();
-    assert_eq!(rows, known);
+    let heading = "## The reasons\n\n";
+    let (head, there) = page.split_once(heading).unwrap();
+    let made = reasons();
+    if std::env::var_os("MONORIG_UPDATE").is_some() {
+        std::fs::write(&file, format!("{head}{heading}{made}")).unwrap();
+        return;
+    }
+    assert!(
+        there == made,
+        "known_failures.md is stale: write it anew with MONORIG_UPDATE=1"
+    );
 }
 
 /// The checks above see what is wrong.

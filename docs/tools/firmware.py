@@ -23,8 +23,8 @@ ESTIMATORS = [
 QEMU = "qemu-system-arm -M mps2-an386 -nographic -monitor none -serial none -semihosting-config enable=on,target=native -icount shift=0"
 HEAD = """# On a controller
 
-What one estimator takes on a Cortex-M4F (one unit for single precision, none for double): a train of 8 drive units and 18 m over a rail of
-changing grade, a minute of starts and stops, a step every 10 ms with a new sample on every channel. Made by `docs/tools/firmware.py`
+Here you find how much flash, memory and time one estimator takes on a Cortex-M4F (one unit for single precision, none for double):
+a train of 8 drive units and 18 m over a rail of changing grade, a minute of starts and stops, a step every 10 ms with a new sample on every channel. Made by `docs/tools/firmware.py`
 with `docs/tools/firmware/`, a program of its own: link-time optimisation, `opt-level = "s"`, run under QEMU (`mps2-an386`, one
 instruction a nanosecond; counted to 40 instructions). To measure again: `python docs/tools/firmware.py`.
 

@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
-# The pictures of the book, made anew: needs what docs/tools/screenshot.py, tab_picture.py and page_picture.sh need, and a built monorig. Those in
-# docs/src/images/before are of 21 November 2026 and are not made again.
+# The pictures of the book, made anew: needs what docs/tools/screenshot.py, tab_picture.py and page_picture.sh need, and a built monorig.
 #     docs/tools/pictures.sh [MONORIG]
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -13,14 +12,9 @@ picture() { # scenario, picture, seconds to wait
   ran "$1"
   python3 docs/tools/screenshot.py "$out/$1/1/run.rrd" "$images/$2" --wait "$3"
 }
-picture adhesion_loss run.png 50
+picture liu2023_section1 run.png 45
 picture liu2023_vehicle_test overview.png 60
-picture winding winding.png 45
 picture guo2024_5_turning car.png 25
 python3 docs/tools/tab_picture.py "$out/liu2023_vehicle_test/1/run.rrd" "$images/filters.png" Filters
 "$monorig" report "$out/liu2023_vehicle_test/1"
 docs/tools/page_picture.sh "$out/liu2023_vehicle_test/1/report.html" "$images/report.png" 1280 1180
-mkdir "$out/bin" && ln -s "$monorig" "$out/bin/monorig"
-MONORIG_OUT="$out/terminal" PATH="$out/bin:$PATH" python3 docs/tools/terminal_picture.py "$images/terminal.png" \
-  'monorig run scenarios/adhesion_loss.yaml --color always' \
-  'monorig test scenarios/minimal.yaml scenarios/adhesion_loss.yaml --color always'

@@ -1,4 +1,4 @@
-"""Makes docs/src/published.md: every published table beside ours.
+"""Makes docs/notes/published.md: every published table beside ours. Its summary in the book is docs/src/published.md.
 
     python3 docs/tools/published.py path/to/monorig
 
@@ -141,7 +141,7 @@ def main():
         for title, scenario, methods, seeds, metrics in SETS:
             cells = compare(sys.argv[1], scenario, methods, seeds, metrics, folder)
             text += f"\n## {title}\n\n`scenarios/{scenario}.yaml`, seeds {seeds}.\n\n" + "\n".join(table(cells, metrics)) + "\n"
-    (ROOT / "docs/src/published.md").write_text(text)
+    (ROOT / "docs/notes/published.md").write_text(text)
 
 
 main()

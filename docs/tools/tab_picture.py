@@ -97,7 +97,7 @@ def main() -> int:
             page.call("Page.navigate", url=f"http://127.0.0.1:{ports[0]}/?url={source}&renderer=webgl&hide_welcome_screen")
             time.sleep(args.wait)
             page.click(middle(args.tabs.split(","), args.tab), HEIGHT)
-            time.sleep(8)
+            time.sleep(30)  # a busy machine takes its time to draw the tab
             picture = page.call("Page.captureScreenshot", format="png")
             args.picture.write_bytes(base64.b64decode(picture["data"]))
         finally:

@@ -45,10 +45,11 @@ fn parameters_page() -> String {
         }
     }
     let mut page = "# Parameters of the estimators\n\n\
-        Written by `MONORIG_UPDATE=1 cargo test --release -p monorig-estimators --features printed --test parameters`; `monorig list parameters NAME`\n\
-        prints those of one estimator. A scenario sets a parameter by its name:\n\
-        `estimators: {dffrls_aekf_robust: {mass_sd: 0.2, square_root: false}}`. A value outside its range, of another kind, or a name that is not\n\
-        there, is an error. A dash for a default: not set; the meaning has what the estimator then takes.\n"
+        Here you find every parameter of every estimator with its unit, default and range. `monorig list parameters NAME` prints those of one\n\
+        estimator. A scenario sets a parameter by its name: `estimators: {dffrls_aekf_robust: {mass_sd: 0.2, square_root: false}}`. A value outside\n\
+        its range, of another kind, or a name that is not there, is an error. A dash for a default: not set; the meaning has what the estimator then\n\
+        takes.\n\n\
+        Written by `MONORIG_UPDATE=1 cargo test --release -p monorig-estimators --features printed --test parameters`.\n"
         .to_owned();
     for (keys, names) in groups.iter().filter(|(keys, _)| !keys.is_empty()) {
         let some = quoted(keys.iter().take(3).map(|key| key.name));

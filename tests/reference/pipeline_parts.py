@@ -254,7 +254,7 @@ class Tracking:
 
 
 class Bend:
-    """Single-track model: what a steady turn gives to and takes from the traction (docs/src/methods/imm_stf.md)."""
+    """Single-track model: what a steady turn gives to and takes from the traction (docs/src/methods/guo_2024.md)."""
 
     def __init__(self, car, cutoff):
         self.car = car
