@@ -1,6 +1,8 @@
 //! Estimators side by side on the same measurements.
 
 use crate::closed_loop::registry::BoxedEstimator;
+use crate::error::Error;
+use monorig_estimators::Error as Refused;
 use monorig_estimators::api::aid::AidStatus;
 use monorig_estimators::api::estimator::Internal;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements};
@@ -37,10 +39,18 @@ impl RunningEstimator {
         self
     }
 
-    /// Give it new samples. A refused step keeps the last estimate, marked invalid.
-    pub fn step(&mut self, z: &Measurements, command: &Command, dt_s: f64) {
+    /// Give it new samples. A refused step keeps the last estimate, marked invalid; an estimator that cannot go on is an
+    /// error.
+    pub fn step(&mut self, z: &Measurements, command: &Command, dt_s: f64) -> Result<(), Error> {
         match self.estimator.step(z, command, dt_s) {
             Ok(e) => self.estimate = e,
+            Err(Refused::Broken(what)) => {
+                return Err(Error::Estimator {
+                    name: self.name.clone(),
+                    t_s: z.t.s(),
+                    what: what.to_string(),
+                });
+            }
             Err(e) => {
                 if self.refused == 0 {
                     self.reason = e.to_string();
@@ -52,6 +62,7 @@ impl RunningEstimator {
                 self.estimate.speed_mps.valid = false;
             }
         }
+        Ok(())
     }
 
     /// Steps it refused, with the first reason, if any.
