@@ -79,11 +79,12 @@ def callbacks() -> None:
                 nonlocal calls
                 calls += 1
 
-        monorig.run(scenario, estimators={"mine": Counts})
+        monorig.run(scenario, estimators={"mine": Counts()})
         alone = best(lambda: monorig.run(scenario), 5)
-        for mine in (Empty, Reads, TwoState):
+        own: dict[str, object] = {"empty": Empty(), "reads four": Reads(), "two-state": TwoState}
+        for what, mine in own.items():
             with_it = best(lambda: monorig.run(scenario, estimators={"mine": mine}), 5)
-            print(f"{name}: {mine.__name__:<9} {(with_it - alone) / calls * 1e6:.2f} µs a callback")
+            print(f"{name}: {what:<10} {(with_it - alone) / calls * 1e6:.2f} µs a callback")
 
 
 if __name__ == "__main__":

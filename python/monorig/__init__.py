@@ -1,7 +1,7 @@
 """Estimators of mass and slope for monorail cranes, and the rig that tests them.
 
 >>> import monorig
->>> run = monorig.run("scenarios/liu2023_section1.yaml")
+>>> run = monorig.run("scenarios/liu2023_section1.yaml", estimators=["rail_fusion"])
 >>> run.passed, run.metrics["rail_fusion"]["slope_rmse_deg"]
 
 The chapter "From Python" of the book explains it: estimators over arrays, your own estimator in the loop, runs as
@@ -18,6 +18,7 @@ from ._monorig import (
     Measurements,
     Perception,
     Reference,
+    Table,
     Vehicle,
     __version__,
     names,
@@ -47,6 +48,7 @@ __all__ = [
     "Score",
     "Simulation",
     "Study",
+    "Table",
     "Tuning",
     "Vehicle",
     "__version__",

@@ -48,7 +48,7 @@ def _number(x: float | None) -> str:
 def _plot(run: Run) -> str:
     """The slope and its estimates, degrees over seconds."""
     lines = {"truth": run["truth/grade_at_imu"]}
-    names = run.channels.schema.names
+    names = run.channels.names
     for name in run.metrics:
         if f"estimates/{name}/grade" in names:
             lines[name] = run[f"estimates/{name}/grade"]

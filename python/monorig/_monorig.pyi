@@ -9,26 +9,32 @@ import numpy.typing as npt
 
 __version__: str
 
-class ArrowSchema(Protocol):
-    """A schema of Arrow."""
+class ArrowArray(Protocol):
+    """A record batch of any library of Arrow."""
 
-    @property
-    def names(self) -> list[str]: ...
-    def __arrow_c_schema__(self) -> object: ...
-
-class ArrowBatch(Protocol):
-    """A record batch of Arrow: ``pyarrow.record_batch(it)`` and ``polars.DataFrame(it)`` take it without a copy."""
-
-    @property
-    def schema(self) -> ArrowSchema: ...
-    @property
-    def num_rows(self) -> int: ...
     def __arrow_c_array__(self, requested_schema: object | None = None) -> tuple[object, object]: ...
 
 class ArrowTable(Protocol):
     """A table of any library of Arrow."""
 
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
+
+class Table:
+    """Columns of equal length, a table of Arrow: ``pyarrow.record_batch(it)`` and ``polars.DataFrame(it)`` copy nothing."""
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the columns."""
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the columns that have one."""
+    @property
+    def num_rows(self) -> int: ...
+    def __len__(self) -> int: ...
+    def __contains__(self, name: str) -> bool: ...
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        """A column as an array, shape (rows,); NaN where a row has no value."""
+    def __arrow_c_array__(self, requested_schema: object | None = None) -> tuple[object, object]: ...
 
 class Vehicle:
     """The nominal vehicle, for which estimators are built.
@@ -237,7 +243,7 @@ class Estimator:
         inclination: npt.NDArray[np.float64] | None = None,
         steering_angle: npt.NDArray[np.float64] | None = None,
         auxiliary: npt.NDArray[np.float64] | None = None,
-    ) -> ArrowBatch:
+    ) -> Table:
         """All steps at once, a row each; other threads of Python run meanwhile.
 
         The arrays are float64 and contiguous, NaN where there is no new sample.
@@ -258,7 +264,7 @@ class Estimator:
             ``t_ns``, and of each quantity ``total_mass`` (kg), ``grade``, ``effective_grade`` (rad), ``speed`` (m/s)
             the value, ``…_sd`` and ``…_valid``. A refused step is null, and a warning tells why.
         """
-    def run_samples(self, table: ArrowTable | ArrowBatch) -> ArrowBatch:
+    def run_samples(self, table: ArrowTable | ArrowArray) -> Table:
         """The same over the columns of ``samples.parquet``: what a run gave to its estimators, bit for bit."""
     def reset(self) -> None:
         """Back to the state it was built in."""
@@ -329,9 +335,9 @@ class Frame:
 
 class NativeRun:
     @property
-    def channels(self) -> ArrowBatch: ...
+    def channels(self) -> Table: ...
     @property
-    def samples(self) -> ArrowBatch | None: ...
+    def samples(self) -> Table | None: ...
     @property
     def summary_json(self) -> str: ...
     @property
@@ -344,7 +350,6 @@ class NativeRun:
     def refusals(self) -> list[tuple[str, int, str]]: ...
     def save(self, out: str) -> str: ...
     def report_html(self) -> str: ...
-    def column(self, name: str) -> npt.NDArray[np.float64]: ...
 
 class NativeSimulation:
     def __init__(

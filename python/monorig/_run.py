@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _html, _monorig, _viewer
-from ._monorig import ArrowBatch, Frame, Perception, Reference, Vehicle
+from ._monorig import Frame, Perception, Reference, Table, Vehicle
 from ._types import Estimators, Path, by_name
 
 if TYPE_CHECKING:
@@ -66,15 +66,15 @@ class Run:
         return int(self.summary["seed"])
 
     @property
-    def channels(self) -> ArrowBatch:
-        """All channels as an Arrow record batch: ``time`` (s), then a column of float64 a channel.
+    def channels(self) -> Table:
+        """All channels as a table of Arrow: ``time`` (s), then a column of float64 a channel.
 
-        The unit of a column is in its metadata. A row without a value is null.
+        The unit of a column is in its metadata and in `Table.units`. A row without a value is null.
         """
         return self._native.channels
 
     @property
-    def samples(self) -> ArrowBatch | None:
+    def samples(self) -> Table | None:
         """Every sample with its own stamp, as `Estimator.run_samples` takes it; with ``keep_samples`` only."""
         return self._native.samples
 
@@ -115,7 +115,7 @@ class Run:
 
     def __getitem__(self, channel: str) -> npt.NDArray[np.float64]:
         """A channel as an array, shape (rows,); NaN where a row has no value."""
-        return self._native.column(channel)
+        return self._native.channels[channel]
 
     def __arrow_c_array__(self, requested_schema: object | None = None) -> tuple[object, object]:
         return self._native.channels.__arrow_c_array__(requested_schema)

@@ -23,7 +23,7 @@ def show(run: Run, path: Path | None) -> None:
     else:
         recording.save(os.fspath(path))
     time = run["time"]
-    for name in run.channels.schema.names:
+    for name in run.channels.names:
         if name == "time":
             continue
         values = run[name]

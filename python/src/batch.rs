@@ -74,7 +74,12 @@ fn results(runs: &[String]) -> PyResult<Vec<RunResult>> {
         Ok::<_, serde_json::Error>(RunResult { index, ..run })
     });
     let read: Result<Vec<RunResult>, _> = read.collect();
-    read.map_err(|e| refused(format!("this is no result of a run: {e}"), "the `runs` of a study"))
+    read.map_err(|e| {
+        refused(
+            format!("this is no result of a run: {e}"),
+            "the `runs` of a study",
+        )
+    })
 }
 
 /// Every metric of every estimator over the runs, against the reference; JSON.
@@ -94,7 +99,10 @@ pub(crate) fn compare(
             let help = near.map_or("`metrics()` lists them".to_owned(), |near| {
                 format!("did you mean `{near}`?")
             });
-            return Err(refused(format!("there is no metric `{name}` of estimators"), help));
+            return Err(refused(
+                format!("there is no metric `{name}` of estimators"),
+                help,
+            ));
         }
     }
     let runs = results(&runs)?;
@@ -104,7 +112,13 @@ pub(crate) fn compare(
     };
     let table = detached(py, || {
         let published = Scenario::load(&path, &[])?.file.published;
-        Ok(comparison::compare(&runs, &estimators, &metrics, &reference, &published))
+        Ok(comparison::compare(
+            &runs,
+            &estimators,
+            &metrics,
+            &reference,
+            &published,
+        ))
     })?;
     serde_json::to_string(&table).map_err(defect)
 }
@@ -113,8 +127,14 @@ pub(crate) fn compare(
 #[pyfunction]
 pub(crate) fn judge(scenario: &str, runs: Vec<String>) -> PyResult<String> {
     let verdict = ScenarioVerdict::new(scenario, results(&runs)?);
-    let failures: Vec<String> = verdict.checks.iter().filter(|c| !c.held).map(|c| c.reason()).collect();
-    serde_json::to_string(&serde_json::json!({ "verdict": verdict, "failures": failures })).map_err(defect)
+    let failures: Vec<String> = verdict
+        .checks
+        .iter()
+        .filter(|c| !c.held)
+        .map(|c| c.reason())
+        .collect();
+    serde_json::to_string(&serde_json::json!({ "verdict": verdict, "failures": failures }))
+        .map_err(defect)
 }
 
 /// The metrics of estimators and those of the run: name and unit.

@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 #[derive(Clone, Default)]
 pub(crate) struct Columns(Arc<Mutex<Kept>>);
 
-/// What was recorded.
+/// The channels and events recorded so far.
 #[derive(Default)]
 pub(crate) struct Kept {
     schema: Option<SchemaRef>,
@@ -96,7 +96,11 @@ impl Kept {
             let to = from + rows;
             sink.chunk(&Chunk {
                 time_ns: self.time_ns.get(from..to).unwrap_or_default().to_vec(),
-                values: self.values.iter().map(|v| v.get(from..to).unwrap_or_default().to_vec()).collect(),
+                values: self
+                    .values
+                    .iter()
+                    .map(|v| v.get(from..to).unwrap_or_default().to_vec())
+                    .collect(),
                 events: events.take().cloned().unwrap_or_default(),
                 ..Chunk::default()
             })?;

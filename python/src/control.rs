@@ -10,7 +10,7 @@ use monorig_sim::control;
 use pyo3::intern;
 use pyo3::prelude::*;
 
-/// What the controller is to do in a step.
+/// The task of the controller in a step.
 #[pyclass(frozen, module = "monorig", get_all, skip_from_py_object)]
 #[derive(Clone)]
 pub(crate) struct Reference {
@@ -34,11 +34,14 @@ impl From<&control::Reference> for Reference {
 #[pymethods]
 impl Reference {
     fn __repr__(&self) -> String {
-        format!("Reference(speed_mps={}, accel_mps2={})", self.speed_mps, self.accel_mps2)
+        format!(
+            "Reference(speed_mps={}, accel_mps2={})",
+            self.speed_mps, self.accel_mps2
+        )
     }
 }
 
-/// What the controller knows in a step.
+/// The knowledge of the controller in a step.
 #[pyclass(frozen, module = "monorig", get_all, skip_from_py_object)]
 #[derive(Clone)]
 pub(crate) struct Perception {
@@ -66,7 +69,10 @@ impl Perception {
 #[pymethods]
 impl Perception {
     fn __repr__(&self) -> String {
-        format!("Perception(speed_mps={}, grade_rad={})", self.speed_mps, self.grade_rad)
+        format!(
+            "Perception(speed_mps={}, grade_rad={})",
+            self.speed_mps, self.grade_rad
+        )
     }
 }
 
@@ -94,7 +100,7 @@ impl ForeignController {
         setup: &control::ControllerSetup,
         fault: &Fault,
     ) -> Result<BoxedController, Refusal> {
-        let built = Python::attach(|py| {
+        let built: PyResult<Self> = Python::attach(|py| {
             let setup = ControllerSetup {
                 motor_torque_max_nm: setup.motor_torque_max_nm,
                 gravity_mps2: setup.gravity_mps2,
@@ -111,7 +117,6 @@ impl ForeignController {
         match built {
             Ok(built) => Ok(Box::new(built)),
             Err(e) => {
-                let e: PyErr = e;
                 let told = e.to_string();
                 fault.keep(e);
                 Err(Refusal::new(told, "see the exception"))
@@ -130,7 +135,10 @@ impl control::Controller for ForeignController {
         let base = reference.command();
         let call = |py: Python<'_>| {
             let seen = Perception::of(perception, self.drives);
-            let said = self.control.bind(py).call1((Reference::from(reference), seen, dt_s))?;
+            let said = self
+                .control
+                .bind(py)
+                .call1((Reference::from(reference), seen, dt_s))?;
             Command::from_python(&said, &base, self.drives)
         };
         // an exception ends the run after this step: its command has no effect that anybody sees

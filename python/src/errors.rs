@@ -1,7 +1,7 @@
 //! Errors as exceptions, and the exception of a user's own code that ends a run.
 
-use monorig_sim::closed_loop::run::{Observer, StepFrame};
 use monorig_sim::closed_loop::registry::Refusal;
+use monorig_sim::closed_loop::run::{Observer, StepFrame};
 use monorig_sim::error::Error;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -70,7 +70,11 @@ struct Raised {
 impl Fault {
     /// Keeps an exception, if it is the first.
     pub(crate) fn keep(&self, e: PyErr) {
-        let mut exception = self.0.exception.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut exception = self
+            .0
+            .exception
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         exception.get_or_insert(e);
         self.0.there.store(true, Ordering::Release);
     }
@@ -82,7 +86,11 @@ impl Fault {
 
     /// The result of a run: the exception, if there is one.
     pub(crate) fn or<T>(&self, done: Result<T, Error>) -> PyResult<T> {
-        let mut exception = self.0.exception.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut exception = self
+            .0
+            .exception
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         match exception.take() {
             Some(e) => Err(e),
             None => done.map_err(of_rig),

@@ -2,6 +2,7 @@
 
 use crate::errors::{defect, refused};
 use crate::signals::{Estimate, Measurements};
+use crate::table::Table;
 use crate::vehicle::Vehicle;
 use arrow::array::{ArrayRef, BooleanArray, Float64Array, Int64Array};
 use arrow::compute::concat_batches;
@@ -14,11 +15,12 @@ use monorig_estimators::registry::{self, AnyEstimator};
 use monorig_estimators::{Error, Estimator as _, Time};
 use monorig_logs::export::SampleColumns;
 use monorig_sim::closed_loop::registry::Registry;
-use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{
+    PyArrayDyn, PyArrayMethods, PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods,
+};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes, PyDict};
-use pyo3_arrow::PyRecordBatch;
 use pyo3_arrow::input::AnyRecordBatch;
 use std::collections::HashMap;
 use std::ffi::CString;
@@ -30,20 +32,30 @@ const STEPS_PER_QUESTION: usize = 65_536;
 /// Names of all estimators, those as printed too.
 #[pyfunction]
 pub(crate) fn names() -> Vec<&'static str> {
-    registry::NAMES.iter().chain(registry::PRINTED_NAMES).copied().collect()
+    registry::NAMES
+        .iter()
+        .chain(registry::PRINTED_NAMES)
+        .copied()
+        .collect()
 }
 
 /// Name, description, unit, default and range or choices of each parameter.
 #[pyfunction]
 pub(crate) fn parameters(py: Python<'_>, name: &str) -> PyResult<Vec<Py<PyDict>>> {
     let registry = Registry::default();
-    let of_type = registry.find_estimator(name).map_err(crate::errors::of_refusal)?;
+    let of_type = registry
+        .find_estimator(name)
+        .map_err(crate::errors::of_refusal)?;
     let one = |key: &'static Key| {
         let d = PyDict::new(py);
         d.set_item("name", key.name)?;
         d.set_item("doc", key.doc)?;
         match key.kind {
-            KeyKind::Number { unit, default, range } => {
+            KeyKind::Number {
+                unit,
+                default,
+                range,
+            } => {
                 d.set_item("unit", unit)?;
                 d.set_item("default", default)?;
                 d.set_item("range", (range[0], range[1]))?;
@@ -156,7 +168,9 @@ impl Estimates {
     fn warning(&self) -> Option<String> {
         let (first, reason) = (self.refused.first()?, self.reason?);
         let (count, all) = (self.refused.len(), self.t_ns.len());
-        Some(format!("{count} of {all} steps were refused, the first in row {first}: {reason}"))
+        Some(format!(
+            "{count} of {all} steps were refused, the first in row {first}: {reason}"
+        ))
     }
 
     fn batch(self) -> PyResult<RecordBatch> {
@@ -170,25 +184,32 @@ impl Estimates {
         let mut fields = vec![Field::new("t_ns", DataType::Int64, false)];
         let mut arrays: Vec<ArrayRef> = vec![Arc::new(Int64Array::from(self.t_ns))];
         let number = |x: Vec<f64>| Arc::new(Float64Array::new(x.into(), nulls.clone())) as ArrayRef;
-        let quantities = QUANTITIES.into_iter().zip(self.values).zip(self.sd.into_iter().zip(self.valid));
+        let quantities = QUANTITIES
+            .into_iter()
+            .zip(self.values)
+            .zip(self.sd.into_iter().zip(self.valid));
         for (((name, unit), values), (sd, valid)) in quantities {
             let unit = HashMap::from([("unit".to_owned(), unit.to_owned())]);
             for (name, x) in [(name.to_owned(), values), (format!("{name}_sd"), sd)] {
                 fields.push(Field::new(name, DataType::Float64, true).with_metadata(unit.clone()));
                 arrays.push(number(x));
             }
-            fields.push(Field::new(format!("{name}_valid"), DataType::Boolean, false));
+            fields.push(Field::new(
+                format!("{name}_valid"),
+                DataType::Boolean,
+                false,
+            ));
             arrays.push(Arc::new(BooleanArray::from(valid)));
         }
         RecordBatch::try_new(Arc::new(Schema::new(fields)), arrays).map_err(defect)
     }
 
-    fn told(self, py: Python<'_>) -> PyResult<PyRecordBatch> {
+    fn told(self, py: Python<'_>) -> PyResult<Table> {
         if let Some(warning) = self.warning() {
             let category = py.get_type::<PyUserWarning>();
             PyErr::warn(py, &category, &CString::new(warning).map_err(defect)?, 1)?;
         }
-        Ok(PyRecordBatch::new(self.batch()?))
+        Ok(Table(self.batch()?))
     }
 }
 
@@ -230,12 +251,13 @@ impl<'a> Input<'a> {
                 format!("{wanted}, NaN where there is no new sample"),
             ));
         }
-        let values = array.as_slice().map_err(|_| {
-            refused(
+        let in_order = array.as_slice().ok().filter(|_| array.is_c_contiguous());
+        let Some(values) = in_order else {
+            return Err(refused(
                 format!("{name} is not contiguous"),
                 format!("numpy.ascontiguousarray({name})"),
-            )
-        })?;
+            ));
+        };
         Ok(Self {
             slots: measurand.slots().take(samples).collect(),
             width,
@@ -264,7 +286,10 @@ impl<'a> Input<'a> {
 /// An array of Python as floats, whatever it was made from.
 fn floats<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     let array = value.cast::<PyArrayDyn<f64>>().map_err(|_| {
-        let told = format!("{name} is {} and no array of float64", crate::signals::kind(value));
+        let told = format!(
+            "{name} is {} and no array of float64",
+            crate::signals::kind(value)
+        );
         refused(told, format!("numpy.asarray({name}, dtype=float)"))
     })?;
     array.try_readonly().map_err(defect)
@@ -276,14 +301,22 @@ impl Estimator {
     #[pyo3(signature = (name, vehicle, **params))]
     fn new(name: &str, vehicle: &Vehicle, params: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let registry = Registry::default();
-        let of_type = registry.find_estimator(name).map_err(crate::errors::of_refusal)?;
+        let of_type = registry
+            .find_estimator(name)
+            .map_err(crate::errors::of_refusal)?;
         let mut given: Vec<(String, Given)> = Vec::new();
         for (key, value) in params.into_iter().flatten() {
             given.push((key.extract()?, Given::of(&value)?));
         }
-        let settings = || given.iter().map(|(key, value)| (key.as_str(), value.setting()));
+        let settings = || {
+            given
+                .iter()
+                .map(|(key, value)| (key.as_str(), value.setting()))
+        };
         for (key, value) in settings() {
-            of_type.check(key, value).map_err(crate::errors::of_refusal)?;
+            of_type
+                .check(key, value)
+                .map_err(crate::errors::of_refusal)?;
         }
         let built = registry::build(name, &vehicle.0, settings());
         Ok(Self {
@@ -314,7 +347,9 @@ impl Estimator {
     /// The state of a snapshot.
     fn restore(&mut self, snapshot: &[u8]) -> PyResult<()> {
         let help = "a whole snapshot of the same estimator, vehicle and parameters";
-        self.estimator.restore(snapshot).map_err(|e| refused(e, help))
+        self.estimator
+            .restore(snapshot)
+            .map_err(|e| refused(e, help))
     }
 
     /// Its internal quantities now, by name.
@@ -344,9 +379,12 @@ impl Estimator {
         t_ns: &Bound<'_, PyAny>,
         dt_s: Option<f64>,
         inputs: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<PyRecordBatch> {
+    ) -> PyResult<Table> {
         let t_ns: PyReadonlyArray1<'_, i64> = t_ns.extract().map_err(|_| {
-            let told = format!("t_ns is {} and no array of int64 with one axis", crate::signals::kind(t_ns));
+            let told = format!(
+                "t_ns is {} and no array of int64 with one axis",
+                crate::signals::kind(t_ns)
+            );
             refused(told, "numpy.asarray(t_ns, dtype=numpy.int64)")
         })?;
         let contiguous = |_| refused("t_ns is not contiguous", "numpy.ascontiguousarray(t_ns)");
@@ -356,13 +394,18 @@ impl Estimator {
             let name: String = name.extract()?;
             if Measurand::named(&name).is_none() {
                 let names: Vec<&str> = Measurand::ALL.iter().map(|m| m.name()).collect();
-                return Err(refused(format!("nothing measures `{name}`"), names.join(", ")));
+                return Err(refused(
+                    format!("nothing measures `{name}`"),
+                    names.join(", "),
+                ));
             }
             if !value.is_none() {
                 arrays.push((name.clone(), floats(&name, &value)?));
             }
         }
-        let inputs = arrays.iter().map(|(name, array)| Input::new(name, array, t.len(), self.drives));
+        let inputs = arrays
+            .iter()
+            .map(|(name, array)| Input::new(name, array, t.len(), self.drives));
         let inputs = inputs.collect::<PyResult<Vec<Input<'_>>>>()?;
         // the first step is as long as the second, unless it is said
         let first_s = match (dt_s, t) {
@@ -391,7 +434,7 @@ impl Estimator {
     }
 
     /// All steps of kept samples.
-    fn run_samples(&mut self, py: Python<'_>, table: AnyRecordBatch) -> PyResult<PyRecordBatch> {
+    fn run_samples(&mut self, py: Python<'_>, table: AnyRecordBatch) -> PyResult<Table> {
         let (batches, schema) = table.into_table()?.into_inner();
         let batch = concat_batches(&schema, &batches).map_err(defect)?;
         let columns = SampleColumns::new(&batch, self.drives);
@@ -409,7 +452,10 @@ impl Estimator {
                     continue;
                 }
                 let now_s = step.arrival_ns as f64 * 1e-9;
-                all.push(step.arrival_ns, estimator.step(&step.z, &command, now_s - last_s));
+                all.push(
+                    step.arrival_ns,
+                    estimator.step(&step.z, &command, now_s - last_s),
+                );
                 last_s = now_s;
                 if (row + 1).is_multiple_of(STEPS_PER_QUESTION) {
                     Python::attach(|py| py.check_signals())?;
@@ -421,6 +467,10 @@ impl Estimator {
     }
 
     fn __repr__(&self) -> String {
-        format!("Estimator({:?}, {} drives)", self.estimator.name(), self.drives)
+        format!(
+            "Estimator({:?}, {} drives)",
+            self.estimator.name(),
+            self.drives
+        )
     }
 }

@@ -11,7 +11,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 
-/// What a step may return.
+/// The values that a step may return.
 const RETURNS: &str = "an Estimate, (total_mass_kg, grade_rad), or None to refuse the step";
 
 /// An object with a method `step`, called under the lock of the interpreter.
@@ -54,7 +54,7 @@ impl Foreign {
         vehicle: &monorig_estimators::Vehicle,
         fault: &Fault,
     ) -> Result<BoxedEstimator, Refusal> {
-        let built = Python::attach(|py| {
+        let built: PyResult<Self> = Python::attach(|py| {
             let object = instance(object.bind(py), "step", (Vehicle(*vehicle),))?;
             Ok(Self {
                 step: object.getattr(intern!(py, "step"))?.unbind(),
@@ -93,7 +93,10 @@ impl Foreign {
             }
             if let Ok(estimate) = said.cast::<Estimate>() {
                 let t = z.t;
-                return Ok(Some(signals::Estimate { t, ..estimate.get().0 }));
+                return Ok(Some(signals::Estimate {
+                    t,
+                    ..estimate.get().0
+                }));
             }
             let Ok((mass, grade)) = said.extract::<(f64, f64)>() else {
                 let told = format!(
@@ -152,10 +155,16 @@ fn checked(estimate: signals::Estimate) -> Result<signals::Estimate, Error> {
     ];
     for (name, v) in of {
         if !v.value.is_finite() {
-            return Err(Error::own(format_args!("the value of {name} is {}", v.value)));
+            return Err(Error::own(format_args!(
+                "the value of {name} is {}",
+                v.value
+            )));
         }
         if !(v.sd >= 0.0 && v.sd.is_finite()) {
-            return Err(Error::own(format_args!("the standard deviation of {name} is {}", v.sd)));
+            return Err(Error::own(format_args!(
+                "the standard deviation of {name} is {}",
+                v.sd
+            )));
         }
     }
     match estimate.is_finite() {
@@ -204,7 +213,10 @@ impl Estimator for Foreign {
             return;
         }
         let get = |py: Python<'_>| -> PyResult<Vec<f64>> {
-            let said = self.object.bind(py).call_method0(intern!(py, "internal_values"))?;
+            let said = self
+                .object
+                .bind(py)
+                .call_method0(intern!(py, "internal_values"))?;
             let said: Vec<f64> = said.extract()?;
             match said.len() == self.internals.len() {
                 true => Ok(said),

@@ -10,6 +10,7 @@
 //! | `foreign` `control` | an estimator and a controller written in Python, in the loop |
 //! | `parts` | what a user adds to a scenario: changes, estimators, a controller |
 //! | `columns` | the channels of a run in memory |
+//! | `table` | a table of Arrow, as Python gets it |
 //! | `run` | a scenario or a log from begin to end |
 //! | `single_steps` | a run that the user steps |
 //! | `batch` | many runs: results, comparisons, verdicts |
@@ -25,6 +26,7 @@ mod parts;
 mod run;
 mod signals;
 mod single_steps;
+mod table;
 mod tuning;
 mod vehicle;
 
@@ -43,6 +45,7 @@ fn _monorig(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<run::NativeRun>()?;
     m.add_class::<single_steps::NativeSimulation>()?;
     m.add_class::<single_steps::Frame>()?;
+    m.add_class::<table::Table>()?;
     m.add_class::<tuning::NativeObjective>()?;
     m.add_function(wrap_pyfunction!(estimator::names, m)?)?;
     m.add_function(wrap_pyfunction!(estimator::parameters, m)?)?;

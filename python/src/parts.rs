@@ -5,9 +5,7 @@ use crate::errors::{Fault, of_rig, refused};
 use crate::foreign::Foreign;
 use monorig_estimators::Vehicle;
 use monorig_sim::closed_loop::Simulation;
-use monorig_sim::closed_loop::registry::{
-    ControllerType, EstimatorType, NamedSettings, Registry,
-};
+use monorig_sim::closed_loop::registry::{ControllerType, EstimatorType, NamedSettings, Registry};
 use monorig_sim::config::file::Sets;
 use monorig_sim::config::scenario::{Scenario, Seeds};
 use monorig_sim::control::ControllerSetup;
@@ -37,7 +35,10 @@ fn json(value: &Bound<'_, PyAny>) -> PyResult<String> {
     let text = value.py().import("json")?.call_method1("dumps", (value,));
     let text = text.map_err(|_| {
         let told = format!("{} cannot stand in a scenario", crate::signals::kind(value));
-        refused(told, "a number, True or False, a text, None, or a list or dict of these")
+        refused(
+            told,
+            "a number, True or False, a text, None, or a list or dict of these",
+        )
     })?;
     text.extract()
 }
@@ -114,7 +115,10 @@ impl Parts {
         for (name, settings) in &self.named {
             let key = format!("estimators.{name}");
             let inside = format!("{key}.");
-            let set = self.sets.iter().any(|(k, _)| *k == key || k.starts_with(&inside));
+            let set = self
+                .sets
+                .iter()
+                .any(|(k, _)| *k == key || k.starts_with(&inside));
             match settings {
                 Some(settings) => all.push((key, settings.clone())),
                 None if set || there.estimators.contains_key(name) => {}
@@ -130,7 +134,8 @@ impl Parts {
             None => serde_json::to_string(&there.drive.controller.feedforward).unwrap_or_default(),
         };
         if self.has_controller {
-            let settings = format!("{{\"kind\": \"{CONTROLLER}\", \"feedforward\": {feedforward}}}");
+            let settings =
+                format!("{{\"kind\": \"{CONTROLLER}\", \"feedforward\": {feedforward}}}");
             all.push(("drive.controller".into(), settings));
         } else if self.in_loop.is_some() {
             all.push(("drive.controller.feedforward".into(), feedforward));

@@ -1,8 +1,9 @@
 //! A scenario or a log from begin to end.
 
 use crate::columns::{Columns, Kept};
-use crate::errors::{Fault, defect, of_rig, refused};
+use crate::errors::{Fault, defect, of_rig};
 use crate::parts::Parts;
+use crate::table::Table;
 use arrow::compute::concat_batches;
 use arrow::record_batch::RecordBatch;
 use monorig_lab::bound::BoundChannels;
@@ -23,12 +24,11 @@ use monorig_sim::record::manifest::{self, Manifest};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use pyo3_arrow::PyRecordBatch;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// What a run leaves.
+/// The result of a run.
 #[pyclass(frozen, module = "monorig._monorig")]
 pub(crate) struct NativeRun {
     batch: RecordBatch,
@@ -59,18 +59,22 @@ impl Observers {
         registry: &Registry,
     ) -> Self {
         let columns = Columns::default();
-        let recorder = Recorder::new(vec![Box::new(columns.clone())]).with(BoundChannels::default());
+        let recorder =
+            Recorder::new(vec![Box::new(columns.clone())]).with(BoundChannels::default());
         Self {
             recorder,
             metrics: SummaryObserver::default(),
             columns,
-            changes: changes.iter().map(|(key, x)| format!("{key}={x}")).collect(),
+            changes: changes
+                .iter()
+                .map(|(key, x)| format!("{key}={x}"))
+                .collect(),
             inputs: simulation.scenario.input_digests(),
             resolved: resolved(&simulation.scenario, registry),
         }
     }
 
-    /// What is left once the run is over.
+    /// The result, once the run is over.
     pub(crate) fn left(
         self,
         simulation: &Simulation,
@@ -86,7 +90,9 @@ impl Observers {
             batch,
             kept,
             samples,
-            summary: self.metrics.summary(&simulation.scenario, simulation.seed, outcome),
+            summary: self
+                .metrics
+                .summary(&simulation.scenario, simulation.seed, outcome),
             finished: outcome.finished,
             changes: self.changes,
             inputs: self.inputs,
@@ -134,7 +140,9 @@ fn read(path: &Path) -> Result<RecordBatch, Error> {
     let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| broken(&e))?;
     let schema = builder.schema().clone();
     let reader = builder.build().map_err(|e| broken(&e))?;
-    let batches = reader.collect::<Result<Vec<_>, _>>().map_err(|e| broken(&e))?;
+    let batches = reader
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(|e| broken(&e))?;
     concat_batches(&schema, &batches).map_err(|e| broken(&e))
 }
 
@@ -155,7 +163,13 @@ pub(crate) fn run(
     let parts = Parts::new(path, set, estimators, controller, in_loop)?;
     let done = py.detach(|| {
         let simulation = parts.simulation(seed)?;
-        to_its_end(simulation, &parts.changes()?, &parts.registry, keep_samples, &parts.fault)
+        to_its_end(
+            simulation,
+            &parts.changes()?,
+            &parts.registry,
+            keep_samples,
+            &parts.fault,
+        )
     });
     parts.fault.or(done)
 }
@@ -188,7 +202,10 @@ pub(crate) fn replay(
 
 /// This module as the program that makes a run.
 pub(crate) fn identity(py: Python<'_>) -> PyResult<Identity> {
-    let file: PathBuf = py.import("monorig._monorig")?.getattr("__file__")?.extract()?;
+    let file: PathBuf = py
+        .import("monorig._monorig")?
+        .getattr("__file__")?
+        .extract()?;
     Ok(Identity::of_library(&file, option_env!("MONORIG_REVISION")))
 }
 
@@ -196,7 +213,8 @@ impl NativeRun {
     /// Writes the files of the run into a folder.
     fn write(&self, folder: &Path, monorig: &Identity) -> Result<String, Error> {
         let (name, seed) = (&self.summary.scenario, self.summary.seed);
-        self.kept.write(&folder.join("channels.parquet"), name, seed)?;
+        self.kept
+            .write(&folder.join("channels.parquet"), name, seed)?;
         let write = |file: &str, text: String| {
             let path = folder.join(file);
             std::fs::write(&path, text).map_err(|source| Error::Io { path, source })
@@ -213,12 +231,12 @@ impl NativeRun {
 #[pymethods]
 impl NativeRun {
     #[getter]
-    fn channels(&self) -> PyRecordBatch {
-        PyRecordBatch::new(self.batch.clone())
+    fn channels(&self) -> Table {
+        Table(self.batch.clone())
     }
     #[getter]
-    fn samples(&self) -> Option<PyRecordBatch> {
-        self.samples.clone().map(PyRecordBatch::new)
+    fn samples(&self) -> Option<Table> {
+        self.samples.clone().map(Table)
     }
     #[getter]
     fn summary_json(&self) -> String {
@@ -235,7 +253,9 @@ impl NativeRun {
     #[getter]
     fn events(&self) -> Vec<(f64, String)> {
         let events = self.kept.events.iter();
-        events.map(|(ns, text)| (*ns as f64 * 1e-9, text.clone())).collect()
+        events
+            .map(|(ns, text)| (*ns as f64 * 1e-9, text.clone()))
+            .collect()
     }
     #[getter]
     fn refusals(&self) -> Vec<(String, u64, String)> {
@@ -263,27 +283,5 @@ impl NativeRun {
             Ok(report::page(folder.path(), "")?.to_html())
         })
         .map_err(of_rig)
-    }
-    /// A channel as an array; NaN where a row has no value.
-    fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        use arrow::array::{Array, AsArray};
-        use arrow::datatypes::Float64Type;
-        let Some(array) = self.batch.column_by_name(name) else {
-            let names = self.batch.schema();
-            let names = names.fields().iter().map(|f| f.name().as_str());
-            let near = monorig_sim::config::file::nearest(name, names);
-            let help = near.map_or_else(
-                || "a name of `channels`".to_owned(),
-                |near| format!("did you mean `{near}`?"),
-            );
-            return Err(refused(format!("there is no channel `{name}`"), help));
-        };
-        let array = array.as_primitive::<Float64Type>();
-        let values = (0..array.len()).map(|i| match array.is_valid(i) {
-            true => array.value(i),
-            false => f64::NAN,
-        });
-        let values: Vec<f64> = values.collect();
-        Ok(numpy::IntoPyArray::into_pyarray(values, py).into_any())
     }
 }

@@ -1,10 +1,10 @@
 //! Signals between the rig and an estimator, as Python sees them.
 
 use crate::errors::refused;
+use monorig_estimators::Time;
 use monorig_estimators::api::signals::{
     self, MAX_AUXILIARY, MAX_DRIVES, Measurand, Sample, Slot, Value,
 };
-use monorig_estimators::Time;
 use pyo3::prelude::*;
 
 /// Value, standard deviation, valid.
@@ -34,10 +34,15 @@ fn put(to: &mut PerUnit, t: Time, from: Option<Vec<Option<f64>>>, what: &str) ->
     let from = from.unwrap_or_default();
     if from.len() > to.len() {
         let most = to.len();
-        return Err(refused(format!("{what} has {} values", from.len()), format!("at most {most}")));
+        return Err(refused(
+            format!("{what} has {} values", from.len()),
+            format!("at most {most}"),
+        ));
     }
     for (to, value) in to.iter_mut().zip(&from) {
-        *to = value.filter(|x| !x.is_nan()).map(|value| Sample { t, value });
+        *to = value
+            .filter(|x| !x.is_nan())
+            .map(|value| Sample { t, value });
     }
     Ok(from.len())
 }
@@ -67,11 +72,23 @@ impl Measurements {
         z.inclination_rad = inclination.map(|value| Sample { t, value });
         z.steering_angle_rad = steering_angle.map(|value| Sample { t, value });
         let mut drives = 1;
-        drives = drives.max(put(&mut z.motor_torque_nm, t, motor_torque, "motor_torque")?);
+        drives = drives.max(put(
+            &mut z.motor_torque_nm,
+            t,
+            motor_torque,
+            "motor_torque",
+        )?);
         drives = drives.max(put(&mut z.wheel_speed_mps, t, wheel_speed, "wheel_speed")?);
-        drives = drives.max(put(&mut z.clamp_pressure_mpa, t, clamp_pressure, "clamp_pressure")?);
+        drives = drives.max(put(
+            &mut z.clamp_pressure_mpa,
+            t,
+            clamp_pressure,
+            "clamp_pressure",
+        )?);
         put(&mut z.auxiliary, t, auxiliary, "auxiliary")?;
-        let u = command.map_or_else(signals::Command::default, |c| c.over(&signals::Command::default()));
+        let u = command.map_or_else(signals::Command::default, |c| {
+            c.over(&signals::Command::default())
+        });
         Ok(Self { z, u, drives })
     }
     #[getter]
@@ -126,7 +143,10 @@ impl Measurements {
             refused(format!("nothing measures `{name}`"), names.join(", "))
         })?;
         if index >= measurand.shape().slots() {
-            return Err(refused(format!("{name} has no sample {index}"), "they count from 0"));
+            return Err(refused(
+                format!("{name} has no sample {index}"),
+                "they count from 0",
+            ));
         }
         let slot: Slot = measurand.slot(index);
         Ok(slot.get(&self.z).map(|s| s.t.ns()))
@@ -202,7 +222,14 @@ impl Estimate {
         self.0.nis
     }
     fn __repr__(&self) -> String {
-        let of = |v: Value| format!("({}, {}, {})", v.value, v.sd, if v.valid { "True" } else { "False" });
+        let of = |v: Value| {
+            format!(
+                "({}, {}, {})",
+                v.value,
+                v.sd,
+                if v.valid { "True" } else { "False" }
+            )
+        };
         let e = &self.0;
         format!(
             "Estimate(total_mass={}, grade={}, effective_grade={}, speed={})",
@@ -230,10 +257,17 @@ pub(crate) struct Command {
 impl Command {
     #[new]
     #[pyo3(signature = (motor_torque, *, clamp_pressure=None, brake=None))]
-    fn new(motor_torque: Vec<f64>, clamp_pressure: Option<f64>, brake: Option<f64>) -> PyResult<Self> {
+    fn new(
+        motor_torque: Vec<f64>,
+        clamp_pressure: Option<f64>,
+        brake: Option<f64>,
+    ) -> PyResult<Self> {
         if motor_torque.len() > MAX_DRIVES {
             let told = format!("{} torques", motor_torque.len());
-            return Err(refused(told, format!("at most {MAX_DRIVES}, one a drive unit")));
+            return Err(refused(
+                told,
+                format!("at most {MAX_DRIVES}, one a drive unit"),
+            ));
         }
         Ok(Self {
             motor_torque,
@@ -266,7 +300,7 @@ impl Command {
         u
     }
 
-    /// What Python gives as a command: a `Command`, one torque for all drive units, or one for each.
+    /// The command that Python gives: a `Command`, one torque for all drive units, or one for each.
     pub(crate) fn from_python(
         said: &Bound<'_, PyAny>,
         base: &signals::Command,
@@ -283,11 +317,17 @@ impl Command {
             return Err(refused(format!("{} is no command", kind(said)), help));
         };
         if command.motor_torque.len() != drives {
-            let told = format!("{} torques for {drives} drive units", command.motor_torque.len());
+            let told = format!(
+                "{} torques for {drives} drive units",
+                command.motor_torque.len()
+            );
             return Err(refused(told, help));
         }
         let u = command.over(base);
-        let mut numbers = u.motor_torque_nm.iter().chain([&u.clamp_pressure_mpa, &u.brake]);
+        let mut numbers = u
+            .motor_torque_nm
+            .iter()
+            .chain([&u.clamp_pressure_mpa, &u.brake]);
         match numbers.all(|x| x.is_finite()) {
             true => Ok(u),
             false => Err(refused("a number of the command is not finite", help)),
@@ -297,5 +337,8 @@ impl Command {
 
 /// The name of an object's type, for messages.
 pub(crate) fn kind(object: &Bound<'_, PyAny>) -> String {
-    object.get_type().name().map_or_else(|_| "this".into(), |name| name.to_string())
+    object
+        .get_type()
+        .name()
+        .map_or_else(|_| "this".into(), |name| name.to_string())
 }

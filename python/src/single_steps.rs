@@ -61,7 +61,11 @@ impl Observer for Last {
             z: *f.measurements,
             command: *f.command,
             drives: t.drives.len(),
-            estimates: f.estimators.iter().map(|e| (e.name.clone(), e.estimate)).collect(),
+            estimates: f
+                .estimators
+                .iter()
+                .map(|e| (e.name.clone(), e.estimate))
+                .collect(),
             truth: [
                 t.t_s,
                 t.chainage_m,
@@ -108,7 +112,10 @@ impl Frame {
         Ok(all)
     }
     fn __repr__(&self) -> String {
-        format!("Frame(time_s={}, speed_mps={})", self.truth[0], self.truth[2])
+        format!(
+            "Frame(time_s={}, speed_mps={})",
+            self.truth[0], self.truth[2]
+        )
     }
 }
 
@@ -142,7 +149,9 @@ impl NativeSimulation {
         let changes = parts.changes().map_err(of_rig)?;
         let mut observers = Observers::new(&simulation, &changes, &parts.registry);
         let begun = observers.recorder.begin(&simulation);
-        begun.and_then(|()| observers.metrics.begin(&simulation)).map_err(of_rig)?;
+        begun
+            .and_then(|()| observers.metrics.begin(&simulation))
+            .map_err(of_rig)?;
         let mut made = Self {
             simulation,
             steps: Steps::default(),
@@ -197,14 +206,20 @@ impl NativeSimulation {
             }
         };
         let (mut watch, mut last) = (self.parts.fault.clone(), Last::default());
-        let mut all: [&mut dyn Observer; 4] =
-            [&mut watch, &mut last, &mut observers.recorder, &mut observers.metrics];
-        let made = self.steps.make(&mut self.simulation, command, &self.seen, &mut all);
+        let mut all: [&mut dyn Observer; 4] = [
+            &mut watch,
+            &mut last,
+            &mut observers.recorder,
+            &mut observers.metrics,
+        ];
+        let made = self
+            .steps
+            .make(&mut self.simulation, command, &self.seen, &mut all);
         self.parts.fault.or(made)?;
         self.look()?;
         last.0.ok_or_else(|| defect("the step was not observed"))
     }
-    /// What the run leaves, once it is over.
+    /// The result of the run, once it is over.
     fn result(&mut self) -> PyResult<NativeRun> {
         let Some(outcome) = self.outcome.clone() else {
             return Err(refused("the run is not over", "step it until `over`"));
@@ -213,7 +228,11 @@ impl NativeSimulation {
             return Err(refused("the result was taken already", "keep it"));
         };
         let finished = observers.recorder.finish();
-        finished.and_then(|()| observers.metrics.finish()).map_err(of_rig)?;
-        observers.left(&self.simulation, &outcome, None).map_err(of_rig)
+        finished
+            .and_then(|()| observers.metrics.finish())
+            .map_err(of_rig)?;
+        observers
+            .left(&self.simulation, &outcome, None)
+            .map_err(of_rig)
     }
 }

@@ -3,13 +3,13 @@
 use crate::errors::{Fault, defect, of_rig, refused};
 use crate::run::identity;
 use monorig_lab::replay::cache::Cache;
+use monorig_lab::tuning::TuningStudy;
 use monorig_lab::tuning::evaluate::Means;
 use monorig_lab::tuning::objective::Objective;
 use monorig_lab::tuning::progress::Progress;
 use monorig_lab::tuning::run::{self, Ended, TuningRun};
 use monorig_lab::tuning::search::Begin;
 use monorig_lab::tuning::trial_store::Trial;
-use monorig_lab::tuning::TuningStudy;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::scenario::ParameterValue;
 use monorig_sim::error::Error;
@@ -43,8 +43,13 @@ impl Progress for Told {
 
     fn trial(&self, trial: &Trial, best: Option<&Trial>, budget: usize) -> bool {
         let n = trial.trial + 1;
-        let best = best.map_or("none good yet".to_owned(), |b| format!("best loss {:.4}", b.loss()));
-        self.tell(&format!("trial {n} of {budget}, {best}"), n as f64 / budget as f64)
+        let best = best.map_or("none good yet".to_owned(), |b| {
+            format!("best loss {:.4}", b.loss())
+        });
+        self.tell(
+            &format!("trial {n} of {budget}, {best}"),
+            n as f64 / budget as f64,
+        )
     }
 }
 
@@ -88,7 +93,9 @@ pub(crate) fn tune(
     let Ended::Finished(result) = ended else {
         return Err(defect("the search was interrupted"));
     };
-    let best = result.best().map(|t| serde_json::json!({ "parameters": t.parameters, "loss": t.loss() }));
+    let best = result
+        .best()
+        .map(|t| serde_json::json!({ "parameters": t.parameters, "loss": t.loss() }));
     let found = serde_json::json!({
         "folder": folder,
         "best": best,
@@ -98,7 +105,10 @@ pub(crate) fn tune(
     Ok(found.to_string())
 }
 
-type Question = (BTreeMap<String, ParameterValue>, Sender<Result<Trial, Error>>);
+type Question = (
+    BTreeMap<String, ParameterValue>,
+    Sender<Result<Trial, Error>>,
+);
 
 /// The objective of a study: a thread holds its recordings and answers.
 #[pyclass(frozen, module = "monorig._monorig")]
@@ -153,9 +163,13 @@ impl NativeObjective {
             told: progress,
             fault: fault.clone(),
         };
-        let done = py.detach(|| {
+        let waiting = fault.clone();
+        let done = py.detach(move || {
             let study = TuningStudy::load(&file, &Registry::default())?;
-            let texts = (study.ranges().to_string(), serde_json::json!(study.defaults()).to_string());
+            let texts = (
+                study.ranges().to_string(),
+                serde_json::json!(study.defaults()).to_string(),
+            );
             std::thread::spawn(move || {
                 let cache = Cache::new(cache, &monorig);
                 answer(&study, &cache, jobs.max(1), &told, &ready, &questions);
@@ -164,7 +178,7 @@ impl NativeObjective {
             let done = loop {
                 match is_ready.recv_timeout(std::time::Duration::from_millis(100)) {
                     Ok(done) => break done?,
-                    Err(std::sync::mpsc::RecvTimeoutError::Timeout) => drop(fault.go_on()),
+                    Err(std::sync::mpsc::RecvTimeoutError::Timeout) => drop(waiting.go_on()),
                     Err(_) => break false,
                 }
             };
@@ -183,11 +197,19 @@ impl NativeObjective {
     /// The score of parameters, both JSON.
     fn score(&self, py: Python<'_>, parameters: &str) -> PyResult<String> {
         let parameters: BTreeMap<String, ParameterValue> = serde_json::from_str(parameters)
-            .map_err(|e| refused(format!("these are no parameters: {e}"), "numbers, flags and words by name"))?;
+            .map_err(|e| {
+                refused(
+                    format!("these are no parameters: {e}"),
+                    "numbers, flags and words by name",
+                )
+            })?;
         let (reply, answer) = channel();
         let sent = self.ask.lock().map_err(defect)?.send((parameters, reply));
         sent.map_err(|_| defect("the thread of the objective has ended"))?;
-        let trial = py.detach(|| answer.recv()).map_err(defect)?.map_err(of_rig)?;
+        let trial = py
+            .detach(move || answer.recv())
+            .map_err(defect)?
+            .map_err(of_rig)?;
         serde_json::to_string(&trial).map_err(defect)
     }
 }

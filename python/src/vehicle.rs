@@ -52,7 +52,7 @@ impl Vehicle {
         let help = "values that the data sheet of a vehicle can have";
         Nominal::new(data).map(Self).map_err(|e| refused(e, help))
     }
-    /// That of a scenario.
+    /// The vehicle of a scenario.
     #[staticmethod]
     fn from_scenario(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let built = py.detach(|| Simulation::from_file(path)?.build(1).map(|s| s.vehicle));
@@ -99,6 +99,9 @@ impl Vehicle {
         self.0.gyro_bias_sd_radps
     }
     fn __repr__(&self) -> String {
-        format!("Vehicle(tare_kg={}, drives={})", self.0.tare_kg, self.0.drives)
+        format!(
+            "Vehicle(tare_kg={}, drives={})",
+            self.0.tare_kg, self.0.drives
+        )
     }
 }

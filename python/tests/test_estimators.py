@@ -22,7 +22,7 @@ def vehicle(scenarios: pathlib.Path) -> monorig.Vehicle:
     return monorig.Vehicle.from_scenario(scenarios / "liu2023_section1.yaml")
 
 
-def drive(vehicle: monorig.Vehicle, n: int) -> tuple[npt.NDArray[np.int64], dict[str, Floats]]:
+def drive(vehicle: monorig.Vehicle, n: int) -> tuple[npt.NDArray[np.int64], dict[str, Any]]:
     """A drive to and fro on a level track, with gaps in the samples."""
     k, rng = np.arange(1, n + 1), np.random.default_rng(1)
     accel = 0.3 * np.sin(0.002 * k)
@@ -69,7 +69,7 @@ def test_arrays_are_steps(name: str, vehicle: monorig.Vehicle) -> None:
 def test_kept_samples_give_what_the_run_gave(name: str, scenarios: pathlib.Path) -> None:
     ours = ["rail_fusion", "dffrls_aekf", "imm_stf_robust"]
     scenario = scenarios / f"{name}.yaml"
-    changes = {f"estimators.{n}": {} for n in ours}
+    changes: dict[str, object] = {f"estimators.{n}": {} for n in ours}
     simulation = monorig.Simulation(scenario, set=changes)
     vehicle = simulation.vehicle
     in_loop: dict[str, list[tuple[float, float, float, float]]] = {n: [] for n in ours}

@@ -12,10 +12,14 @@ import monorig
 
 
 class NoStep:
-    pass
+    def __init__(self, vehicle: monorig.Vehicle) -> None:
+        pass
 
 
 class WrongReturn:
+    def __init__(self, vehicle: monorig.Vehicle | None = None) -> None:
+        pass
+
     def step(self, z: object, dt: float) -> str:
         return "7"
 
@@ -41,11 +45,13 @@ def test_a_key_that_is_not_there(minimal: pathlib.Path) -> None:
 
 def test_a_value_out_of_its_range(tmp_path: pathlib.Path, minimal: pathlib.Path) -> None:
     text = minimal.read_text().replace("../", f"{minimal.parents[1]}/")
+    assert "mass_kg: 10000" in text
     bad = tmp_path / "bad.yaml"
-    bad.write_text(text + "\nload: {mass_kg: -5}\n" if "\nload:" not in text else text.replace("mass_kg:", "mass_kg: -"))
+    bad.write_text(text.replace("mass_kg: 10000", "mass_kg: -5"))
     with pytest.raises(monorig.InputError) as e:
         monorig.run(bad)
-    assert e.value.file == str(bad) and e.value.line is not None and e.value.help
+    line = next(i for i, t in enumerate(bad.read_text().splitlines(), 1) if "mass_kg: -5" in t)
+    assert (e.value.file, e.value.line, e.value.key) == (str(bad), line, "load.mass_kg") and e.value.help
 
 
 def test_a_file_that_is_not_there(minimal: pathlib.Path) -> None:
@@ -71,7 +77,7 @@ def test_names_that_are_none_or_unknown(minimal: pathlib.Path, ours: monorig.Est
         monorig.Estimator("dffrls_aekff", monorig.Vehicle.from_scenario(minimal))
     with pytest.raises(monorig.InputError, match="there is already an estimator called `rail_fusion`"):
         monorig.run(minimal, estimators={"rail_fusion": WrongReturn})
-    with pytest.raises(monorig.InputError, match="no estimator `nobody`|nobody"):
+    with pytest.raises(monorig.InputError, match="there is no estimator `nobody`"):
         monorig.run(minimal, estimators=["nobody"])
     with pytest.raises(monorig.InputError, match="there is no channel `truth/sped`.*\n.*truth/speed"):
         monorig.run(minimal)["truth/sped"]
@@ -99,9 +105,9 @@ def test_arrays_of_another_shape_order_or_kind(ours: monorig.Estimator, minimal:
         ours.run(T, specific_force=np.zeros((3, 10)).T)
     assert "numpy.ascontiguousarray(specific_force)" in e.value.help
     with pytest.raises(monorig.InputError, match="no array of float64"):
-        ours.run(T, inclination=np.zeros(10, dtype=np.float32))  # type: ignore[arg-type]
+        ours.run(T, inclination=np.zeros(10, dtype=np.float32))
     with pytest.raises(monorig.InputError, match="t_ns is ndarray and no array of int64"):
-        ours.run(T.astype(float))  # type: ignore[arg-type]
+        ours.run(T.astype(float))
     with pytest.raises(monorig.InputError, match="nothing measures `speed`"):
         ours.run(T, speed=np.zeros(10))  # type: ignore[call-arg]
     with pytest.raises(monorig.InputError, match="there is no column `arrival_ns`"):

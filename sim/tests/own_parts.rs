@@ -288,7 +288,7 @@ fn what_cannot_be_built_in_code_says_why() {
     assert!(DriveCycle::by_chainage(&[(1.0, f64::NAN)], 0.3).is_err());
 }
 
-/// What an estimator of one's own says reaches its user: of a refused step, of one after which it cannot go on, and of a
+/// The words of an estimator of one's own reach its user: of a refused step, of one after which it cannot go on, of a
 /// vehicle that it cannot be built for.
 #[test]
 fn the_reason_of_an_estimator_of_ones_own_is_told() {
@@ -306,12 +306,22 @@ fn the_reason_of_an_estimator_of_ones_own_is_told() {
     let monorig_sim::Error::Estimator { name, t_s, what } = &broken else {
         panic!("{broken}");
     };
-    assert_eq!((name.as_str(), what.as_str()), ("mine", "2 drives are lost"));
+    assert_eq!(
+        (name.as_str(), what.as_str()),
+        ("mine", "2 drives are lost")
+    );
     assert!((3.0..3.1).contains(t_s), "{t_s}");
     let refuses = |_: &Vehicle| Err(Refusal::new("no gyro", "a sensor sheet with one"));
-    let refused = in_code().estimator_with("mine", refuses).build(1).err().unwrap();
+    let refused = in_code()
+        .estimator_with("mine", refuses)
+        .build(1)
+        .err()
+        .unwrap();
     let told = refused.to_string();
-    assert!(told.contains("estimators.mine: no gyro") && told.contains("sheet with one"), "{told}");
+    assert!(
+        told.contains("estimators.mine: no gyro") && told.contains("sheet with one"),
+        "{told}"
+    );
 }
 
 /// The loop in single steps is the loop: a program that makes them with the controller's own commands gets the same run.

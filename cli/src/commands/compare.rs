@@ -14,7 +14,9 @@ use crate::ui::tables::{grouped, number};
 use clap::CommandFactory;
 use monorig_lab::batch::{RunSpec, in_order, run_one};
 use monorig_lab::metrics;
-use monorig_lab::verdicts::compare::{ComparedMetric, Comparison, OnSamples, compare as cells, usual_metrics};
+use monorig_lab::verdicts::compare::{
+    ComparedMetric, Comparison, OnSamples, compare as cells, usual_metrics,
+};
 use monorig_lab::verdicts::interval::Interval;
 use monorig_lab::verdicts::run_result::RunResult;
 use monorig_sim::closed_loop::registry::Registry;

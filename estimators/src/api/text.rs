@@ -32,7 +32,10 @@ impl<const N: usize> Text<N> {
 
     /// The text, or what fitted of it.
     pub fn as_str(&self) -> &str {
-        let bytes = self.bytes.get(..usize::from(self.length)).unwrap_or_default();
+        let bytes = self
+            .bytes
+            .get(..usize::from(self.length))
+            .unwrap_or_default();
         core::str::from_utf8(bytes).unwrap_or_default()
     }
 
@@ -89,7 +92,10 @@ mod tests {
         assert_eq!(Text::<8>::new("12345678").as_str(), "12345678");
         assert_eq!(Text::<8>::new("1234567é").as_str(), "1234567");
         assert_eq!(Text::<8>::new("123456é").as_str(), "123456é");
-        assert_eq!(Text::<8>::of(format_args!("{}-{}", 12.5, "abcdef")).as_str(), "12.5-abc");
+        assert_eq!(
+            Text::<8>::of(format_args!("{}-{}", 12.5, "abcdef")).as_str(),
+            "12.5-abc"
+        );
         assert_eq!(Text::<8>::of("é".repeat(9).as_str()).as_str(), "éééé");
         assert_eq!(Text::<8>::new("").as_str(), "");
     }

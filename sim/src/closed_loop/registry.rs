@@ -532,7 +532,10 @@ mod tests {
         let told = of_type.build(&vehicle(), &[("gain", true.into())]).err();
         assert_eq!(told, Some(Refusal::new("gain is true", "another gain")));
         let again = EstimatorType::new("foreign", &[], refuses);
-        assert!(matches!(registry.add(again), Err(RegistryError::NameTaken(..))));
+        assert!(matches!(
+            registry.add(again),
+            Err(RegistryError::NameTaken(..))
+        ));
         let reasons = |_: &Vehicle, _: &Constant| Err::<AnyEstimator, _>("no drive unit");
         registry.try_estimator("reasons", reasons).unwrap();
         let told = registry.find_estimator("reasons").unwrap();

@@ -51,13 +51,13 @@ fn closed_loop(
     }
 }
 
-/// What a controller is given for a step.
+/// Input of a controller for a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Seen {
-    /// What it is to do.
+    /// Its task.
     pub reference: Reference,
-    /// What it knows.
+    /// Its knowledge.
     pub perception: Perception,
 }
 
@@ -65,7 +65,7 @@ pub struct Seen {
 /// [`Steps::ended`], [`Steps::look`], [`Steps::make`], and again. It begins and finishes its observers itself.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Steps {
-    /// That of the last step.
+    /// Command of the last step.
     command: Command,
     made: u64,
     last_sample_s: f64,
@@ -83,7 +83,7 @@ impl Steps {
         Ok(ended.map(|ended| Outcome::new(ended, t_s, self.made, &s.estimators)))
     }
 
-    /// What the controller is given for the step to come; once a step. The events that are due act.
+    /// Input of the controller for the step to come; asked once a step. The events that are due act.
     pub fn look(&mut self, s: &mut Simulation) -> Seen {
         Seen {
             perception: s.perceive(&self.command),
