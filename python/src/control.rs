@@ -1,4 +1,4 @@
-//! What a controller is given, and a controller written in Python.
+//! Input of a controller, and a controller written in Python.
 
 use crate::errors::Fault;
 use crate::foreign::instance;

@@ -1,4 +1,4 @@
-//! What a user adds to a scenario: changes, estimators by name or of their own, a controller.
+//! Additions of a user to a scenario: changes, estimators by name or of their own, a controller.
 
 use crate::control::ForeignController;
 use crate::errors::{Fault, of_rig, refused};

@@ -5,7 +5,7 @@ use crate::run::identity;
 use monorig_lab::replay::cache::Cache;
 use monorig_lab::tuning::TuningStudy;
 use monorig_lab::tuning::evaluate::Means;
-use monorig_lab::tuning::objective::Objective;
+use monorig_lab::tuning::objective::StudyObjective;
 use monorig_lab::tuning::progress::Progress;
 use monorig_lab::tuning::run::{self, Ended, TuningRun};
 use monorig_lab::tuning::search::Begin;
@@ -134,7 +134,7 @@ fn answer(
         jobs,
         asker: None,
     };
-    let objective = match Objective::new(study, means, told) {
+    let objective = match StudyObjective::new(study, means, told) {
         Ok(Some(objective)) => objective,
         Ok(None) => return drop(ready.send(Ok(false))),
         Err(e) => return drop(ready.send(Err(e))),

@@ -324,7 +324,7 @@ fn the_reason_of_an_estimator_of_ones_own_is_told() {
     );
 }
 
-/// The loop in single steps is the loop: a program that makes them with the controller's own commands gets the same run.
+/// The loop in single steps is the loop: with the controller's own commands they are the same run.
 #[test]
 fn single_steps_are_the_run() {
     let truth = |s: &Simulation| (s.plant.truth().chainage_m, s.plant.truth().speed_mps);

@@ -10,13 +10,13 @@ use monorig_sim::error::Error;
 use std::collections::BTreeMap;
 
 /// Scores parameters as the search of the study does, over its tuning runs.
-pub struct Objective<'a> {
+pub struct StudyObjective<'a> {
     study: &'a TuningStudy,
     evaluator: Evaluator<'a>,
     baseline: Baseline,
 }
 
-impl<'a> Objective<'a> {
+impl<'a> StudyObjective<'a> {
     /// Makes the tuning runs ready and measures the defaults, which losses are shares of. None if `progress` stopped
     /// it.
     pub fn new(

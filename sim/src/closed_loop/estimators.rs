@@ -39,8 +39,8 @@ impl RunningEstimator {
         self
     }
 
-    /// Give it new samples. A refused step keeps the last estimate, marked invalid; an estimator that cannot go on is an
-    /// error.
+    /// Give it new samples. A refused step keeps the last estimate, marked invalid; an estimator that cannot go on is
+    /// an error.
     pub fn step(&mut self, z: &Measurements, command: &Command, dt_s: f64) -> Result<(), Error> {
         match self.estimator.step(z, command, dt_s) {
             Ok(e) => self.estimate = e,
