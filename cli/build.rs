@@ -58,7 +58,7 @@ fn built_by() {
 
 fn revision() -> Option<String> {
     // unpacked somewhere in the checkout of another project, this is not its revision
-    git(&["ls-files", "--error-unmatch", "build.rs"])?;
+    git(&["ls-files", "--error-unmatch", "Cargo.toml"])?;
     let revision = git(&["rev-parse", "HEAD"]).filter(|r| is_revision(r))?;
     let changed = git(&[&["status", "--porcelain", "--"], SOURCES].concat())?;
     Some(match changed.is_empty() {

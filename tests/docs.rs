@@ -220,6 +220,21 @@ fn every_page_of_the_book_is_in_its_table_of_contents() {
     assert_eq!(there.collect::<BTreeSet<_>>(), listed);
 }
 
+/// Every page of the book with a block of Rust is compiled by the tests of the documentation of `cli`.
+#[test]
+fn every_block_of_rust_in_the_book_is_compiled() {
+    let compiled = std::fs::read_to_string(project().join("cli/src/book.rs")).unwrap();
+    let mut pages = files_below(&project().join("docs/src"));
+    pages.retain(|page| page.extension().is_some_and(|e| e == "md"));
+    pages.retain(|page| std::fs::read_to_string(page).unwrap().contains("```rust"));
+    assert!(!pages.is_empty());
+    for page in pages {
+        let page = page.strip_prefix(project()).unwrap();
+        let included = format!("include_str!(\"../../{}\")", page.display());
+        assert!(compiled.contains(&included), "{included}");
+    }
+}
+
 /// Rows that have another number of cells than the title of their table. A bar within a cell is written `\|`.
 fn torn(text: &str) -> Vec<&str> {
     let bars = |line: &str| line.replace("\\|", "").matches('|').count();

@@ -60,6 +60,8 @@ pub use monorig_sim;
 pub use ui::errors::CliError;
 
 mod arguments;
+#[cfg(doctest)]
+mod book;
 mod command;
 mod commands;
 mod files;
@@ -79,6 +81,7 @@ use monorig_estimators::api::signals::Vehicle;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::control::{Controller, ControllerSetup};
 use std::ffi::OsString;
+use std::fmt::Display;
 use std::process::ExitCode;
 use ui::terminal::TerminalArgs;
 use ui::{errors, note};
@@ -149,6 +152,23 @@ impl App {
         E: Estimator + Send + 'static,
     {
         let mistake = self.registry.estimator(name, build).err();
+        self.keep_first(mistake.map(|e| e.to_string()));
+        self
+    }
+
+    /// Adds a type of estimator that may refuse a vehicle or its parameters, with a reason in words, as
+    /// [`App::estimator`] does.
+    pub fn try_estimator<P, E, R>(
+        mut self,
+        name: &str,
+        build: impl Fn(&Vehicle, &P) -> Result<E, R> + Send + Sync + 'static,
+    ) -> Self
+    where
+        P: Parameters + 'static,
+        E: Estimator + Send + 'static,
+        R: Display,
+    {
+        let mistake = self.registry.try_estimator(name, build).err();
         self.keep_first(mistake.map(|e| e.to_string()));
         self
     }

@@ -24,6 +24,16 @@ pub enum Error {
         /// The observation.
         what: String,
     },
+    /// An estimator cannot go on.
+    #[error("the estimator {name} broke down at t = {t_s:.3} s: {what}")]
+    Estimator {
+        /// Its name in the scenario.
+        name: String,
+        /// Simulated time, s.
+        t_s: f64,
+        /// Its reason.
+        what: String,
+    },
 }
 
 /// A mistake in an input: its place, the message and the remedy.

@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used)]
 
 use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements, Value, Vehicle};
+use monorig_sim::closed_loop::registry::Refusal;
+use monorig_sim::closed_loop::run::Steps;
 use monorig_sim::config::scenario::{ControllerSettings, FeedForward, PlantKind};
 use monorig_sim::{
     Controller, ControllerSetup, DriveCycle, Perception, Rail, Reference, Registry, Scenario,
@@ -31,6 +33,21 @@ impl Estimator for Constant {
             total_mass_kg,
             ..Estimate::at(z.t)
         })
+    }
+    fn reset(&mut self) {}
+}
+
+/// Refuses every step in its own words, and breaks down at a time of its own.
+struct Refuses {
+    breaks_at_s: f64,
+}
+
+impl Estimator for Refuses {
+    fn step(&mut self, z: &Measurements, _: &Command, _: f64) -> Result<Estimate, Error> {
+        match z.t.s() < self.breaks_at_s {
+            true => Err(Error::own("no fix")),
+            false => Err(Error::broken(format_args!("{} drives are lost", 2))),
+        }
     }
     fn reset(&mut self) {}
 }
@@ -350,4 +367,61 @@ fn a_plant_that_diverges_ends_the_run() {
             "{told}"
         );
     }
+}
+
+/// The words of an estimator of one's own reach its user: of a refused step, of one after which it cannot go on, of a
+/// vehicle that it cannot be built for.
+#[test]
+fn the_reason_of_an_estimator_of_ones_own_is_told() {
+    let with = |breaks_at_s| {
+        in_code().estimator_with("mine", move |vehicle| {
+            assert!(vehicle.drives > 0);
+            Ok(Box::new(Refuses { breaks_at_s }))
+        })
+    };
+    let outcome = with(f64::INFINITY).build(1).unwrap().run(&mut []).unwrap();
+    let (name, times, reason) = &outcome.refusals[0];
+    assert_eq!((name.as_str(), reason.as_str()), ("mine", "no fix"));
+    assert!(*times > 100);
+    let broken = with(3.0).build(1).unwrap().run(&mut []).unwrap_err();
+    let monorig_sim::Error::Estimator { name, t_s, what } = &broken else {
+        panic!("{broken}");
+    };
+    assert_eq!(
+        (name.as_str(), what.as_str()),
+        ("mine", "2 drives are lost")
+    );
+    assert!((3.0..3.1).contains(t_s), "{t_s}");
+    let refuses = |_: &Vehicle| Err(Refusal::new("no gyro", "a sensor sheet with one"));
+    let refused = in_code()
+        .estimator_with("mine", refuses)
+        .build(1)
+        .err()
+        .unwrap();
+    let told = refused.to_string();
+    assert!(
+        told.contains("estimators.mine: no gyro") && told.contains("sheet with one"),
+        "{told}"
+    );
+}
+
+/// The loop in single steps is the loop: with the controller's own commands they are the same run.
+#[test]
+fn single_steps_are_the_run() {
+    let truth = |s: &Simulation| (s.plant.truth().chainage_m, s.plant.truth().speed_mps);
+    let mut whole = in_code().build(1).unwrap();
+    let outcome = whole.run(&mut []).unwrap();
+    let mut single = in_code().build(1).unwrap();
+    let mut steps = Steps::default();
+    let ended = loop {
+        if let Some(ended) = steps.ended(&single, &mut |_| true).unwrap() {
+            break ended;
+        }
+        let seen = steps.look(&mut single);
+        let command = single.control(&seen);
+        steps.make(&mut single, command, &seen, &mut []).unwrap();
+    };
+    assert_eq!(ended, outcome);
+    assert_eq!(truth(&single), truth(&whole));
+    assert!(single.plant.truth().speed_mps > 0.5);
 }

@@ -7,7 +7,7 @@ const MAX_COLUMNS: usize = 120;
 
 /// For each folder: how many lines of comments are wider, and how many doc comments open with a noun clause. Both may
 /// only fall.
-const AT_MOST: [(&str, usize, usize); 9] = [
+const AT_MOST: [(&str, usize, usize); 10] = [
     ("estimators", 13, 0),
     ("sim", 2, 0),
     ("logs", 1, 2),
@@ -16,6 +16,7 @@ const AT_MOST: [(&str, usize, usize); 9] = [
     ("cli", 0, 0),
     ("tests", 0, 0),
     ("testing", 0, 0),
+    ("python", 0, 0),
     ("examples", 0, 0),
 ];
 

@@ -14,7 +14,9 @@ use crate::ui::tables::{grouped, number};
 use clap::CommandFactory;
 use monorig_lab::batch::{RunSpec, in_order, run_one};
 use monorig_lab::metrics;
-use monorig_lab::verdicts::compare::{ComparedMetric, Comparison, OnSamples, compare as cells};
+use monorig_lab::verdicts::compare::{
+    ComparedMetric, Comparison, OnSamples, compare as cells, usual_metrics,
+};
 use monorig_lab::verdicts::interval::Interval;
 use monorig_lab::verdicts::run_result::RunResult;
 use monorig_sim::closed_loop::registry::Registry;
@@ -67,21 +69,6 @@ pub struct CompareArgs {
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
 }
-
-/// Metrics that are compared without `--metrics`, and those that join them where the runs have a bound.
-const DEFAULT_METRICS: [&str; 6] = [
-    "mass_rmse_kg",
-    "mass_error_converged_rel_max",
-    "slope_rmse_deg",
-    "slope_mae_deg",
-    "mass_misleading_share",
-    "slope_misleading_share",
-];
-const OVER_BOUND: [&str; 3] = [
-    "slope_rmse_over_bound",
-    "effective_slope_rmse_over_bound",
-    "mass_rmse_over_bound",
-];
 
 /// Columns of the table as CSV.
 const CSV_TITLES: &[&str] = &[
@@ -197,7 +184,10 @@ fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome, Cl
     interrupt::listen();
     scenario.inputs().seal();
     let runs = run(task, &overrides, scenario, &reference, registry)?;
-    let metrics = metrics_of(task, &runs);
+    let metrics = match task.metrics.as_slice() {
+        [] => usual_metrics(&runs),
+        asked => asked.to_vec(),
+    };
     let cells = cells(
         &runs,
         &shown,
@@ -232,22 +222,6 @@ fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome, Cl
         0 => CommandOutcome::Held,
         _ => CommandOutcome::Failed,
     })
-}
-
-/// The metrics that were asked for, or the usual ones; those over the bound if any run has one.
-fn metrics_of(task: &CompareArgs, runs: &[RunResult]) -> Vec<String> {
-    if !task.metrics.is_empty() {
-        return task.metrics.clone();
-    }
-    let summaries = runs.iter().filter_map(|run| run.summary.as_ref());
-    let mut values = summaries.flat_map(|s| s.estimators.values());
-    let bounded = values.any(|of| {
-        let measured = |name: &&str| of.get(*name).copied().flatten().is_some();
-        OVER_BOUND.iter().any(measured)
-    });
-    let over = OVER_BOUND.iter().filter(|_| bounded);
-    let all = DEFAULT_METRICS.iter().chain(over);
-    all.map(|name| (*name).to_owned()).collect()
 }
 
 fn run(

@@ -1,7 +1,8 @@
-//! Why an estimator refuses an input. A refused input leaves the estimator as it was.
+//! Why an estimator refuses an input. A refused input leaves the estimator as it was; a broken one cannot go on.
 
 use core::fmt;
 
+pub use crate::api::text::Reason;
 use crate::{Real, Time};
 
 /// The refusal of one step.
@@ -37,6 +38,22 @@ pub enum Error {
     OutOfRange(&'static str),
     /// The step would have left the state without a finite value.
     Diverged,
+    /// A reason of an estimator of one's own: this step is refused, and the estimator is as it was.
+    Own(Reason),
+    /// A reason for which an estimator of one's own cannot go on: the run ends here.
+    Broken(Reason),
+}
+
+impl Error {
+    /// The refusal of a step for a reason of one's own, of which the first 96 bytes are kept.
+    pub fn own(reason: impl fmt::Display) -> Self {
+        Self::Own(Reason::of(reason))
+    }
+
+    /// The end of an estimator for a reason of one's own, of which the first 96 bytes are kept.
+    pub fn broken(reason: impl fmt::Display) -> Self {
+        Self::Broken(Reason::of(reason))
+    }
 }
 
 impl fmt::Display for Error {
@@ -57,8 +74,25 @@ impl fmt::Display for Error {
             Error::NotFinite(signal) => write!(out, "{signal} is not a finite number"),
             Error::OutOfRange(signal) => write!(out, "{signal} is beyond what a crane can do"),
             Error::Diverged => write!(out, "the step would leave the state without a finite value"),
+            Error::Own(reason) | Error::Broken(reason) => write!(out, "{reason}"),
         }
     }
 }
 
 impl core::error::Error for Error {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Estimate;
+    use std::string::ToString;
+
+    /// A step returns this by value: a reason in it may not make it longer than an estimate.
+    #[test]
+    fn a_reason_costs_a_step_nothing() {
+        let longest = size_of::<Estimate>().max(128);
+        assert!(size_of::<Result<Estimate, Error>>() <= longest);
+        let told = Error::own(format_args!("no fix for {} s", 2.5));
+        assert_eq!(told.to_string(), "no fix for 2.5 s");
+    }
+}

@@ -10,5 +10,6 @@ pub mod params;
 pub mod real;
 pub mod signals;
 pub mod snapshot;
+pub mod text;
 pub mod time;
 pub(crate) mod vehicle;

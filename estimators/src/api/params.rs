@@ -4,6 +4,7 @@
 use core::fmt;
 
 use crate::Real;
+pub use crate::api::text::Name;
 
 /// One parameter: what a program needs to check a value and to explain it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -156,50 +157,6 @@ impl fmt::Display for KeyKind {
                 Ok(())
             }
         }
-    }
-}
-
-/// A name that was given and is not known: its first 40 bytes, kept without a heap.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Name {
-    bytes: [u8; 40],
-    length: usize,
-}
-
-impl Name {
-    /// Copies the name, or what fits of it.
-    pub fn new(name: &str) -> Self {
-        let mut copy = Self {
-            bytes: [0; 40],
-            length: 0,
-        };
-        for character in name.chars() {
-            let end = copy.length + character.len_utf8();
-            let Some(place) = copy.bytes.get_mut(copy.length..end) else {
-                break;
-            };
-            character.encode_utf8(place);
-            copy.length = end;
-        }
-        copy
-    }
-
-    /// The name, or what fitted of it.
-    pub fn as_str(&self) -> &str {
-        let bytes = self.bytes.get(..self.length).unwrap_or_default();
-        core::str::from_utf8(bytes).unwrap_or_default()
-    }
-}
-
-impl fmt::Debug for Name {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Debug::fmt(self.as_str(), out)
-    }
-}
-
-impl fmt::Display for Name {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(self.as_str())
     }
 }
 

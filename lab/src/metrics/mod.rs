@@ -218,7 +218,7 @@ pub fn estimator_metrics() -> impl Iterator<Item = &'static Metric> + Clone {
 }
 
 /// The metrics of train and controller.
-pub(crate) fn run_metrics() -> impl Iterator<Item = &'static Metric> + Clone {
+pub fn run_metrics() -> impl Iterator<Item = &'static Metric> + Clone {
     METRICS.iter().filter(|m| !m.is_of_estimator())
 }
 

@@ -2,7 +2,8 @@
 
 use crate::tuning::evaluate::{Evaluator, RunMetrics};
 use crate::tuning::loss::Judge;
-use crate::tuning::study::{RunGroup, TuningStudy};
+use crate::tuning::study::{RunGroup, TuningStudy, Values};
+use crate::tuning::trial_store::Trial;
 use monorig_sim::closed_loop::registry::Refusal;
 use monorig_sim::error::Error;
 
@@ -48,5 +49,24 @@ impl Baseline {
         }
         let judge = Judge::new(&study.file, groups, &defaults);
         Ok(Self { judge, defaults })
+    }
+
+    /// The trial of these parameters, with what was measured of them.
+    pub(crate) fn trial(
+        &self,
+        index: usize,
+        origin: &str,
+        parameters: Values,
+        measured: &[RunMetrics],
+    ) -> Trial {
+        let verdict = self.judge.judge(measured);
+        Trial {
+            trial: index,
+            origin: origin.to_owned(),
+            parameters,
+            losses: verdict.losses,
+            violation: verdict.violation,
+            failed: verdict.failed,
+        }
     }
 }

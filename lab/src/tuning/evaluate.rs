@@ -266,9 +266,11 @@ impl<'a> Evaluator<'a> {
         };
         let metrics: Result<Vec<InWindow>, String> = self.windows.iter().map(of_window).collect();
         let mut metrics = metrics?;
-        play(columns, self.estimator(columns, values)?, |batch| {
+        let (name, estimator) = (&self.study.file.estimator, self.estimator(columns, values)?);
+        play(columns, name, estimator, |batch| {
             metrics.iter_mut().for_each(|metric| metric.add(batch));
-        });
+        })
+        .map_err(|e| e.to_string())?;
         Ok(metrics.iter().map(InWindow::value).collect())
     }
 
@@ -320,9 +322,10 @@ impl<'a> Evaluator<'a> {
         match &run.source {
             SampleSource::Replay(columns) => {
                 let mut samples = Vec::with_capacity(columns.len());
-                play(columns, self.estimator(columns, values)?, |batch| {
+                play(columns, name, self.estimator(columns, values)?, |batch| {
                     samples.extend_from_slice(batch);
-                });
+                })
+                .map_err(|e| e.to_string())?;
                 Ok(ErrorSeries {
                     estimators: vec![(name.clone(), samples)],
                     limits: run.limits,

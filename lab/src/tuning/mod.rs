@@ -5,12 +5,14 @@
 //! tuning runs ([`evaluate`]) and appends it to the store ([`trial_store`]); other processes may help through a
 //! folder (`queue`, [`worker`]). The winner is then held against the defaults and the published constants on runs
 //! it has never seen ([`validate`]), its neighbourhood is mapped (`sensitivity`), and everything is written down
-//! (`write`); as a page (`report`) too; [`mod@run`] does all of it.
+//! (`write`); as a page (`report`) too; [`mod@run`] does all of it. [`objective`] is the score alone, for a search of
+//! one's own.
 
 pub(crate) mod baseline;
 pub mod evaluate;
 pub(crate) mod loss;
 pub mod name_check;
+pub mod objective;
 pub mod optimise;
 pub mod progress;
 pub(crate) mod queue;

@@ -185,15 +185,7 @@ impl TrialRunner<'_> {
             0 => self.baseline.defaults.clone(),
             _ => self.evaluator.evaluate(&parameters)?,
         };
-        let verdict = self.baseline.judge.judge(&measured);
-        Ok(Trial {
-            trial: index,
-            origin: origin.to_owned(),
-            parameters,
-            losses: verdict.losses,
-            violation: verdict.violation,
-            failed: verdict.failed,
-        })
+        Ok(self.baseline.trial(index, origin, parameters, &measured))
     }
 
     /// The losses as the optimiser gets them: the loss above that of the defaults, or how badly constraints are

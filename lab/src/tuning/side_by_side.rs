@@ -41,11 +41,8 @@ pub fn simulation(study: &TuningStudy, winner: &Values) -> Result<Option<Simulat
             .of
             .build(&simulation.vehicle, &settings.named())
             .map_err(|e| {
-                let refusal = Refusal {
-                    message: format!("{name}: {e}"),
-                    help: "values that fit the vehicle of the validation runs".to_owned(),
-                };
-                study.error("parameters", refusal)
+                let message = format!("{name}: {}", e.message);
+                study.error("parameters", Refusal::new(message, e.help))
             })?;
         simulation
             .estimators

@@ -8,6 +8,21 @@ use monorig_sim::config::scenario::{Published, Settings};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+/// Metrics that are compared unless others are asked for, and those that join them where the runs have a bound.
+const USUAL_METRICS: [&str; 6] = [
+    "mass_rmse_kg",
+    "mass_error_converged_rel_max",
+    "slope_rmse_deg",
+    "slope_mae_deg",
+    "mass_misleading_share",
+    "slope_misleading_share",
+];
+const OVER_BOUND: [&str; 3] = [
+    "slope_rmse_over_bound",
+    "effective_slope_rmse_over_bound",
+    "mass_rmse_over_bound",
+];
+
 /// One metric of one estimator over all runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ComparedMetric {
@@ -81,6 +96,19 @@ pub struct Comparison {
     pub table: Vec<ComparedMetric>,
     /// The runs, one for each seed.
     pub runs: Vec<RunResult>,
+}
+
+/// The metrics that are compared unless others are asked for; those over the bound if any run has one.
+pub fn usual_metrics(runs: &[RunResult]) -> Vec<String> {
+    let summaries = runs.iter().filter_map(|run| run.summary.as_ref());
+    let mut values = summaries.flat_map(|s| s.estimators.values());
+    let bounded = values.any(|of| {
+        let measured = |name: &&str| of.get(*name).copied().flatten().is_some();
+        OVER_BOUND.iter().any(measured)
+    });
+    let over = OVER_BOUND.iter().filter(|_| bounded);
+    let all = USUAL_METRICS.iter().chain(over);
+    all.map(|name| (*name).to_owned()).collect()
 }
 
 /// Every metric of every estimator over the runs, metrics outermost.

@@ -47,7 +47,7 @@ struct EstimatorSoFar {
 
 impl SummaryObserver {
     /// An observer that also holds every estimator against this one, over the samples that both mark valid.
-    pub(crate) fn against(reference: &str) -> Self {
+    pub fn against(reference: &str) -> Self {
         Self {
             reference: Some(reference.to_owned()),
             ..Self::default()

@@ -20,9 +20,7 @@ mod parquet;
 mod samples;
 mod tables;
 
-pub use samples::{NAME as SAMPLES, SampleRecorder, Samples};
-
-use samples::KeptStep;
+pub use samples::{KeptStep, NAME as SAMPLES, SampleColumns, SampleRecorder, Samples};
 
 use crate::io;
 use monorig_sim::error::Error;

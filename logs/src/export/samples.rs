@@ -40,7 +40,7 @@ struct About {
 
 /// A step of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct KeptStep {
+pub struct KeptStep {
     /// Its end, when its samples arrived, ns since the start.
     pub arrival_ns: i64,
     /// The samples.
@@ -303,6 +303,51 @@ impl Open {
     }
 }
 
+/// Kept samples in memory: the columns of the file.
+pub struct SampleColumns<'a>(Vec<(Column, &'a ArrayRef)>);
+
+impl<'a> SampleColumns<'a> {
+    /// Those of a vehicle with so many drive units; the error names the column that is not there.
+    pub fn new(batch: &'a RecordBatch, drives: usize) -> Result<Self, String> {
+        let found = columns(drives).into_iter().map(|column| {
+            let kind = match column.is_whole() {
+                true => DataType::Int64,
+                false => DataType::Float64,
+            };
+            let name = column.name();
+            let array = batch.column_by_name(&name);
+            let array = array.filter(|a| *a.data_type() == kind);
+            let array = array.ok_or_else(|| format!("there is no column `{name}` of {kind}"))?;
+            Ok((column, array))
+        });
+        found.collect::<Result<_, String>>().map(Self)
+    }
+
+    /// The step in a row; what is not known of the truth is no number.
+    pub fn step(&self, row: usize) -> KeptStep {
+        let mut step = KeptStep {
+            total_mass_kg: f64::NAN,
+            slope_rad: f64::NAN,
+            effective_slope_rad: f64::NAN,
+            ..KeptStep::default()
+        };
+        for (column, array) in self.0.iter().filter(|(_, array)| array.is_valid(row)) {
+            match column.is_whole() {
+                true => {
+                    let x = array.as_primitive::<Int64Type>().value(row);
+                    column.set(&mut step, x, 0.0);
+                }
+                false => {
+                    let x = array.as_primitive::<Float64Type>().value(row);
+                    column.set(&mut step, 0, x);
+                }
+            }
+        }
+        step.z.t = Time::from_ns(step.arrival_ns);
+        step
+    }
+}
+
 /// The kept samples of a run.
 pub struct Samples {
     path: PathBuf,
@@ -353,46 +398,13 @@ impl Samples {
         &self,
         sink: &mut dyn FnMut(&KeptStep) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let columns = columns(self.vehicle.drives);
         let batches = builder(&self.path)?.with_batch_size(ROWS).build();
         for batch in batches.map_err(|e| broken_read(&self.path, &e))? {
             let batch = batch.map_err(|e| broken_read(&self.path, &e))?;
-            let mut arrays = Vec::new();
-            for column in &columns {
-                let array = batch.column_by_name(&column.name());
-                let kind = if column.is_whole() {
-                    DataType::Int64
-                } else {
-                    DataType::Float64
-                };
-                let array = array.filter(|a| *a.data_type() == kind);
-                arrays.push(array.ok_or_else(|| broken_read(&self.path, &"a column is missing"))?);
-            }
-            let nan = KeptStep {
-                total_mass_kg: f64::NAN,
-                slope_rad: f64::NAN,
-                effective_slope_rad: f64::NAN,
-                ..KeptStep::default()
-            };
+            let columns = SampleColumns::new(&batch, self.vehicle.drives);
+            let columns = columns.map_err(|e| broken_read(&self.path, &e))?;
             for row in 0..batch.num_rows() {
-                let mut step = nan;
-                for (column, array) in columns.iter().zip(&arrays) {
-                    if !array.is_valid(row) {
-                        continue;
-                    }
-                    match column.is_whole() {
-                        true => {
-                            let x = array.as_primitive::<Int64Type>().value(row);
-                            column.set(&mut step, x, 0.0);
-                        }
-                        false => {
-                            let x = array.as_primitive::<Float64Type>().value(row);
-                            column.set(&mut step, 0, x);
-                        }
-                    }
-                }
-                step.z.t = Time::from_ns(step.arrival_ns);
-                sink(&step)?;
+                sink(&columns.step(row))?;
             }
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Builder of a simulation: from a scenario file, or from a rail and a train in code, with parts of one's own.
 
 use super::moving::Moving;
-use super::registry::{BoxedController, BoxedEstimator, Registry};
+use super::registry::{BoxedController, BoxedEstimator, Refusal, Registry};
 use crate::config::scenario::{
     ControllerSettings, DriveCycle, Event, FeedForward, PlantKind, Scenario, ScenarioFile, Settings,
 };
@@ -12,9 +12,13 @@ use crate::rail::Rail;
 use crate::sensors::Instrument;
 use crate::sensors::spec::InstrumentSpecs;
 use crate::train::Train;
+use monorig_estimators::api::signals::Vehicle;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
+
+/// Makes an estimator once the vehicle is known.
+pub(super) type MakeEstimator = Box<dyn FnOnce(&Vehicle) -> Result<BoxedEstimator, Refusal>>;
 
 /// Builds a [`Simulation`](super::Simulation). Its methods change values of the scenario, or put in parts of one's own;
 /// what they are given is checked by [`SimulationBuilder::build`].
@@ -26,7 +30,7 @@ pub struct SimulationBuilder {
     pub(super) sensors: Option<(InstrumentSpecs, PathBuf)>,
     pub(super) instruments: Vec<Box<dyn Instrument>>,
     pub(super) registry: Registry,
-    pub(super) estimators: BTreeMap<String, BoxedEstimator>,
+    pub(super) estimators: BTreeMap<String, MakeEstimator>,
     pub(super) controller: Option<BoxedController>,
     pub(super) plant: Option<Box<dyn Plant>>,
     /// The first thing found wrong.
@@ -115,9 +119,18 @@ impl SimulationBuilder {
     }
 
     /// An estimator of one's own beside the others, under this name.
-    pub fn estimator(mut self, name: &str, estimator: BoxedEstimator) -> Self {
+    pub fn estimator(self, name: &str, estimator: BoxedEstimator) -> Self {
+        self.estimator_with(name, move |_| Ok(estimator))
+    }
+
+    /// The same for one that is made for the nominal vehicle, or refuses it.
+    pub fn estimator_with(
+        mut self,
+        name: &str,
+        make: impl FnOnce(&Vehicle) -> Result<BoxedEstimator, Refusal> + 'static,
+    ) -> Self {
         self = self.registered_estimator(name, Settings::default());
-        self.estimators.insert(name.into(), estimator);
+        self.estimators.insert(name.into(), Box::new(make));
         self
     }
 

@@ -1,6 +1,8 @@
 //! Estimators side by side on the same measurements.
 
 use crate::closed_loop::registry::BoxedEstimator;
+use crate::error::Error;
+use monorig_estimators::Error as Refused;
 use monorig_estimators::api::aid::AidStatus;
 use monorig_estimators::api::estimator::Internal;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements, Value};
@@ -48,8 +50,8 @@ impl RunningEstimator {
     }
 
     /// Give it new samples. A refused step keeps the last estimate, marked invalid; so is one
-    /// refused that marks a value valid that is no finite number.
-    pub fn step(&mut self, z: &Measurements, command: &Command, dt_s: f64) {
+    /// refused that marks a value valid that is no finite number. An estimator that cannot go on is an error.
+    pub fn step(&mut self, z: &Measurements, command: &Command, dt_s: f64) -> Result<(), Error> {
         let refused = match self.estimator.step(z, command, dt_s) {
             Ok(e) => {
                 self.estimate = e;
@@ -58,9 +60,18 @@ impl RunningEstimator {
                     .any(|v| v.valid && !v.value.is_finite());
                 wrong.then(|| "it marked a value valid that is no finite number".to_owned())
             }
+            Err(Refused::Broken(what)) => {
+                return Err(Error::Estimator {
+                    name: self.name.clone(),
+                    t_s: z.t.s(),
+                    what: what.to_string(),
+                });
+            }
             Err(e) => Some(e.to_string()),
         };
-        let Some(reason) = refused else { return };
+        let Some(reason) = refused else {
+            return Ok(());
+        };
         if self.refused == 0 {
             self.reason = reason;
         }
@@ -68,6 +79,7 @@ impl RunningEstimator {
         for value in values(&mut self.estimate) {
             value.valid = false;
         }
+        Ok(())
     }
 
     /// Steps it refused, with the first reason, if any.

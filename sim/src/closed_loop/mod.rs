@@ -17,6 +17,7 @@
 //! | `mass_layout` | where the masses sit, for estimators that use more than spans |
 //! | `moving` | a train or a car |
 //! | `nominal_vehicle` | vehicle parameters given to estimators and controller |
+//! | `interned` | names kept as long as the program |
 //! | `obstacles` | the obstacles and walls of a scenario, placed beside the rail |
 
 mod assemble;
@@ -26,6 +27,7 @@ mod end;
 pub mod estimators;
 pub(crate) mod events;
 mod instruments;
+mod interned;
 mod mass_layout;
 mod moving;
 mod nominal_vehicle;
@@ -40,6 +42,7 @@ mod simulation;
 
 pub use builder::SimulationBuilder;
 pub use end::Outcome;
+pub use interned::interned;
 pub use observer::{Observer, StepFrame};
 pub use registry::Registry;
 pub use resolved::resolved;

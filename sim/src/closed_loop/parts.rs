@@ -1,7 +1,8 @@
 //! Builds the estimators and the controller that a scenario names, from the registry.
 
+use super::builder::MakeEstimator;
 use super::estimators::RunningEstimator;
-use super::registry::{BoxedController, BoxedEstimator, Refusal, Registry};
+use super::registry::{BoxedController, Refusal, Registry};
 use crate::config::scenario::Scenario;
 use crate::control::ControllerSetup;
 use crate::error::Error;
@@ -13,15 +14,16 @@ pub fn estimators(
     scenario: &Scenario,
     registry: &Registry,
     vehicle: &Vehicle,
-    given: &mut BTreeMap<String, BoxedEstimator>,
+    given: &mut BTreeMap<String, MakeEstimator>,
 ) -> Result<Vec<RunningEstimator>, Error> {
     let mut built = Vec::new();
     for (name, settings) in &scenario.file.estimators {
-        if let Some(estimator) = given.remove(name) {
+        let at = format!("estimators.{name}");
+        if let Some(make) = given.remove(name) {
+            let estimator = make(vehicle).map_err(|w| scenario.error(at, w.message, w.help))?;
             built.push(RunningEstimator::new(name, estimator));
             continue;
         }
-        let at = format!("estimators.{name}");
         let of_type =
             registry
                 .find_estimator(settings.type_name(name))
@@ -40,7 +42,7 @@ pub fn estimators(
         }
         let estimator = of_type
             .build(vehicle, &settings.named())
-            .map_err(|e| scenario.error(at, e.to_string(), "values that fit this vehicle"))?;
+            .map_err(|w| scenario.error(at, w.message, w.help))?;
         let mut running = RunningEstimator::new(name, estimator);
         running.reference = registry.is_reference(of_type.name());
         built.push(running);
@@ -67,11 +69,5 @@ pub fn controller(
     }
     of_kind
         .build(vehicle, setup, &settings.named())
-        .map_err(|e| {
-            scenario.error(
-                "drive.controller",
-                e.to_string(),
-                "values that fit this vehicle",
-            )
-        })
+        .map_err(|w| scenario.error("drive.controller", w.message, w.help))
 }

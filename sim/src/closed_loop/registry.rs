@@ -38,20 +38,21 @@ use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::{Key, ParamError, Parameters, Setting};
 use monorig_estimators::api::signals::Vehicle;
 use monorig_estimators::registry::{self as ours, Kind};
+use std::fmt::Display;
 use std::sync::Arc;
 
 /// An estimator as a run holds it.
 pub type BoxedEstimator = Box<dyn Estimator + Send>;
 /// A controller as a run holds it.
-pub(crate) type BoxedController = Box<dyn Controller + Send>;
+pub type BoxedController = Box<dyn Controller + Send>;
 /// Values of parameters by name; those that are not there have their defaults.
-pub(crate) type NamedSettings<'a> = &'a [(&'a str, Setting<'a>)];
+pub type NamedSettings<'a> = &'a [(&'a str, Setting<'a>)];
 
 /// Builds an estimator for a nominal vehicle.
 pub(crate) type BuildEstimator =
-    dyn Fn(&Vehicle, NamedSettings<'_>) -> Result<BoxedEstimator, ParamError> + Send + Sync;
+    dyn Fn(&Vehicle, NamedSettings<'_>) -> Result<BoxedEstimator, Refusal> + Send + Sync;
 /// Builds a controller for a nominal vehicle.
-pub(crate) type BuildController = dyn Fn(&Vehicle, &ControllerSetup, NamedSettings<'_>) -> Result<BoxedController, ParamError>
+pub(crate) type BuildController = dyn Fn(&Vehicle, &ControllerSetup, NamedSettings<'_>) -> Result<BoxedController, Refusal>
     + Send
     + Sync;
 
@@ -68,7 +69,7 @@ pub struct PartType<B: ?Sized> {
 /// A type of estimator.
 pub type EstimatorType = PartType<BuildEstimator>;
 /// A type of controller.
-pub(crate) type ControllerType = PartType<BuildController>;
+pub type ControllerType = PartType<BuildController>;
 
 /// The types of estimators and controllers there are. Cheap to clone; can be shared between threads.
 #[derive(Clone, Debug)]
@@ -77,7 +78,7 @@ pub struct Registry {
     controllers: Vec<ControllerType>,
 }
 
-/// A name or a value that is not there: what is wrong, and what would be right.
+/// A name, a value or a part that cannot be used: what is wrong, and what would be right.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}; {help}")]
 pub struct Refusal {
@@ -85,6 +86,22 @@ pub struct Refusal {
     pub message: String,
     /// The remedy.
     pub help: String,
+}
+
+impl Refusal {
+    /// The mistake and its remedy.
+    pub fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self {
+            message: message.into(),
+            help: help.into(),
+        }
+    }
+}
+
+impl From<ParamError> for Refusal {
+    fn from(e: ParamError) -> Self {
+        Self::new(e.to_string(), "values that fit this vehicle")
+    }
 }
 
 /// Reason for which a type cannot be added to a registry.
@@ -112,15 +129,17 @@ impl Default for Registry {
         let mut registry = Self::empty();
         let names = ours::NAMES.iter().chain(ours::PRINTED_NAMES);
         registry.estimators = names
-            .map(|name| PartType {
-                name: (*name).into(),
-                about: ours::about(name).unwrap_or_default().into(),
-                groups: ours::key_groups(name).unwrap_or_default(),
-                build: Arc::new(|vehicle: &Vehicle, settings: NamedSettings<'_>| {
+            .map(|name| {
+                let groups = ours::key_groups(name).unwrap_or_default();
+                let build = |vehicle: &Vehicle, settings: NamedSettings<'_>| {
                     let built = ours::build(name, vehicle, settings.iter().copied())?;
                     Ok(Box::new(built) as BoxedEstimator)
-                }) as Arc<BuildEstimator>,
-                reference: matches!(ours::kind(name), Some(Kind::Published | Kind::Printed)),
+                };
+                PartType {
+                    about: ours::about(name).unwrap_or_default().into(),
+                    reference: matches!(ours::kind(name), Some(Kind::Published | Kind::Printed)),
+                    ..EstimatorType::new(name, groups, build)
+                }
             })
             .collect();
         let pi = |vehicle: &Vehicle, setup: &ControllerSetup, params: &SpeedControllerParams| {
@@ -153,18 +172,42 @@ impl Registry {
         P: Parameters + 'static,
         E: Estimator + Send + 'static,
     {
+        self.try_estimator(name, move |vehicle, params: &P| {
+            Ok::<E, Refusal>(build(vehicle, params))
+        })
+    }
+
+    /// Add a type of estimator that may refuse a vehicle or its parameters, with a reason in words.
+    pub fn try_estimator<P, E, R>(
+        &mut self,
+        name: &str,
+        build: impl Fn(&Vehicle, &P) -> Result<E, R> + Send + Sync + 'static,
+    ) -> Result<&mut EstimatorType, RegistryError>
+    where
+        P: Parameters + 'static,
+        E: Estimator + Send + 'static,
+        R: Display,
+    {
         let build = move |vehicle: &Vehicle, settings: NamedSettings<'_>| {
             let built = build(vehicle, &params_of::<P>(settings)?);
+            let help = "a vehicle and parameters that this estimator can be built for";
+            let built = built.map_err(|why| Refusal::new(why.to_string(), help))?;
             Ok(Box::new(built) as BoxedEstimator)
         };
-        let new = PartType {
-            name: name.into(),
-            about: String::new(),
-            groups: P::GROUPS,
-            build: Arc::new(build) as Arc<BuildEstimator>,
-            reference: false,
-        };
+        self.add(EstimatorType::new(name, P::GROUPS, build))
+    }
+
+    /// Add a type of estimator whose parameters are known only when the program runs.
+    pub fn add(&mut self, new: EstimatorType) -> Result<&mut EstimatorType, RegistryError> {
         add(&mut self.estimators, new, "an estimator", ESTIMATOR_KEYS)
+    }
+
+    /// Add a type of controller whose parameters are known only when the program runs.
+    pub fn add_controller(
+        &mut self,
+        new: ControllerType,
+    ) -> Result<&mut ControllerType, RegistryError> {
+        add(&mut self.controllers, new, "a controller", CONTROLLER_KEYS)
     }
 
     /// Add a type of controller with the parameters `P`:
@@ -178,8 +221,7 @@ impl Registry {
         P: Parameters + 'static,
         C: Controller + Send + 'static,
     {
-        let new = controller_type(name, build);
-        add(&mut self.controllers, new, "a controller", CONTROLLER_KEYS)
+        self.add_controller(controller_type(name, build))
     }
 
     /// The types of estimators, in the order in which they were added.
@@ -255,24 +297,64 @@ impl<B: ?Sized> PartType<B> {
 }
 
 impl EstimatorType {
+    /// A type with these parameters, in groups, and a builder that may refuse.
+    pub fn new(
+        name: &str,
+        groups: &'static [&'static [Key]],
+        build: impl Fn(&Vehicle, NamedSettings<'_>) -> Result<BoxedEstimator, Refusal>
+        + Send
+        + Sync
+        + 'static,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            about: String::new(),
+            groups,
+            build: Arc::new(build),
+            reference: false,
+        }
+    }
+
     /// Build one for a nominal vehicle.
     pub fn build(
         &self,
         vehicle: &Vehicle,
         settings: NamedSettings<'_>,
-    ) -> Result<BoxedEstimator, ParamError> {
+    ) -> Result<BoxedEstimator, Refusal> {
         (self.build)(vehicle, settings)
     }
 }
 
 impl ControllerType {
+    /// A type with these parameters, in groups, and a builder that may refuse.
+    pub fn new(
+        name: &str,
+        groups: &'static [&'static [Key]],
+        build: impl Fn(
+            &Vehicle,
+            &ControllerSetup,
+            NamedSettings<'_>,
+        ) -> Result<BoxedController, Refusal>
+        + Send
+        + Sync
+        + 'static,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            about: String::new(),
+            groups,
+            build: Arc::new(build),
+            reference: false,
+        }
+    }
+
     /// Build one for a nominal vehicle.
     pub fn build(
         &self,
         vehicle: &Vehicle,
         setup: &ControllerSetup,
         settings: NamedSettings<'_>,
-    ) -> Result<BoxedController, ParamError> {
+    ) -> Result<BoxedController, Refusal> {
         (self.build)(vehicle, setup, settings)
     }
 }
@@ -307,13 +389,7 @@ where
         let built = build(vehicle, setup, &params_of::<P>(settings)?);
         Ok(Box::new(built) as BoxedController)
     };
-    PartType {
-        name: name.into(),
-        about: String::new(),
-        groups: P::GROUPS,
-        reference: false,
-        build: Arc::new(build),
-    }
+    ControllerType::new(name, P::GROUPS, build)
 }
 
 /// The default parameters with these values in their place.
@@ -372,7 +448,10 @@ fn suggestion(word: &str, known: &[&str], title: &str) -> String {
 mod tests {
     use super::*;
     use crate::control::{Perception, Reference};
+    use crate::testing::vehicle;
+    use monorig_estimators::api::params::KeyKind;
     use monorig_estimators::api::signals::Command;
+    use monorig_estimators::registry::AnyEstimator;
 
     monorig_estimators::params! {
         /// Parameters of a controller with one motor torque.
@@ -429,6 +508,39 @@ mod tests {
         assert!(told.message.contains("0…10 N·m"), "{told}");
         assert!(kind.check("torque_nm", true.into()).is_err());
         assert!(kind.check("torque_nm", 9.0.into()).is_ok());
+    }
+
+    /// A type made while the program runs, and one that refuses, in the words of its author.
+    #[test]
+    fn a_type_without_a_struct_of_parameters_and_a_refusal_in_words() {
+        const KEYS: &[Key] = &[Key {
+            name: "gain",
+            doc: "A gain.",
+            kind: KeyKind::Flag { default: true },
+        }];
+        let mut registry = Registry::empty();
+        let refuses = |_: &Vehicle, settings: NamedSettings<'_>| {
+            let (key, value) = settings.first().copied().unwrap();
+            Err(Refusal::new(format!("{key} is {value}"), "another gain"))
+        };
+        registry
+            .add(EstimatorType::new("foreign", &[KEYS], refuses))
+            .unwrap();
+        let of_type = registry.find_estimator("foreign").unwrap();
+        assert!(of_type.check("gain", true.into()).is_ok());
+        assert!(of_type.check("gain", 1.0.into()).is_err());
+        let told = of_type.build(&vehicle(), &[("gain", true.into())]).err();
+        assert_eq!(told, Some(Refusal::new("gain is true", "another gain")));
+        let again = EstimatorType::new("foreign", &[], refuses);
+        assert!(matches!(
+            registry.add(again),
+            Err(RegistryError::NameTaken(..))
+        ));
+        let reasons = |_: &Vehicle, _: &Constant| Err::<AnyEstimator, _>("no drive unit");
+        registry.try_estimator("reasons", reasons).unwrap();
+        let told = registry.find_estimator("reasons").unwrap();
+        let told = told.build(&vehicle(), &[]).err().unwrap();
+        assert_eq!(told.message, "no drive unit");
     }
 
     #[test]

@@ -41,33 +41,90 @@ fn closed_loop(
     observers: &mut [&mut dyn Observer],
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Outcome, Error> {
-    let (mut command, mut steps, mut last_sample_s) = (Command::default(), 0, 0.0);
+    let mut steps = Steps::default();
     loop {
-        if let Some(ended) = s.ended(steps, go_on)? {
-            let t_s = s.plant.truth().t_s;
-            return Ok(Outcome::new(ended, t_s, steps, &s.estimators));
+        if let Some(outcome) = steps.ended(s, go_on)? {
+            return Ok(outcome);
         }
-        let perception = s.perceive(&command);
-        let reference = s.reference();
-        command = s.controller.control(&reference, &perception, s.dt_s);
+        let seen = steps.look(s);
+        let command = s.control(&seen);
+        steps.make(s, command, &seen, observers)?;
+    }
+}
+
+/// Input of a controller for a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Seen {
+    /// Its task.
+    pub reference: Reference,
+    /// Its knowledge.
+    pub perception: Perception,
+}
+
+/// The loop in single steps: [`run`] makes all of them, a program that commands the train itself makes one at a time:
+/// [`Steps::ended`], [`Steps::look`], [`Steps::make`], and again. It begins and finishes its observers itself.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Steps {
+    /// Command of the last step.
+    command: Command,
+    made: u64,
+    last_sample_s: f64,
+}
+
+impl Steps {
+    /// The outcome, once the run is over.
+    pub fn ended(
+        &self,
+        s: &Simulation,
+        go_on: &mut dyn FnMut(f64) -> bool,
+    ) -> Result<Option<Outcome>, Error> {
+        let t_s = s.plant.truth().t_s;
+        let ended = s.ended(self.made, go_on)?;
+        Ok(ended.map(|ended| Outcome::new(ended, t_s, self.made, &s.estimators)))
+    }
+
+    /// Input of the controller for the step to come; asked once a step. The events that are due act.
+    pub fn look(&mut self, s: &mut Simulation) -> Seen {
+        Seen {
+            perception: s.perceive(&self.command),
+            reference: s.reference(),
+        }
+    }
+
+    /// Makes the step under this command, and shows the observers what came of it.
+    pub fn make(
+        &mut self,
+        s: &mut Simulation,
+        command: Command,
+        seen: &Seen,
+        observers: &mut [&mut dyn Observer],
+    ) -> Result<(), Error> {
+        self.command = command;
         let causes = Causes {
             train: &s.train,
             gravity_mps2: s.scenario.file.physics.gravity_mps2.get(),
             dt_s: s.dt_s,
         };
         causes.step(s.plant.as_mut(), &command)?;
-        steps += 1;
+        self.made += 1;
         let z = s.measure()?;
         if z.any() {
             let t_s = s.plant.truth().t_s;
-            s.estimate(&z, &command, t_s - last_sample_s);
-            last_sample_s = t_s;
+            s.estimate(&z, &command, t_s - self.last_sample_s)?;
+            self.last_sample_s = t_s;
         }
-        s.show(observers, &z, &command, &reference, &perception)?;
+        s.show(observers, &z, &command, &seen.reference, &seen.perception)
     }
 }
 
 impl Simulation {
+    /// The command of its controller for a step.
+    pub fn control(&mut self, seen: &Seen) -> Command {
+        self.controller
+            .control(&seen.reference, &seen.perception, self.dt_s)
+    }
+
     /// Reason for the end before step `steps`; none while the run goes on. A recorded drive ends where its plant is
     /// over.
     fn ended(
@@ -104,11 +161,10 @@ impl Simulation {
     }
 
     /// Gives the samples to the perception and to every estimator, `dt_s` (s) after the last ones.
-    fn estimate(&mut self, z: &Measurements, command: &Command, dt_s: f64) {
+    fn estimate(&mut self, z: &Measurements, command: &Command, dt_s: f64) -> Result<(), Error> {
         self.perception.measure(z);
-        for estimator in &mut self.estimators {
-            estimator.step(z, command, dt_s);
-        }
+        let mut all = self.estimators.iter_mut();
+        all.try_for_each(|estimator| estimator.step(z, command, dt_s))
     }
 
     /// Hands the state after the step to the observers. The clearance is costly: it is computed for those that ask for

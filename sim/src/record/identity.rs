@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fmt;
 use std::fs::File;
+use std::path::Path;
 use std::sync::OnceLock;
 
 /// Program that made a result, and its arithmetic. Two with one identity give the same bits.
@@ -34,6 +35,14 @@ impl Identity {
             revision: revision.unwrap_or("unknown").to_owned(),
             program: PROGRAM.get_or_init(program).clone(),
             arithmetic: ARITHMETIC.get_or_init(arithmetic::probe).clone(),
+        }
+    }
+
+    /// Of a library that another program has loaded, such as a module of Python: its file stands for the program.
+    pub fn of_library(file: &Path, revision: Option<&str>) -> Self {
+        Self {
+            program: digest(File::open(file)),
+            ..Self::of_program(revision)
         }
     }
 
@@ -66,10 +75,14 @@ impl fmt::Display for Identity {
 
 /// SHA-256 of the running program's file, or why it cannot be read: then nothing has this identity but the same words.
 fn program() -> String {
+    // Linux has the file that runs here even if another has been put in its place since
+    digest(File::open("/proc/self/exe").or_else(|_| File::open(std::env::current_exe()?)))
+}
+
+/// SHA-256 of a file, or why it cannot be read.
+fn digest(file: std::io::Result<File>) -> String {
     let read = || {
         let mut hash = Sha256::new();
-        // Linux has the file that runs here even if another has been put in its place since
-        let file = File::open("/proc/self/exe").or_else(|_| File::open(std::env::current_exe()?));
         std::io::copy(&mut file?, &mut hash)?;
         Ok::<_, std::io::Error>(hex(&hash.finalize()))
     };

@@ -127,8 +127,8 @@ impl Drop for ParquetSink {
     }
 }
 
-/// `time` and one nullable column per channel.
-fn schema(layout: &Layout<'_>) -> SchemaRef {
+/// The columns of a run: `time` and one nullable column per channel, each with its unit.
+pub fn schema(layout: &Layout<'_>) -> SchemaRef {
     let field = |name: &str, unit: &str, nullable| {
         Field::new(name, DataType::Float64, nullable)
             .with_metadata(HashMap::from([(UNIT.to_owned(), unit.to_owned())]))
@@ -159,8 +159,8 @@ fn for_pandas(schema: &Schema, events: &[(i64, String)]) -> Schema {
     Schema::new_with_metadata(schema.fields().clone(), metadata)
 }
 
-/// NaN becomes null.
-fn column(values: &[f64]) -> ArrayRef {
+/// A column of a run; NaN becomes null.
+pub fn column(values: &[f64]) -> ArrayRef {
     if values.iter().any(|x| x.is_nan()) {
         let sparse = values.iter().map(|&x| (!x.is_nan()).then_some(x));
         Arc::new(sparse.collect::<Float64Array>())

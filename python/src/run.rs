@@ -1,0 +1,287 @@
+//! A scenario or a log from begin to end.
+
+use crate::columns::{Columns, Kept};
+use crate::errors::{Fault, defect, of_rig};
+use crate::parts::Parts;
+use crate::table::Table;
+use arrow::compute::concat_batches;
+use arrow::record_batch::RecordBatch;
+use monorig_lab::bound::BoundChannels;
+use monorig_lab::reports::run as report;
+use monorig_lab::verdicts::measure::SummaryObserver;
+use monorig_lab::verdicts::summary::Summary;
+use monorig_logs::export::{SAMPLES, SampleRecorder};
+use monorig_logs::map::Map;
+use monorig_logs::replay::{ReplayOptions, build};
+use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::closed_loop::run::{self as the_loop, Observer, Outcome};
+use monorig_sim::closed_loop::{Simulation, resolved};
+use monorig_sim::error::Error;
+use monorig_sim::record::Recorder;
+use monorig_sim::record::folder::RunFolder;
+use monorig_sim::record::identity::Identity;
+use monorig_sim::record::manifest::{self, Manifest};
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+/// The result of a run.
+#[pyclass(frozen, module = "monorig._monorig")]
+pub(crate) struct NativeRun {
+    batch: RecordBatch,
+    kept: Kept,
+    samples: Option<RecordBatch>,
+    summary: Summary,
+    finished: bool,
+    changes: Vec<String>,
+    inputs: BTreeMap<String, String>,
+    resolved: serde_json::Value,
+}
+
+/// A run in progress: the observers of what it leaves.
+pub(crate) struct Observers {
+    pub(crate) recorder: Recorder<'static>,
+    pub(crate) metrics: SummaryObserver,
+    columns: Columns,
+    changes: Vec<String>,
+    inputs: BTreeMap<String, String>,
+    resolved: serde_json::Value,
+}
+
+impl Observers {
+    /// Of a simulation with these changes, whose parts are those of the registry.
+    pub(crate) fn new(
+        simulation: &Simulation,
+        changes: &[(String, String)],
+        registry: &Registry,
+    ) -> Self {
+        let columns = Columns::default();
+        let recorder =
+            Recorder::new(vec![Box::new(columns.clone())]).with(BoundChannels::default());
+        Self {
+            recorder,
+            metrics: SummaryObserver::default(),
+            columns,
+            changes: changes
+                .iter()
+                .map(|(key, x)| format!("{key}={x}"))
+                .collect(),
+            inputs: simulation.scenario.input_digests(),
+            resolved: resolved(&simulation.scenario, registry),
+        }
+    }
+
+    /// The result, once the run is over.
+    pub(crate) fn left(
+        self,
+        simulation: &Simulation,
+        outcome: &Outcome,
+        samples: Option<RecordBatch>,
+    ) -> Result<NativeRun, Error> {
+        let kept = self.columns.take();
+        let batch = kept.batch().map_err(|what| Error::Broken {
+            t_s: outcome.simulated_s,
+            what,
+        })?;
+        Ok(NativeRun {
+            batch,
+            kept,
+            samples,
+            summary: self
+                .metrics
+                .summary(&simulation.scenario, simulation.seed, outcome),
+            finished: outcome.finished,
+            changes: self.changes,
+            inputs: self.inputs,
+            resolved: self.resolved,
+        })
+    }
+}
+
+/// Runs a simulation to its end.
+fn to_its_end(
+    mut simulation: Simulation,
+    changes: &[(String, String)],
+    registry: &Registry,
+    keep_samples: bool,
+    fault: &Fault,
+) -> Result<NativeRun, Error> {
+    let mut observers = Observers::new(&simulation, changes, registry);
+    let folder = keep_samples.then(tempfile::tempdir).transpose();
+    let folder = folder.map_err(|source| Error::Io {
+        path: std::env::temp_dir(),
+        source,
+    })?;
+    let file = folder.as_ref().map(|f| f.path().join(SAMPLES));
+    let mut samples = file.as_ref().map(SampleRecorder::new);
+    let mut watch = fault.clone();
+    let outcome = {
+        let mut all: Vec<&mut dyn Observer> =
+            vec![&mut watch, &mut observers.recorder, &mut observers.metrics];
+        if let Some(samples) = &mut samples {
+            all.push(samples);
+        }
+        the_loop::run(&mut simulation, &mut all, &mut |_| fault.go_on())?
+    };
+    let samples = file.as_deref().map(read).transpose()?;
+    observers.left(&simulation, &outcome, samples)
+}
+
+/// The whole table in a Parquet file.
+fn read(path: &Path) -> Result<RecordBatch, Error> {
+    let broken = |e: &dyn std::fmt::Display| Error::Io {
+        path: path.into(),
+        source: std::io::Error::other(e.to_string()),
+    };
+    let file = File::open(path).map_err(|e| broken(&e))?;
+    let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| broken(&e))?;
+    let schema = builder.schema().clone();
+    let reader = builder.build().map_err(|e| broken(&e))?;
+    let batches = reader
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(|e| broken(&e))?;
+    concat_batches(&schema, &batches).map_err(|e| broken(&e))
+}
+
+/// Runs a scenario.
+#[pyfunction]
+#[pyo3(signature = (path, seed, set, estimators, controller, in_loop, keep_samples))]
+#[allow(clippy::too_many_arguments)]
+pub(crate) fn run(
+    py: Python<'_>,
+    path: PathBuf,
+    seed: Option<u64>,
+    set: Option<&Bound<'_, PyDict>>,
+    estimators: Option<&Bound<'_, PyDict>>,
+    controller: Option<Py<PyAny>>,
+    in_loop: Option<String>,
+    keep_samples: bool,
+) -> PyResult<NativeRun> {
+    let parts = Parts::new(path, set, estimators, controller, in_loop)?;
+    let done = py.detach(|| {
+        let simulation = parts.simulation(seed)?;
+        to_its_end(
+            simulation,
+            &parts.changes()?,
+            &parts.registry,
+            keep_samples,
+            &parts.fault,
+        )
+    });
+    parts.fault.or(done)
+}
+
+/// Plays a recorded log to estimators.
+#[pyfunction]
+#[pyo3(signature = (log, map, estimators, set))]
+pub(crate) fn replay(
+    py: Python<'_>,
+    log: Option<PathBuf>,
+    map: PathBuf,
+    estimators: Option<&Bound<'_, PyDict>>,
+    set: Option<&Bound<'_, PyDict>>,
+) -> PyResult<NativeRun> {
+    let parts = Parts::new(map, set, estimators, None, None)?;
+    let done = py.detach(|| {
+        let changes = parts.changes_of_map();
+        let map = Map::load_with(parts.path(), log.as_deref(), &changes)?;
+        let options = ReplayOptions {
+            estimators: parts.names(),
+            noise_from_log: map.noise().is_some(),
+            ..ReplayOptions::default()
+        };
+        let (simulation, _) = build(&map, &options, &parts.registry)?;
+        monorig_lab::verdicts::expected::check(&simulation.scenario)?;
+        to_its_end(simulation, &changes, &parts.registry, false, &parts.fault)
+    });
+    parts.fault.or(done)
+}
+
+/// This module as the program that makes a run.
+pub(crate) fn identity(py: Python<'_>) -> PyResult<Identity> {
+    let file: PathBuf = py
+        .import("monorig._monorig")?
+        .getattr("__file__")?
+        .extract()?;
+    Ok(Identity::of_library(&file, option_env!("MONORIG_REVISION")))
+}
+
+impl NativeRun {
+    /// Writes the files of the run into a folder.
+    fn write(&self, folder: &Path, monorig: &Identity) -> Result<String, Error> {
+        let (name, seed) = (&self.summary.scenario, self.summary.seed);
+        self.kept
+            .write(&folder.join("channels.parquet"), name, seed)?;
+        let write = |file: &str, text: String| {
+            let path = folder.join(file);
+            std::fs::write(&path, text).map_err(|source| Error::Io { path, source })
+        };
+        write("metrics.json", self.summary.to_json())?;
+        let (inputs, resolved) = (self.inputs.clone(), self.resolved.clone());
+        let mut manifest = Manifest::new(monorig, name, seed, inputs, resolved);
+        manifest.changes = self.changes.clone();
+        manifest.sum_outputs(folder)?;
+        Ok(manifest.to_json())
+    }
+}
+
+#[pymethods]
+impl NativeRun {
+    #[getter]
+    fn channels(&self) -> Table {
+        Table(self.batch.clone())
+    }
+    #[getter]
+    fn samples(&self) -> Option<Table> {
+        self.samples.clone().map(Table)
+    }
+    #[getter]
+    fn summary_json(&self) -> String {
+        self.summary.to_json()
+    }
+    #[getter]
+    fn good(&self) -> bool {
+        self.summary.good()
+    }
+    #[getter]
+    fn finished(&self) -> bool {
+        self.finished
+    }
+    #[getter]
+    fn events(&self) -> Vec<(f64, String)> {
+        let events = self.kept.events.iter();
+        events
+            .map(|(ns, text)| (*ns as f64 * 1e-9, text.clone()))
+            .collect()
+    }
+    #[getter]
+    fn refusals(&self) -> Vec<(String, u64, String)> {
+        self.summary.refusals.clone()
+    }
+    /// Writes the folder of the run below `out`, as `monorig run` does, and returns it.
+    fn save(&self, py: Python<'_>, out: PathBuf) -> PyResult<PathBuf> {
+        let monorig = identity(py)?;
+        py.detach(|| {
+            let folder = RunFolder::create(&out, &self.summary.scenario, self.summary.seed)?;
+            let manifest = self.write(folder.path(), &monorig)?;
+            folder.write(manifest::NAME, manifest.as_bytes())?;
+            folder.commit()
+        })
+        .map_err(of_rig)
+    }
+    /// The report as HTML.
+    fn report_html(&self, py: Python<'_>) -> PyResult<String> {
+        let monorig = identity(py)?;
+        let folder = tempfile::tempdir().map_err(defect)?;
+        py.detach(|| {
+            let manifest = self.write(folder.path(), &monorig)?;
+            let path = folder.path().join(manifest::NAME);
+            std::fs::write(&path, manifest).map_err(|source| Error::Io { path, source })?;
+            Ok(report::page(folder.path(), "")?.to_html())
+        })
+        .map_err(of_rig)
+    }
+}

@@ -1,0 +1,107 @@
+//! The nominal vehicle.
+
+use crate::errors::{of_rig, refused};
+use monorig_estimators::{Vehicle as Nominal, VehicleData};
+use monorig_sim::closed_loop::Simulation;
+use pyo3::prelude::*;
+use std::path::PathBuf;
+
+/// The nominal vehicle that estimators are built for.
+#[pyclass(frozen, module = "monorig", skip_from_py_object)]
+#[derive(Clone)]
+pub(crate) struct Vehicle(pub(crate) Nominal);
+
+#[pymethods]
+impl Vehicle {
+    #[new]
+    #[pyo3(signature = (*, tare_kg, wheel_radius_m, mass_range_kg, drives=1, gear_ratio=1.0, efficiency=1.0,
+        rotating_mass_kg=0.0, running_resistance=0.0, tare_span_m=[0.0; 2], load_span_m=[0.0; 2], imu_arm_m=0.0,
+        accel_bias_sd_mps2=None, gyro_bias_sd_radps=None))]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        tare_kg: f64,
+        wheel_radius_m: f64,
+        mass_range_kg: [f64; 2],
+        drives: usize,
+        gear_ratio: f64,
+        efficiency: f64,
+        rotating_mass_kg: f64,
+        running_resistance: f64,
+        tare_span_m: [f64; 2],
+        load_span_m: [f64; 2],
+        imu_arm_m: f64,
+        accel_bias_sd_mps2: Option<f64>,
+        gyro_bias_sd_radps: Option<f64>,
+    ) -> PyResult<Self> {
+        let data = VehicleData {
+            tare_kg,
+            wheel_radius_m,
+            mass_range_kg,
+            drives,
+            gear_ratio,
+            efficiency,
+            rotating_mass_kg,
+            running_resistance,
+            tare_span_m,
+            load_span_m,
+            imu_arm_m,
+            accel_bias_sd_mps2,
+            gyro_bias_sd_radps,
+            ..VehicleData::default()
+        };
+        let help = "values that the data sheet of a vehicle can have";
+        Nominal::new(data).map(Self).map_err(|e| refused(e, help))
+    }
+    /// The vehicle of a scenario.
+    #[staticmethod]
+    fn from_scenario(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let built = py.detach(|| Simulation::from_file(path)?.build(1).map(|s| s.vehicle));
+        built.map(Self).map_err(of_rig)
+    }
+    #[getter]
+    fn tare_kg(&self) -> f64 {
+        self.0.tare_kg
+    }
+    #[getter]
+    fn drives(&self) -> usize {
+        self.0.drives
+    }
+    #[getter]
+    fn wheel_radius_m(&self) -> f64 {
+        self.0.wheel_radius_m
+    }
+    #[getter]
+    fn gear_ratio(&self) -> f64 {
+        self.0.gear_ratio
+    }
+    #[getter]
+    fn efficiency(&self) -> f64 {
+        self.0.efficiency
+    }
+    #[getter]
+    fn rotating_mass_kg(&self) -> f64 {
+        self.0.rotating_mass_kg
+    }
+    #[getter]
+    fn running_resistance(&self) -> f64 {
+        self.0.running_resistance
+    }
+    #[getter]
+    fn mass_range_kg(&self) -> (f64, f64) {
+        (self.0.mass_range_kg[0], self.0.mass_range_kg[1])
+    }
+    #[getter]
+    fn accel_bias_sd_mps2(&self) -> Option<f64> {
+        self.0.accel_bias_sd_mps2
+    }
+    #[getter]
+    fn gyro_bias_sd_radps(&self) -> Option<f64> {
+        self.0.gyro_bias_sd_radps
+    }
+    fn __repr__(&self) -> String {
+        format!(
+            "Vehicle(tare_kg={}, drives={})",
+            self.0.tare_kg, self.0.drives
+        )
+    }
+}
