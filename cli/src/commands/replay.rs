@@ -44,7 +44,8 @@ pub struct ReplayArgs {
     /// Estimators to run instead of those of the map, by name
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub estimators: Vec<String>,
-    /// Give estimators the noise of the log: `wheel_speed_sd_mps` and `accel_sd_mps2` where the map does not set them
+    /// Where estimators have the noise from: `from-log` (`wheel_speed_sd_mps` and `accel_sd_mps2` where the map does not
+    /// set them, with Allan figures of what stands) or `defaults`
     #[arg(long, value_name = "SOURCE", value_parser = noise_source)]
     pub noise: Option<NoiseSource>,
     /// Also record the vehicle of the map on the same drive, with the speed that was measured: the traction, motor
@@ -79,7 +80,8 @@ pub struct ReplayArgs {
 fn noise_source(word: &str) -> Result<NoiseSource, String> {
     match word {
         "from-log" => Ok(NoiseSource::FromLog),
-        _ => Err("write from-log".to_owned()),
+        "defaults" => Ok(NoiseSource::Defaults),
+        _ => Err("write from-log or defaults".to_owned()),
     }
 }
 
@@ -95,8 +97,8 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     if task.check {
         return check_log(&map);
     }
-    let noise_from_log = task.noise.or(map.noise()).is_some();
-    let found = match noise_from_log {
+    let noise = task.noise.or(map.noise());
+    let found = match noise == Some(NoiseSource::FromLog) {
         true => standing_noise::figures(&map)?,
         false => Vec::new(),
     };
@@ -108,7 +110,7 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     });
     let options = ReplayOptions {
         estimators: task.estimators.clone(),
-        noise_from_log,
+        noise,
         ghost: task.ghost,
         found: found.collect(),
         ..ReplayOptions::default()

@@ -10,8 +10,9 @@ use serde::{Deserialize, Serialize};
 pub struct Integrity {
     pub(crate) estimator: String,
     pub(crate) quantity: Quantity,
+    /// Samples with a reference.
     pub(crate) samples: u64,
-    /// Samples marked valid.
+    /// Those of them that are marked valid.
     pub(crate) valid: u64,
     /// Misleading samples: marked valid, and the error exceeds k reported standard deviations and the alert limit.
     pub(crate) misleading: u64,
@@ -71,6 +72,10 @@ impl Integrity {
     /// One sample more.
     pub(crate) fn count(&mut self, x: &ErrorSample, limits: &IntegrityLimits) {
         let quantity = self.quantity;
+        // without a reference nobody knows whether a sample misleads
+        if !quantity.has_reference(x) {
+            return;
+        }
         self.samples += 1;
         self.valid += u64::from(quantity.is_valid(x));
         if !quantity.is_misleading(x, limits) {

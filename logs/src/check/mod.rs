@@ -4,10 +4,16 @@
 //! |---|---|
 //! | `series` | the log in windows of a second |
 //! | `statistics` | regression and correlation |
-//! | `rules` | the checks |
+//! | `lag` | the lag of a channel against the wheels |
+//! | `rules` | the checks of values |
+//! | `channels` | the checks of each channel by itself: rate, gaps, share that counts, values that stay |
+//! | `mounting` | the checks of how the IMU is built in: box, axes, drift |
 //! | `inspect` | the contents of a log, and a map proposed for it |
 
+mod channels;
 mod inspect;
+mod lag;
+mod mounting;
 mod rules;
 mod series;
 mod statistics;
@@ -61,5 +67,7 @@ pub fn check(map: &Map) -> Result<Vec<Check>, Error> {
     }
     let series = series::Series::read(map, &plan)?;
     all.extend(rules::all(map, &plan, &series));
+    all.extend(mounting::all(map, &plan, &series));
+    all.extend(channels::all(&series));
     Ok(all)
 }

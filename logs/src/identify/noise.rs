@@ -52,14 +52,31 @@ pub(crate) struct ChannelNoise {
 }
 
 impl Noise {
-    /// The noise of the whole log of a map, read once.
-    pub fn of_log(map: &Map, plan: &Plan) -> Result<Self, Error> {
+    /// The noise of the log of a map, read once up to this length, ns.
+    pub fn of_log(map: &Map, plan: &Plan, length_ns: i64) -> Result<Self, Error> {
         let mut noise = Self::default();
         let mut drive = Drive::open(map, plan)?;
+        let mut first_ns = None;
         while let Some(step) = drive.next(map)? {
+            let first_ns = *first_ns.get_or_insert(step.t_ns);
+            if step.t_ns.saturating_sub(first_ns) > length_ns {
+                break;
+            }
             noise.see(&step.z);
         }
         Ok(noise)
+    }
+
+    /// The noise that was given to estimators in words: each value once.
+    pub fn taken(&self, given: &[Found]) -> Option<String> {
+        let mut words = Vec::new();
+        for (parameter, _) in NAMES {
+            let of = |f: &&Found| f.what.split([' ', ',']).any(|w| w.ends_with(parameter));
+            if let Some(found) = given.iter().find(of) {
+                words.push(format!("{parameter} {:.2e}", found.value));
+            }
+        }
+        (!words.is_empty()).then(|| format!("noise (of the log: {})", words.join(", ")))
     }
 
     /// Takes the samples of a step.
