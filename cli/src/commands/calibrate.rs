@@ -68,7 +68,10 @@ pub enum Known {
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
-    let number = text.parse::<f64>().ok().filter(|s| s.is_finite() && *s > 0.0);
+    let number = text
+        .parse::<f64>()
+        .ok()
+        .filter(|s| s.is_finite() && *s > 0.0);
     number.ok_or_else(|| "write a number of seconds above zero".to_owned())
 }
 
@@ -120,13 +123,18 @@ fn calibrate(task: &CalibrateArgs, registry: &Registry) -> Result<CommandOutcome
     let applied = apply(&map, &found);
     if let Some(from_s) = task.split {
         let rest = part("from_s");
-        let sets: Vec<_> = applied.iter().map(|a| (a.key.clone(), a.value.clone())).collect();
+        let sets: Vec<_> = applied
+            .iter()
+            .map(|a| (a.key.clone(), a.value.clone()))
+            .collect();
         let before = judged(&load(&rest)?, registry, from_s)?;
         let after = judged(&load(&[rest, sets].concat())?, registry, from_s)?;
         output::print(&format!("\n{}\n", compared(&before, &after, from_s)))?;
     }
     match task.split {
-        None => note("found of the whole drive: an error on the same drive is in-sample; `--split S` judges on the rest"),
+        None => note(
+            "found of the whole drive: an error on the same drive is in-sample; `--split S` judges on the rest",
+        ),
         Some(s) => note(&format!("found of the first {s} s, judged on the rest")),
     }
     if task.apply {
@@ -135,7 +143,10 @@ fn calibrate(task: &CalibrateArgs, registry: &Registry) -> Result<CommandOutcome
         let at = task.map.display();
         note(&format!("{at} has now: {}", keys.join(", ")));
     } else {
-        note(&format!("`--apply` writes into the map: {}", settings(&applied)));
+        note(&format!(
+            "`--apply` writes into the map: {}",
+            settings(&applied)
+        ));
     }
     Ok(CommandOutcome::Held)
 }
@@ -166,7 +177,11 @@ const SHOWN: [(&str, f64); 6] = [
 const SETTLING_S: f64 = 10.0;
 
 /// Metrics of the estimators of a map over the part of the log that it plays.
-fn judged(map: &Map, registry: &Registry, from_s: f64) -> Result<Vec<(String, Vec<f64>)>, CliError> {
+fn judged(
+    map: &Map,
+    registry: &Registry,
+    from_s: f64,
+) -> Result<Vec<(String, Vec<f64>)>, CliError> {
     let mut simulation = simulation(map, &ReplayOptions::default(), registry)?;
     let mut series = ErrorSeries::default();
     simulation.run(&mut [&mut series])?;
@@ -182,11 +197,7 @@ fn judged(map: &Map, registry: &Registry, from_s: f64) -> Result<Vec<(String, Ve
 }
 
 /// Errors before and after, side by side.
-fn compared(
-    before: &[(String, Vec<f64>)],
-    after: &[(String, Vec<f64>)],
-    from_s: f64,
-) -> String {
+fn compared(before: &[(String, Vec<f64>)], after: &[(String, Vec<f64>)], from_s: f64) -> String {
     let title = format!("from {} s on", from_s + SETTLING_S);
     let titles = [
         title.as_str(),
@@ -213,18 +224,43 @@ fn compared(
     tables::grouped(&titles, &groups)
 }
 
+/// The parameters, those of several wheels or motors in one row: their root mean square.
 fn table(found: &[Parameter]) -> String {
-    let mut table = tables::table(["parameter", "value", "sd", "unit", "is"]);
+    let mut table = tables::table(["parameter", "value", "± sd", "unit", "is"]);
+    let numbered = |p: &Parameter| {
+        let (name, number) = p.name.rsplit_once(' ')?;
+        number.parse::<u32>().ok().map(|_| name.to_owned())
+    };
+    let mut groups: Vec<(Option<String>, Vec<&Parameter>)> = Vec::new();
     for p in found {
+        let name = numbered(p);
+        match groups.last_mut() {
+            Some((of, group)) if name.is_some() && *of == name => group.push(p),
+            _ => groups.push((name, vec![p])),
+        }
+    }
+    for (name, group) in groups {
+        let Some(first) = group.first() else {
+            continue;
+        };
+        let n = group.len() as f64;
+        let mean = |of: fn(&Parameter) -> f64| {
+            (group.iter().map(|p| of(p).powi(2)).sum::<f64>() / n).sqrt()
+        };
+        let (name, value) = match name.filter(|_| group.len() > 1) {
+            Some(name) => (format!("{name} 1 to {}", group.len()), mean(|p| p.value)),
+            None => (first.name.clone(), first.value),
+        };
+        // the rest of the sentence is in the JSON
+        let is = first.meaning.split([':', ';', ',']).next();
         table.add_row([
-            p.name.clone(),
-            tables::number(p.value),
-            tables::number(p.sd),
-            p.unit.to_owned(),
-            p.meaning.to_owned(),
+            name,
+            tables::number(value),
+            tables::number(mean(|p| p.sd)),
+            first.unit.to_owned(),
+            is.unwrap_or_default().to_owned(),
         ]);
     }
-    tables::within_terminal(&mut table);
     tables::right(&mut table, 1..=2);
     tables::lines(&table)
 }

@@ -7,7 +7,7 @@ use crate::recording::standing_noise;
 use crate::ui::errors::CliError;
 use crate::ui::prose::paragraph;
 use crate::ui::{output, tables};
-use monorig_logs::check::{Verdict, check};
+use monorig_logs::check::{ChannelReport, Verdict, report};
 use monorig_logs::drive::Found;
 use monorig_logs::map::{Map, NoiseSource};
 use monorig_logs::replay::ReplayOptions;
@@ -130,7 +130,8 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
 /// The checks of a log, each with what was found and what would be good.
 fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
     let (mut text, mut bad) = (String::new(), 0);
-    for c in check(map)? {
+    let (checks, channels) = report(map)?;
+    for c in checks {
         let (word, why) = match &c.verdict {
             Verdict::Good => ("good", String::new()),
             Verdict::Bad(why) => ("BAD", why.clone()),
@@ -156,9 +157,36 @@ fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
         0 => "nothing wrong was found".to_owned(),
         n => format!("{n} checks say that something is wrong"),
     };
-    output::print(&format!("{text}\n{end}\n"))?;
+    output::print(&format!("{text}\n{}\n\n{end}\n", of_channels(&channels)))?;
     Ok(match bad {
         0 => CommandOutcome::Held,
         _ => CommandOutcome::Failed,
     })
+}
+
+/// Rate, jitter, gaps, stamps that come twice and share that counts of each channel.
+fn of_channels(channels: &[ChannelReport]) -> String {
+    let titles = [
+        "channel",
+        "Hz",
+        "jitter ms",
+        "gaps",
+        "longest s",
+        "twice",
+        "valid %",
+    ];
+    let mut table = tables::table(titles);
+    for c in channels {
+        table.add_row([
+            c.name.clone(),
+            tables::number(c.rate_hz),
+            tables::number(c.jitter_ms),
+            c.gaps.to_string(),
+            tables::number(c.longest_gap_s),
+            c.duplicates.to_string(),
+            tables::number(100.0 * c.valid),
+        ]);
+    }
+    tables::right(&mut table, 1..titles.len());
+    tables::lines(&table)
 }

@@ -120,12 +120,8 @@ impl ErrorSample {
         let lagged = lagged - t.grade_at_middle_rad;
         Self {
             t_s: t.t_s,
-            unreferenced: [
-                t.total_mass_kg,
-                t.grade_at_imu_rad,
-                t.grade_effective_rad,
-            ]
-            .map(f64::is_nan),
+            unreferenced: [t.total_mass_kg, t.grade_at_imu_rad, t.grade_effective_rad]
+                .map(f64::is_nan),
             mass_rel: mass / t.total_mass_kg,
             mass_kg: mass,
             mass_nees: normalised(mass, e.total_mass_kg.sd, t.mass_sd_kg),

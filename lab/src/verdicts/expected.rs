@@ -58,9 +58,10 @@ pub(crate) fn of_references(file: &ScenarioFile) -> Vec<Bound> {
         let Some(quantity) = error_of(e) else {
             continue;
         };
-        let stated = file.expect.iter().find(|other| {
-            other.estimator == e.estimator && other.metric == availability(quantity)
-        });
+        let stated = file
+            .expect
+            .iter()
+            .find(|other| other.estimator == e.estimator && other.metric == availability(quantity));
         let share = match implied(file, e) {
             Some((_, share)) => Some(Finite::new(share.get())),
             None => stated.and_then(|other| other.at_least),

@@ -4,7 +4,7 @@
 use super::lag::Lag;
 use super::rules::check;
 use super::series::{ChannelFigures, Series};
-use super::{Check, Verdict};
+use super::{ChannelReport, Check, Verdict};
 use crate::drive::Target;
 use monorig_estimators::api::signals::{Measurand, Shape};
 
@@ -22,10 +22,10 @@ const FROZEN_TORQUE_S: f64 = 10.0;
 const FROZEN_TIMES: f64 = 5.0;
 /// Slower than this the vehicle may stand, m/s.
 const MOVING_MPS: f64 = 0.1;
-/// Largest lag, s, least correlation that shows one, and by how much it must be above that without a lag.
+/// Largest lag, s, least correlation that shows one, and how much more must be unexplained without it.
 const MAX_LAG_S: f64 = 0.05;
 const MIN_CORRELATION: f64 = 0.6;
-const MIN_GAIN: f64 = 0.02;
+const MIN_RATIO: f64 = 1.2;
 
 /// All of them.
 pub(super) fn all(series: &Series) -> Vec<Check> {
@@ -60,7 +60,10 @@ fn is_imu(target: Target) -> bool {
     let Target::Measured(slot) = target else {
         return false;
     };
-    matches!(slot.measurand, Measurand::SpecificForce | Measurand::AngularRate)
+    matches!(
+        slot.measurand,
+        Measurand::SpecificForce | Measurand::AngularRate
+    )
 }
 
 fn is_used_for_motion(target: Target) -> bool {
@@ -68,47 +71,58 @@ fn is_used_for_motion(target: Target) -> bool {
     is_imu(target) || wheel(target) || target.is_traction()
 }
 
-/// Rate, jitter, gaps, repeated stamps and share that counts, in a line.
+/// The figures of each channel that is measured.
+pub(super) fn reports(series: &Series) -> Vec<ChannelReport> {
+    let each = series.channels.iter();
+    each.filter_map(|c| report(c, name(c.target)?)).collect()
+}
+
+fn report(c: &ChannelFigures, name: String) -> Option<ChannelReport> {
+    let offered = c.stamps.offered as f64;
+    (c.stamps.offered > 1).then_some(ChannelReport {
+        name,
+        rate_hz: c.rate.rate_hz,
+        jitter_ms: c.rate.jitter_ms,
+        gaps: c.rate.gaps,
+        longest_gap_s: c.rate.longest_gap_s,
+        duplicates: c.stamps.duplicates,
+        valid: c.stamps.accepted as f64 / offered,
+    })
+}
+
+/// What is wrong with the rate, the stamps or the share that counts; none where nothing is.
 fn rate(c: &ChannelFigures) -> Option<Check> {
-    let name = name(c.target)?;
-    let (stamps, rate) = (&c.stamps, &c.rate);
-    if stamps.offered < 2 {
-        return None;
-    }
+    let report = report(c, name(c.target)?)?;
     let least = match (is_imu(c.target), is_used_for_motion(c.target)) {
         (true, _) => MIN_IMU_HZ,
         (_, true) => MIN_HZ,
         _ => 0.0,
     };
-    let share = |n: u64| n as f64 / stamps.offered as f64;
-    let valid = share(stamps.accepted);
-    let verdict = match rate.rate_hz {
-        r if r < least => Verdict::Bad("too slow for these estimators".into()),
-        _ if share(stamps.duplicates) > MAX_DUPLICATES => Verdict::Bad(format!(
-            "{:.1} % of its stamps are those of the sample before: rows that were written twice, or a clock that is too coarse",
-            100.0 * share(stamps.duplicates)
-        )),
-        _ if valid < MIN_VALID => Verdict::Unknown(format!(
-            "only {:.1} % of its samples count: `valid_if`, or empty columns",
-            100.0 * valid
-        )),
-        _ => Verdict::Good,
-    };
-    let gaps = match rate.gaps {
-        0 => "no gap".to_owned(),
-        n => format!("{n} gaps of up to {:.2} s", rate.longest_gap_s),
-    };
-    let what = format!(
-        "{name}: rate, with jitter {:.2} ms, {gaps}, {} stamps twice, {:.1} % valid",
-        rate.jitter_ms,
-        stamps.duplicates,
-        100.0 * valid
-    );
-    let good = match least > 0.0 {
-        true => format!("{least} or more"),
-        false => "any".to_owned(),
-    };
-    Some(check(what, rate.rate_hz, "Hz", &good, verdict))
+    let name = report.name;
+    if report.rate_hz < least {
+        let why = "too slow for these estimators".into();
+        let good = format!("{least} or more");
+        let what = format!("{name}: rate");
+        return Some(check(what, report.rate_hz, "Hz", &good, Verdict::Bad(why)));
+    }
+    let twice = report.duplicates as f64 / c.stamps.offered as f64;
+    if twice > MAX_DUPLICATES {
+        let why = "rows that were written twice, or a clock that is too coarse".into();
+        let what = format!("{name}: share with the stamp of the sample before");
+        let good = format!("below {MAX_DUPLICATES}");
+        return Some(check(what, twice, "", &good, Verdict::Bad(why)));
+    }
+    (report.valid < MIN_VALID).then(|| {
+        let why = "`valid_if` rejects the others, or their columns are empty".into();
+        let what = format!("{name}: share of its samples that count");
+        check(
+            what,
+            report.valid,
+            "",
+            &format!("{MIN_VALID} or more"),
+            Verdict::Unknown(why),
+        )
+    })
 }
 
 /// A channel whose value stays while the vehicle moves; shown only where it does.
@@ -129,10 +143,15 @@ fn frozen(c: &ChannelFigures, series: &Series) -> Option<Check> {
         (from_s..from_s + longest_s).contains(&w.t_s)
     };
     let windows: Vec<_> = series.balance.iter().filter(within).collect();
-    let moving = windows.iter().filter(|w| w.speed.abs() > MOVING_MPS).count();
+    let moving = windows
+        .iter()
+        .filter(|w| w.speed.abs() > MOVING_MPS)
+        .count();
     (2 * moving > windows.len()).then(|| {
         check(
-            format!("{name}: longest time with one value while the vehicle moves, from {from_s:.1} s"),
+            format!(
+                "{name}: longest time with one value while the vehicle moves, from {from_s:.1} s"
+            ),
             longest_s,
             "s",
             &format!("below {least_s}, or as others"),
@@ -147,8 +166,12 @@ fn lag_check(name: &str, lag: Lag) -> Check {
             "it does not go with the acceleration of the wheels (correlation {:.2})",
             l.correlation
         )),
-        l if l.lag_s.abs() > MAX_LAG_S && l.correlation > l.at_none + MIN_GAIN => {
-            let late = if l.lag_s > 0.0 { "it comes" } else { "the wheels come" };
+        l if l.lag_s.abs() > MAX_LAG_S && l.unexplained_ratio() > MIN_RATIO => {
+            let late = if l.lag_s > 0.0 {
+                "it comes"
+            } else {
+                "the wheels come"
+            };
             Verdict::Bad(format!(
                 "{late} {:.0} ms late: `clocks: {{FILE: {{offset_s: …}}}}` of the late file; a mass is wrong by it",
                 1e3 * l.lag_s.abs()
@@ -157,5 +180,11 @@ fn lag_check(name: &str, lag: Lag) -> Check {
         _ => Verdict::Good,
     };
     let range = format!("-{MAX_LAG_S} to {MAX_LAG_S}");
-    check(format!("lag of the {name} against the wheels"), lag.lag_s, "s", &range, verdict)
+    check(
+        format!("lag of the {name} against the wheels"),
+        lag.lag_s,
+        "s",
+        &range,
+        verdict,
+    )
 }

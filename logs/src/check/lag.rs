@@ -42,6 +42,13 @@ pub(super) struct Lag {
     pub at_none: f64,
 }
 
+impl Lag {
+    /// The variance that is not explained without a lag, over that with it.
+    pub fn unexplained_ratio(&self) -> f64 {
+        (1.0 - self.at_none * self.at_none) / (1.0 - self.correlation * self.correlation)
+    }
+}
+
 impl Shifted {
     fn add(&mut self, wheels: &[f64], channel: &[f64]) {
         for (shift, sums) in self.sums.iter_mut().enumerate() {
@@ -126,7 +133,13 @@ impl Lags {
 fn regressed(speeds: &[f64]) -> Vec<f64> {
     let h = HALF as f64;
     let squares = STEP_S * h * (h + 1.0) * (2.0 * h + 1.0) / 3.0;
-    let of = |w: &[f64]| w.iter().zip(0..).map(|(v, i)| v * (f64::from(i) - h)).sum::<f64>() / squares;
+    let of = |w: &[f64]| {
+        w.iter()
+            .zip(0..)
+            .map(|(v, i)| v * (f64::from(i) - h))
+            .sum::<f64>()
+            / squares
+    };
     around(speeds, of)
 }
 
@@ -160,7 +173,10 @@ fn fast(values: &[f64]) -> Vec<f64> {
     let each = values.iter().enumerate().map(|(i, x)| {
         let (from, to) = (i.saturating_sub(SLOW), (i + SLOW + 1).min(values.len()));
         let of = |all: &[f64]| Some(all.get(to)? - all.get(from)?);
-        let n = counts.get(to).zip(counts.get(from)).map_or(0, |(b, a)| b - a);
+        let n = counts
+            .get(to)
+            .zip(counts.get(from))
+            .map_or(0, |(b, a)| b - a);
         match n * 10 >= (2 * SLOW + 1) * 8 {
             true => x - of(&sums).unwrap_or(f64::NAN) / n as f64,
             false => f64::NAN,
@@ -196,6 +212,12 @@ mod tests {
         let speeds: Vec<f64> = (0..100).map(|k| t(k).powi(3)).collect();
         let forces: Vec<f64> = (0..100).map(|k| 3.0 * t(k).powi(2)).collect();
         let (a, f) = (regressed(&speeds), averaged(&forces));
-        assert!(a.iter().zip(&f).skip(HALF).take(70).all(|(a, f)| (a - f).abs() < 1e-3));
+        assert!(
+            a.iter()
+                .zip(&f)
+                .skip(HALF)
+                .take(70)
+                .all(|(a, f)| (a - f).abs() < 1e-3)
+        );
     }
 }

@@ -3,7 +3,7 @@
 
 use super::rules::{MIN_CORRELATION, check};
 use super::series::Series;
-use super::statistics::line;
+use super::statistics::{FittedLine, line};
 use super::{Check, Verdict};
 use crate::drive::Plan;
 use crate::identify::{ForceWindow, MIN_WINDOWS, OVERLAP};
@@ -20,8 +20,12 @@ const MAX_DRIFT_MPS2: f64 = 0.15;
 const STRAIGHT_RADPS: f64 = 0.05;
 /// Correlation with which another axis of the gyro shows the change of the slope.
 const CLEAR: f64 = 0.8;
+/// Fewest seconds of |f|.
+const MIN_SECONDS: usize = 10;
 /// Windows of a change of the slope: 5 s.
-const SLOPE_STEP: usize = 5 * OVERLAP;
+pub(super) const SLOPE_STEP: usize = 10 * OVERLAP;
+/// Windows of a second.
+const SECOND: usize = 2 * OVERLAP;
 /// Least standard deviation of the change of the slope, rad.
 const MIN_SLOPE_SD: f64 = 0.01;
 
@@ -41,7 +45,12 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
     if pitched.len() >= MIN_WINDOWS && there(0) {
         let bad = "the box is pitched against the vehicle, or its bias is larger than told: `mount_deg`, or `monorig calibrate --apply`";
         let what = "specific force forward beyond speed and reference slope, mean";
-        all.push(mean_is_zero(what, pitched.iter().map(|w| off(w)), limit, bad));
+        all.push(mean_is_zero(
+            what,
+            pitched.iter().map(|w| off(w)),
+            limit,
+            bad,
+        ));
         all.push(drift(
             "the same, last third minus first",
             &pitched.iter().map(|w| off(w)).collect::<Vec<_>>(),
@@ -58,12 +67,17 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
     if rolled.len() >= MIN_WINDOWS && there(1) {
         let bad = "the box is rolled against the vehicle, or the road is: `mount_deg`";
         let what = "specific force to the left on a straight, mean";
-        all.push(mean_is_zero(what, rolled.into_iter(), limit.max(2.0 * MIN_OFF_MPS2), bad));
+        all.push(mean_is_zero(
+            what,
+            rolled.into_iter(),
+            limit.max(2.0 * MIN_OFF_MPS2),
+            bad,
+        ));
     }
     if (0..3).all(there) {
         let sizes = series.windows.iter().map(|w| super::rules::norm(w.force));
         let sizes: Vec<f64> = sizes.filter(|f| f.is_finite()).collect();
-        if sizes.len() >= MIN_WINDOWS / OVERLAP {
+        if sizes.len() >= MIN_SECONDS {
             all.push(drift("|f|, last third minus first", &sizes));
         }
     }
@@ -80,7 +94,13 @@ fn mean_is_zero(what: &str, values: impl Iterator<Item = f64>, limit: f64, bad: 
         true => Verdict::Good,
         false => Verdict::Bad(bad.to_owned()),
     };
-    check(what, mean, "m/s²", &format!("-{limit:.2} to {limit:.2}"), verdict)
+    check(
+        what,
+        mean,
+        "m/s²",
+        &format!("-{limit:.2} to {limit:.2}"),
+        verdict,
+    )
 }
 
 /// The median of the last third minus that of the first.
@@ -101,9 +121,10 @@ fn drift(what: &str, values: &[f64]) -> Check {
     check(what, drift, "m/s²", &good, verdict)
 }
 
-/// Another axis of the gyro that shows the change of the slope, where that of the pitch does not; shown only where one
-/// does.
-fn exchanged(windows: &[ForceWindow]) -> Option<Check> {
+/// The change of the slope over so many windows, and by how much the gyro has turned about an axis meanwhile: nose up is
+/// against the axis to the left. The slope is the reference's, else that of specific force and wheels, sin θ = (f −
+/// dv/dt)/g, each the mean over a second.
+pub(super) fn slope_change(windows: &[ForceWindow], axis: usize, step: usize) -> FittedLine {
     let slope = |w: &ForceWindow| {
         let sine = match w.sin.is_nan() {
             true => (w.specific_force[0] - w.acceleration) / G,
@@ -111,20 +132,34 @@ fn exchanged(windows: &[ForceWindow]) -> Option<Check> {
         };
         sine.clamp(-1.0, 1.0).asin()
     };
-    let of = |axis: usize| {
-        let rate = move |w: &ForceWindow| w.rate.get(axis).copied().unwrap_or(f64::NAN);
-        let pairs = windows.windows(SLOPE_STEP + 1).step_by(OVERLAP).filter_map(move |w| {
-            let (a, b) = (w.first()?, w.last()?);
-            let length_s = b.t_s - a.t_s;
-            // windows without a gap between them
-            let steps = w.len() as f64 - 1.0;
-            let near = w.get(1)?.t_s - a.t_s;
-            let mean = w.iter().map(rate).sum::<f64>() / w.len() as f64;
-            (length_s < 1.5 * steps * near).then_some((slope(b) - slope(a), mean * length_s))
-        });
-        line(pairs)
-    };
-    let [roll, pitch, yaw] = [0, 1, 2].map(of);
+    let rate = |w: &ForceWindow| w.rate.get(axis).copied().unwrap_or(f64::NAN);
+    let pairs = windows.windows(step + 1).step_by(OVERLAP).filter_map(|w| {
+        let (a, b, next) = (w.first()?, w.last()?, w.get(1)?);
+        let (n, hop_s) = (w.len(), next.t_s - a.t_s);
+        // windows without a gap between them
+        if b.t_s - a.t_s > 1.01 * hop_s * step as f64 {
+            return None;
+        }
+        let of_ends = |part: Option<&[ForceWindow]>| {
+            let part = part.unwrap_or_default();
+            part.iter().map(slope).sum::<f64>() / part.len() as f64
+        };
+        let change = of_ends(w.get(n - SECOND..)) - of_ends(w.get(..SECOND));
+        // the means at both ends are those of a rate whose weight rises and falls over them
+        let weight = |i: usize| {
+            let from_end = i.min(n - 1 - i) as f64 + 0.5;
+            (from_end / SECOND as f64).min(1.0)
+        };
+        let turned = w.iter().enumerate().map(|(i, w)| weight(i) * rate(w));
+        Some((change, turned.sum::<f64>() * hop_s))
+    });
+    line(pairs)
+}
+
+/// Another axis of the gyro that shows the change of the slope, where that of the pitch does not; shown only where one
+/// does.
+fn exchanged(windows: &[ForceWindow]) -> Option<Check> {
+    let [roll, pitch, yaw] = [0, 1, 2].map(|axis| slope_change(windows, axis, SLOPE_STEP));
     if pitch.n < 20 || pitch.sd_x < MIN_SLOPE_SD || pitch.correlation.abs() >= MIN_CORRELATION {
         return None;
     }
@@ -136,7 +171,7 @@ fn exchanged(windows: &[ForceWindow]) -> Option<Check> {
             "correlation of the pitch rate with the change of the slope",
             pitch.correlation,
             "",
-            "above 0.5",
+            "0.5 or more",
             Verdict::Bad(format!(
                 "axes of the gyro are exchanged: the axis taken for {} shows it with {:.2}",
                 best.0, best.1.correlation

@@ -1,11 +1,12 @@
 //! The checks, one function each.
 
+use super::mounting::{SLOPE_STEP, slope_change};
 use super::series::{Series, WINDOW_S, Window};
 use super::statistics::{FittedLine, line};
 use super::{Check, Verdict};
 use crate::drive::{Plan, Target};
 use crate::identify::{
-    ForceWindow, MIN_WINDOWS as MIN_FORCE_WINDOWS, OVERLAP, drag_pressure, regression,
+    ForceWindow, MIN_WINDOWS as MIN_FORCE_WINDOWS, OVERLAP, drag_pressure, regression, seconds_of,
 };
 use crate::map::Map;
 use crate::notation::STANDARD_GRAVITY_MPS2 as G;
@@ -19,11 +20,9 @@ const MIN_ACCEL_SD: f64 = 0.05;
 const MIN_SLOPE_SD: f64 = 0.003;
 /// Least correlation for a verdict.
 pub(super) const MIN_CORRELATION: f64 = 0.5;
-/// Windows of the check of the gyro against the slope: the change over so many seconds.
-const SLOPE_STEP: usize = 5;
-/// The same over a shorter time, in which noise changes as much, and a slope does not: by how much less; and a change of
+/// Windows of 2 s, over which noise changes as much as over 5 s, and a slope does not: by how much less; and a change of
 /// the slope that is more than noise, rad.
-const SHORT_SLOPE_STEP: usize = 2;
+const SHORT_SLOPE_STEP: usize = 4 * OVERLAP;
 const CLEAR_GROWTH: f64 = 1.3;
 const CLEAR_SLOPE_SD: f64 = 0.01;
 
@@ -56,7 +55,13 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
         all.push(implied_mass(plan, series));
     }
     let there = |s: &&super::series::Spread| {
-        let of = |m: Measurand, i: usize| format!("{} {}", m.name().replace('_', " "), ["x", "y", "z"][i.min(2)]);
+        let of = |m: Measurand, i: usize| {
+            format!(
+                "{} {}",
+                m.name().replace('_', " "),
+                ["x", "y", "z"][i.min(2)]
+            )
+        };
         !plan.absent.iter().any(|(m, i)| of(*m, *i) == s.name)
     };
     all.extend(series.spreads.iter().filter(there).map(|s| {
@@ -218,7 +223,9 @@ fn force_gain(series: &Series) -> Check {
     let missing = Verdict::Bad("the specific force forward does not follow the change of the speed: axes, time, or the wrong columns".into());
     gain_check(title, &line, missing, |gain| match gain {
         g if (0.5..=1.5).contains(&g) => Verdict::Good,
-        g if g < 0.0 => Verdict::Bad("the wrong sign: the box faces backwards, or the speed counts the other way".into()),
+        g if g < 0.0 => Verdict::Bad(
+            "the wrong sign: the box faces backwards, or the speed counts the other way".into(),
+        ),
         g if (0.05..0.15).contains(&g) => Verdict::Bad("0.1: the specific force is in g".into()),
         g if (0.15..0.4).contains(&g) => Verdict::Bad("0.28: the speed is in km/h".into()),
         _ => Verdict::Bad("the units of specific force and speed do not go together".into()),
@@ -246,30 +253,16 @@ fn gyro_bias(series: &Series) -> Vec<Check> {
     vec![axis(0, "forward"), axis(1, "left"), axis(2, "up")]
 }
 
-/// Gain of the gyro on the change of the slope that specific force and wheels show, sin θ = (f − dv/dt)/g: 1.
+/// Gain of the gyro on the change of the slope over 5 s: 1.
 fn gyro_gain(series: &Series) -> Check {
-    let slope: Vec<Option<(u32, f64, f64)>> = series
-        .windows
-        .windows(3)
-        .map(|w| match w {
-            [a, b, c] if a.segment == c.segment => {
-                let sine = (b.force[0] - acceleration(a, c)) / G;
-                (sine.abs() < 1.0).then(|| (b.segment, sine.asin(), -b.rate[1]))
-            }
-            _ => None,
-        })
-        .collect();
     let over = |step: usize| {
-        line(slope.windows(step + 1).filter_map(move |w| {
-            let all: Option<Vec<_>> = w.iter().copied().collect();
-            let all = all?;
-            let (first, last) = (all.first()?, all.last()?);
-            // the rate of each second from the middle of the first to the middle of the last
-            let ends = 0.5 * (first.2 + last.2);
-            let between = all.iter().skip(1).take(step - 1);
-            let turned = ends + between.map(|x| x.2).sum::<f64>();
-            (first.0 == last.0).then_some((last.1 - first.1, turned * WINDOW_S))
-        }))
+        let line = slope_change(&series.balance, 1, step);
+        // nose up is against the axis to the left
+        FittedLine {
+            gain: -line.gain,
+            correlation: -line.correlation,
+            ..line
+        }
     };
     let (line, soon) = (over(SLOPE_STEP), over(SHORT_SLOPE_STEP));
     let title = (
@@ -341,9 +334,8 @@ fn axles(series: &Series) -> Check {
 fn implied_mass(plan: &Plan, series: &Series) -> Check {
     let v = &plan.vehicle;
     let drag_m2 = v.road.map_or(0.0, |r| r.drag_area_m2);
-    let known = |w: &&ForceWindow| {
-        w.moves && w.force_n.is_finite() && w.specific_force[0].is_finite()
-    };
+    let known =
+        |w: &&ForceWindow| w.moves && w.force_n.is_finite() && w.specific_force[0].is_finite();
     let moving: Vec<&ForceWindow> = series.balance.iter().filter(known).collect();
     let force = |w: &ForceWindow| w.force_n - drag_m2 * drag_pressure(w, v);
     let alike = line(moving.iter().map(|w| (w.specific_force[0], force(w))));
@@ -354,10 +346,7 @@ fn implied_mass(plan: &Plan, series: &Series) -> Check {
     let [low, high] = v.mass_range_kg;
     let range = format!("{:.0} to {:.0}", 0.5 * low, 2.0 * high);
     let what = "mass by traction against specific force";
-    let of_all = format!(
-        "{what}, of {:.0} s without brake",
-        moving.len() as f64 / OVERLAP as f64
-    );
+    let of_all = format!("{what}, of {} s without brake", seconds_of(moving.len()));
     let title = (of_all.as_str(), "kg", range.as_str());
     if let Some(verdict) = too_little(&alike, MIN_ACCEL_SD, "the force on the vehicle") {
         return check(title.0, alike.gain, title.1, title.2, verdict);

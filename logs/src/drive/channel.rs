@@ -89,6 +89,8 @@ pub(super) struct Channel {
     pub latency_ns: i64,
     pub faults: Option<ChannelFaults>,
     pub waiting: VecDeque<Waiting>,
+    /// True if the last row had a sample of it, whether that counts or not.
+    pub offered: bool,
     /// Figures of its samples, for a check.
     pub watched: Option<Box<Stamps>>,
 }
@@ -123,6 +125,11 @@ impl Channel {
                 self.slots.len() - 1
             }
         }
+    }
+
+    /// The other files of which it uses columns.
+    pub fn others(&self) -> impl Iterator<Item = usize> {
+        self.sources.iter().copied().filter(|s| *s != self.source)
     }
 
     /// Finds its columns in a table; an error names a column that is in two tables.
@@ -186,8 +193,8 @@ impl Channel {
     pub fn take(&mut self, binding: &Binding, row: &[f64], t_ns: i64) -> Option<[f64; 3]> {
         if let Some(columns) = binding.direct {
             let raw = columns.map(|column| row.get(column).copied().unwrap_or(0.0));
-            let value = self.value(raw, 1.0);
-            return self.watch(raw.iter().any(|x| !x.is_nan()), t_ns, value);
+            self.offered = raw.iter().any(|x| !x.is_nan());
+            return self.value(raw, 1.0);
         }
         let mut new = false;
         for (&(slot, column), of_value) in binding.pairs.iter().zip(&binding.of_value) {
@@ -204,12 +211,12 @@ impl Channel {
                 }
             }
         }
-        if binding.other || !new {
+        self.offered = new && !binding.other;
+        if !self.offered {
             return None;
         }
         self.forget_old(t_ns);
-        let value = self.of_values();
-        self.watch(true, t_ns, value)
+        self.of_values()
     }
 
     /// Forgets what other files said longer than a second ago.
@@ -222,21 +229,20 @@ impl Channel {
         }
     }
 
-    /// Counts a sample that the log has for a check, with its value if it counts.
+    /// Counts the sample of the last row for a check, if it had one: its stamp, and its value if it counts.
     #[inline]
-    fn watch(&mut self, is_there: bool, t_ns: i64, value: Option<[f64; 3]>) -> Option<[f64; 3]> {
-        if let Some(stamps) = self.watched.as_mut().filter(|_| is_there) {
+    pub fn watch(&mut self, t_ns: i64, value: Option<[f64; 3]>) {
+        if let Some(stamps) = self.watched.as_mut().filter(|_| self.offered) {
             stamps.see(t_ns, value);
         }
-        value
     }
 
     /// The value of the columns as they are now; none if `valid_if` rejects it or it is not finite.
     fn of_values(&self) -> Option<[f64; 3]> {
         if self
-                .valid_if
-                .as_ref()
-                .is_some_and(|(e, slots)| !e.holds(&self.gather(slots)))
+            .valid_if
+            .as_ref()
+            .is_some_and(|(e, slots)| !e.holds(&self.gather(slots)))
         {
             return None;
         }

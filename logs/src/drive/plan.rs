@@ -208,6 +208,7 @@ impl Channel {
             latency_ns: 0,
             faults: None,
             waiting: Default::default(),
+            offered: false,
             watched: None,
         };
         for formula in formulas {
@@ -246,7 +247,10 @@ impl Channel {
             None => (own, c.clone()),
         };
         let places: Vec<_> = expression.columns.iter().map(place).collect();
-        let slots = places.iter().map(|(source, c)| self.slot(*source, c)).collect();
+        let slots = places
+            .iter()
+            .map(|(source, c)| self.slot(*source, c))
+            .collect();
         Ok((expression.clone(), slots))
     }
 

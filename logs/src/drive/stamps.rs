@@ -103,7 +103,11 @@ mod tests {
         let mut stamps = Stamps::default();
         for i in 0..1000_i32 {
             let t_ns = i64::from(i) * 10_000_000 + if i >= 500 { 1_000_000_000 } else { 0 };
-            let x = if (600..900).contains(&i) { 7.0 } else { f64::from(i) };
+            let x = if (600..900).contains(&i) {
+                7.0
+            } else {
+                f64::from(i)
+            };
             stamps.see(t_ns, (i % 4 != 0).then_some([x, 0.0, 0.0]));
             if i == 10 {
                 stamps.see(t_ns, None);

@@ -65,7 +65,13 @@ impl Drive {
     pub fn open(map: &Map, plan: &Plan) -> Result<Self, Error> {
         let mut wanted = plan.wanted(map);
         super::reference::want(map, &mut wanted)?;
-        let mut merged = Merged::open(&map.sources(&wanted), map.by())?;
+        let mut sources = map.sources(&wanted);
+        for asked in plan.channels.iter().flat_map(Channel::others) {
+            if let Some(source) = sources.get_mut(asked) {
+                source.leads = true;
+            }
+        }
+        let mut merged = Merged::open(&sources, map.by())?;
         columns_are_there(map, plan, &merged)?;
         let first_ns = merged.next_ns().unwrap_or(0);
         let origin_ns = match map.file.time.origin {
@@ -237,17 +243,18 @@ impl Drive {
             let Some(channel) = self.channels.get_mut(*i) else {
                 continue;
             };
-            let Some(value) = channel.take(binding, &row.values, stamp_ns) else {
+            let taken = channel.take(binding, &row.values, stamp_ns);
+            let mut left = taken.map(|value| (stamp_ns, value));
+            if let (Some(faults), Some(value)) = (&mut channel.faults, taken) {
+                left = faults.apply(stamp_ns, value, channel.vector.is_some());
+            }
+            channel.watch(
+                left.map_or(stamp_ns, |(t, _)| t),
+                left.map(|(_, value)| value),
+            );
+            let Some((stamp_ns, value)) = left else {
                 continue;
             };
-            let (mut stamp_ns, mut value) = (stamp_ns, value);
-            if let Some(faults) = &mut channel.faults {
-                let is_vector = channel.vector.is_some();
-                let Some(left) = faults.apply(stamp_ns, value, is_vector) else {
-                    continue;
-                };
-                (stamp_ns, value) = left;
-            }
             self.samples += 1;
             let deliver_ns = time_ns.saturating_add(channel.latency_ns);
             channel.waiting.push_back(Waiting {
@@ -352,7 +359,8 @@ impl Drive {
 fn columns_are_there(map: &Map, plan: &Plan, merged: &Merged) -> Result<(), Error> {
     for channel in &plan.channels {
         let mut slots = channel.slots.iter().zip(&channel.sources);
-        let missing = slots.find(|(column, source)| merged.has_column(**source, column) == Some(false));
+        let missing =
+            slots.find(|(column, source)| merged.has_column(**source, column) == Some(false));
         if let Some((column, source)) = missing {
             let file = map.files.values().nth(*source);
             let file = file.map_or(String::new(), |f| f.display().to_string());

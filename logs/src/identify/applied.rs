@@ -1,7 +1,7 @@
 //! The map with what was found: which keys get which values, and the file with them, its comments kept.
 
 use super::{Parameter, ParameterKind};
-use crate::drive::{axes, mount};
+use crate::drive::{Plan, axes, mount};
 use crate::map::{Map, edit};
 use monorig_estimators::api::signals::Measurand;
 use monorig_sim::config::checked::{Finite, Positive};
@@ -22,10 +22,24 @@ pub struct Applied {
     pub found: String,
 }
 
-/// The keys that a map gets by what was found of its log. What the map says already is in it: values add up.
+/// A change below this many standard deviations is not one that was seen: the map keeps what it says.
+const SEEN_SDS: f64 = 2.0;
+
+/// The keys that a map gets by what was found of its log, where that differs from what the map says by more than two
+/// standard deviations. What the map says already is in what was found: values add up.
 pub fn apply(map: &Map, found: &[Parameter]) -> Vec<Applied> {
     let file = &map.file;
-    let one = |kind: ParameterKind| found.iter().find(|p| p.kind == kind);
+    let vehicle = Plan::new(map).map(|plan| plan.vehicle);
+    // what the map says of it; of what is left after the map has been applied nothing
+    let said = |p: &Parameter| match (p.kind, &vehicle) {
+        (ParameterKind::WheelRadius, Ok(v)) => v.wheel_radius_m,
+        (ParameterKind::TorqueGain, _) => 1.0,
+        (ParameterKind::RunningResistance, Ok(v)) => v.running_resistance,
+        (ParameterKind::DragArea, Ok(v)) => v.road.map_or(0.0, |r| r.drag_area_m2),
+        _ => 0.0,
+    };
+    let seen = |p: &&Parameter| (p.value - said(p)).abs() > SEEN_SDS * p.sd;
+    let one = |kind: ParameterKind| found.iter().find(|p| p.kind == kind).filter(seen);
     let mut all = Vec::new();
     let mut add = |key: String, value: String, p: &Parameter| {
         let found = format!("{} {} ± {} {}", p.name, short(p.value), short(p.sd), p.unit);
@@ -34,7 +48,7 @@ pub fn apply(map: &Map, found: &[Parameter]) -> Vec<Applied> {
     };
     let gain = |old: Option<Positive>, k: f64| short(old.map_or(1.0, Positive::get) * k);
     if let Some(p) = one(ParameterKind::WheelRadius) {
-        let nominal_m = p.value / radius_ratio(map, p);
+        let nominal_m = said(p);
         add("nominal.wheel_radius_m".into(), short(p.value), p);
         for (i, wheel) in file.channels.wheel_speed.iter().enumerate() {
             let key = format!("channels.wheel_speed[{i}].gain");
@@ -60,7 +74,11 @@ pub fn apply(map: &Map, found: &[Parameter]) -> Vec<Applied> {
             add(key("lean_deg_per_g"), short(lean), p);
         }
         if let Some(p) = one(ParameterKind::AccelerometerBias) {
-            let bias = bias_of(map, Measurand::SpecificForce, Vector3::new(p.value, 0.0, 0.0));
+            let bias = bias_of(
+                map,
+                Measurand::SpecificForce,
+                Vector3::new(p.value, 0.0, 0.0),
+            );
             add(key("bias"), bias, p);
             let sd = p.sd.max(MIN_BIAS_SD[0]);
             add(key("bias_sd"), short(sd), p);
@@ -94,12 +112,6 @@ pub fn write(map: &Map, applied: &[Applied], source: &str) -> Result<(), Error> 
     edit::write(map, &edits.collect::<Vec<_>>())
 }
 
-/// The radius found over that of the map.
-fn radius_ratio(map: &Map, p: &Parameter) -> f64 {
-    let nominal = crate::drive::Plan::new(map).map_or(p.value, |plan| plan.vehicle.wheel_radius_m);
-    p.value / nominal
-}
-
 /// The bias of the columns, in their unit: that of the map and what was found in the axes of the vehicle, SI.
 fn bias_of(map: &Map, measurand: Measurand, found: Vector3<f64>) -> String {
     let Some(v) = map.file.channels.vector(measurand) else {
@@ -110,7 +122,11 @@ fn bias_of(map: &Map, measurand: Measurand, found: Vector3<f64>) -> String {
     let turn = mount(&v.mount_deg).matrix() * axes(v.axes);
     let columns = turn.transpose() * found / factor;
     let old = v.bias.map_or([0.0; 3], |b| b.map(Finite::get));
-    let new: Vec<String> = old.iter().zip(columns.iter()).map(|(a, b)| short(a + b)).collect();
+    let new: Vec<String> = old
+        .iter()
+        .zip(columns.iter())
+        .map(|(a, b)| short(a + b))
+        .collect();
     format!("[{}]", new.join(", "))
 }
 

@@ -62,16 +62,15 @@ impl LastValues {
             0 => f64::NAN,
             _ => {
                 let known = self.known(&self.torques);
-                known.map(|t| rim_force(t.unwrap_or(f64::NAN), speed, v)).sum()
+                known
+                    .map(|t| rim_force(t.unwrap_or(f64::NAN), speed, v))
+                    .sum()
             }
         };
     }
 
     /// The values of the channels that there are; none of one that is too old.
-    fn known<'a>(
-        &'a self,
-        all: &'a [LastSample],
-    ) -> impl Iterator<Item = Option<f64>> + 'a {
+    fn known<'a>(&'a self, all: &'a [LastSample]) -> impl Iterator<Item = Option<f64>> + 'a {
         let there = all.iter().filter(|last| last.is_there);
         there.map(|last| last.at(self.now_ns))
     }

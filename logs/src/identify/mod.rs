@@ -1,11 +1,11 @@
 //! Parameters of vehicle and instruments from a log whose mass and slope are known: torque gain, running resistance,
 //! lean and bias of the accelerometer, noise, and with a reference of the way the radius of the wheels. The force
-//! balance of Liu et al. (2023, §2.2) regressed over windows of a second.
+//! balance of Liu et al. (2023, §2.2) regressed over windows of half a second.
 //!
 //! | file | what it holds |
 //! |---|---|
 //! | `tracks` | channels over time, without what was rejected |
-//! | `windows` | weighted means over a second, in which force and acceleration go together |
+//! | `windows` | weighted means over half a second, in which force and acceleration go together |
 //! | `regression` | least squares over windows that overlap |
 //! | `last` | the last values of channels, while they are not too old |
 //! | `applied` | the map with what was found |
@@ -27,7 +27,7 @@ pub(crate) use last::LastValues;
 pub(crate) use noise::Noise;
 pub(crate) use regression::{RegressionRow, regression};
 pub(crate) use tracks::Tracks;
-pub(crate) use windows::{ForceWindow, OVERLAP, Windows, drag_pressure, known};
+pub(crate) use windows::{ForceWindow, OVERLAP, WINDOW_S, Windows, drag_pressure, known};
 
 use crate::drive::{Drive, Plan, Reference, Way, calibrate};
 use crate::map::Map;
@@ -38,10 +38,10 @@ use nalgebra::{Vector1, Vector2, Vector3};
 use serde::Serialize;
 use wheel_radius::Rolled;
 
-/// Fewest windows of a regression: 20 s of them.
+/// Fewest windows of a regression: 10 s of them.
 pub(crate) const MIN_WINDOWS: usize = 19 * OVERLAP + 1;
 /// Fewest windows in which the vehicle stands, for the bias of the gyro: 3 s.
-const MIN_STANDING: usize = 2 * OVERLAP + 1;
+const MIN_STANDING: usize = 5 * OVERLAP + 1;
 /// A drag area is found where its standard deviation is below this share of the nominal one.
 const MAX_DRAG_SD: f64 = 0.5;
 
@@ -228,6 +228,11 @@ fn drive_parameters(
     Ok(found)
 }
 
+/// Time that so many windows cover, s.
+pub(crate) fn seconds_of(windows: usize) -> f64 {
+    (windows as f64 * WINDOW_S / OVERLAP as f64).round()
+}
+
 fn too_few(map: &Map, windows: usize) -> Error {
     let file = map.files.values().next().cloned().unwrap_or_default();
     wrong(
@@ -235,11 +240,11 @@ fn too_few(map: &Map, windows: usize) -> Error {
         None,
         format!(
             "of this log {} s have speed, traction, mass and slope while the vehicle moves one way and does not brake",
-            windows.div_ceil(OVERLAP)
+            seconds_of(windows)
         ),
         format!(
             "at least {} s, with forces that differ; a map with wheel_speed, traction, reference.mass and reference.slope",
-            MIN_WINDOWS.div_ceil(OVERLAP)
+            seconds_of(MIN_WINDOWS)
         ),
     )
 }
@@ -293,7 +298,9 @@ fn gyro_parameters(windows: &[ForceWindow]) -> Vec<Parameter> {
     };
     let rows = |i: usize, of: &dyn Fn(&ForceWindow, f64) -> Option<f64>| -> Vec<_> {
         let rate = |w: &ForceWindow| w.rate.get(i).copied().unwrap_or(f64::NAN);
-        let values = windows.iter().filter_map(|w| Some((w.t_s, of(w, rate(w))?)));
+        let values = windows
+            .iter()
+            .filter_map(|w| Some((w.t_s, of(w, rate(w))?)));
         values
             .filter(|(_, y)| y.is_finite())
             .map(|(t, y)| (t, Vector1::new(1.0), y))

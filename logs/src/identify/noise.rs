@@ -160,12 +160,14 @@ impl Noise {
             .collect()
     }
 
-    /// Gives estimators the noise of the log: parameters that are called as below, and that the map has not set. What
-    /// was set.
+    /// Gives estimators the noise of the log: parameters that are called as below, and that the map has not set; where
+    /// nobody asked for it (`asked` false) only what is more than their default, so that coarse steps of a wheel speed,
+    /// which hide its noise, make no estimator sure of it. What was set.
     pub fn give(
         &self,
         estimators: &mut BTreeMap<String, Settings>,
         registry: &Registry,
+        asked: bool,
     ) -> Vec<Found> {
         let figures = self.figures();
         let mut given = Vec::new();
@@ -194,6 +196,9 @@ impl Noise {
                 let n = used.len() as f64;
                 let value = (used.iter().map(|f| f.sd * f.sd).sum::<f64>() / n).sqrt();
                 let value = value.clamp(low, high);
+                if !asked && default.is_some_and(|default| value <= default) {
+                    continue;
+                }
                 *settings = std::mem::take(settings).set(parameter, value);
                 let default = default.map_or("of the vehicle".to_owned(), |x| format!("{x}"));
                 given.push(Found {

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// Residuals further apart than this are taken for independent, s.
-const CORRELATED_S: f64 = 5.0;
+const CORRELATED_S: f64 = 3.0;
 /// Smallest eigenvalue of the correlations of the columns: below, they cannot be told apart.
 const MIN_EIGENVALUE: f64 = 1e-9;
 
@@ -83,10 +83,10 @@ mod tests {
     fn correlated_rows_count_as_fewer() {
         let number = |i: i32| (f64::from(i * 7919 % 1009) / 1009.0) - 0.5;
         let alone: Vec<_> = (0..1000)
-            .map(|i| (f64::from(i) * 4.0, Vector1::new(1.0), number(i)))
+            .map(|i| (f64::from(i) * 2.0, Vector1::new(1.0), number(i)))
             .collect();
         let repeated: Vec<_> = (0..4000)
-            .map(|i| (f64::from(i), Vector1::new(1.0), number(i / 4)))
+            .map(|i| (f64::from(i) * 0.5, Vector1::new(1.0), number(i / 4)))
             .collect();
         let [a, b] = [&alone, &repeated].map(|rows| regression(rows, 20).unwrap().sd[0]);
         assert!(b > 0.7 * a && b < 1.1 * a, "{a} {b}");

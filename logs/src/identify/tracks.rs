@@ -5,7 +5,7 @@ use crate::drive::Step;
 use monorig_estimators::api::signals::{MAX_DRIVES, Vehicle};
 
 /// A gap up to this is bridged in a fast channel, ns.
-const SHORT_NS: i64 = 100_000_000;
+const SHORT_NS: i64 = 200_000_000;
 /// A gap up to so many usual intervals is bridged in a slow one.
 const INTERVALS: f64 = 2.5;
 
@@ -150,7 +150,7 @@ pub(super) fn rim_force(torque: f64, speed: f64, v: &Vehicle) -> f64 {
 mod tests {
     use super::*;
 
-    /// Linear between samples a tenth of a second apart, nothing in a gap of one second, and nothing at the ends.
+    /// Linear between samples a twentieth of a second apart, nothing in a gap of one second, and nothing at the ends.
     #[test]
     fn a_gap_is_no_value() {
         let mut track = Track::default();

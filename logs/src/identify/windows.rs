@@ -11,7 +11,7 @@ use crate::notation::STANDARD_GRAVITY_MPS2 as G;
 use monorig_estimators::api::signals::Vehicle;
 
 /// Length of a window, s.
-const WINDOW_S: f64 = 1.0;
+pub(crate) const WINDOW_S: f64 = 0.5;
 /// Windows begin so often in the length of one.
 pub(crate) const OVERLAP: usize = 4;
 /// Fewest steps of a window.
@@ -168,8 +168,21 @@ fn window(points: &[Point]) -> Option<ForceWindow> {
             *mean += weight * (x + y);
         }
     }
-    let [speed, speed_squared, force_n, fx, fy, fz, wx, wy, wz, sin, sin_effective, against, mass_kg] =
-        means;
+    let [
+        speed,
+        speed_squared,
+        force_n,
+        fx,
+        fy,
+        fz,
+        wx,
+        wy,
+        wz,
+        sin,
+        sin_effective,
+        against,
+        mass_kg,
+    ] = means;
     let speeds = || points.iter().map(|p| p.speed);
     let least = speeds().fold(f64::INFINITY, f64::min);
     let most = speeds().fold(f64::NEG_INFINITY, f64::max);

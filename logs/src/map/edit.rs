@@ -37,7 +37,10 @@ pub(crate) fn write(map: &Map, edits: &[Edit]) -> Result<(), Error> {
     };
     let mut text = read_result(path)?;
     let mut expected = Document::read(path)?;
-    let sets: Vec<_> = edits.iter().map(|e| (e.key.clone(), e.value.clone())).collect();
+    let sets: Vec<_> = edits
+        .iter()
+        .map(|e| (e.key.clone(), e.value.clone()))
+        .collect();
     expected.apply(&Sets::new(&sets))?;
     for edit in edits {
         text = put(&text, edit).ok_or_else(by_hand)?;
@@ -71,7 +74,9 @@ fn steps(path: &str) -> Vec<Step> {
     for part in path.split('.') {
         let (name, rest) = part.split_once('[').map_or((part, ""), |(n, r)| (n, r));
         all.push(Step::Key(name.to_owned()));
-        let indices = rest.split('[').filter_map(|i| i.strip_suffix(']')?.parse().ok());
+        let indices = rest
+            .split('[')
+            .filter_map(|i| i.strip_suffix(']')?.parse().ok());
         all.extend(indices.map(Step::Index));
     }
     all
@@ -112,7 +117,10 @@ fn masked(text: &str) -> Vec<u8> {
     let (mut quote, mut comment) = (None, false);
     for i in 0..mask.len() {
         let c = text.as_bytes()[i];
-        let before = i.checked_sub(1).and_then(|j| text.as_bytes().get(j)).copied();
+        let before = i
+            .checked_sub(1)
+            .and_then(|j| text.as_bytes().get(j))
+            .copied();
         match (c, quote) {
             (b'\n', _) => (quote, comment) = (None, false),
             _ if comment => mask[i] = b'#',
@@ -164,12 +172,13 @@ fn child(mask: &mut Vec<u8>, region: &Region, step: &Step) -> Option<Region> {
     match region {
         Region::Scalar(_) => None,
         Region::Flow(range) => {
-            let (i, value) = items(mask, range).into_iter().enumerate().find_map(|(i, item)| {
-                match step {
+            let (i, value) = items(mask, range)
+                .into_iter()
+                .enumerate()
+                .find_map(|(i, item)| match step {
                     Step::Index(n) => (i == *n).then_some((i, item)),
                     Step::Key(key) => Some((i, value_of(mask, &item, key)?)),
-                }
-            })?;
+                })?;
             let _ = i;
             Some(region_at(mask, value))
         }
@@ -186,7 +195,9 @@ fn child(mask: &mut Vec<u8>, region: &Region, step: &Step) -> Option<Region> {
                     Some((*n, value_of(mask, &item, key)?))
                 })?,
                 Step::Index(i) => {
-                    let dashes = here.iter().filter(|(_, l)| mask.get(l.start + at) == Some(&b'-'));
+                    let dashes = here
+                        .iter()
+                        .filter(|(_, l)| mask.get(l.start + at) == Some(&b'-'));
                     let (n, line) = dashes.clone().nth(*i)?;
                     // the rest of the line is the first one of the entry, as if the dash were a space
                     let dash = line.start + at;
@@ -275,7 +286,10 @@ fn value_of(mask: &[u8], item: &Range<usize>, key: &str) -> Option<Range<usize>>
 
 /// A range without spaces, line breaks and comments at its ends.
 fn trimmed(mask: &[u8], range: Range<usize>) -> Range<usize> {
-    let idle = |i: usize| mask.get(i).is_none_or(|c| c.is_ascii_whitespace() || *c == b'#');
+    let idle = |i: usize| {
+        mask.get(i)
+            .is_none_or(|c| c.is_ascii_whitespace() || *c == b'#')
+    };
     let (mut from, mut to) = (range.start, range.end);
     while from < to && idle(from) {
         from += 1;
@@ -312,7 +326,10 @@ fn insert(text: &str, mask: &[u8], region: &Region, entry: &str, edit: &Edit) ->
 
 /// The text with the comment above the line of this place, instead of one of an earlier time.
 fn commented(text: &str, at: usize, edit: &Edit) -> String {
-    let start = text.get(..at).and_then(|t| t.rfind('\n')).map_or(0, |i| i + 1);
+    let start = text
+        .get(..at)
+        .and_then(|t| t.rfind('\n'))
+        .map_or(0, |i| i + 1);
     let (head, tail) = text.split_at(start);
     let spaces: String = tail.chars().take_while(|c| *c == ' ').collect();
     let name = edit.key.rsplit('.').next().unwrap_or_default();
@@ -388,7 +405,13 @@ channels:
         let sets = edits.map(|(k, v)| (k.to_owned(), v.to_owned()));
         expected.apply(&Sets::new(&sets)).unwrap();
         assert!(expected.is_of(&text), "{text}");
-        for comment in ["# a drive", "# of the format", "# weighed", "# the box", "# behind the seat"] {
+        for comment in [
+            "# a drive",
+            "# of the format",
+            "# weighed",
+            "# the box",
+            "# behind the seat",
+        ] {
             assert!(text.contains(comment), "{comment} in\n{text}");
         }
         // the second time of one key replaces the comment of the first

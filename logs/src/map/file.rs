@@ -61,7 +61,7 @@ pub struct MapFile {
     /// Estimators by name, with their parameters, as in a scenario.
     #[serde(default)]
     pub(crate) estimators: BTreeMap<String, Settings>,
-    /// Source of the measurement noise that estimators are given; none = `from-log`.
+    /// Source of the measurement noise that estimators are given; none = from the log where that is more than the default of an estimator.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) noise: Option<NoiseSource>,
     /// Bounds to hold, as in a scenario.

@@ -116,7 +116,12 @@ impl Map {
 
     /// The names of the log's files, for messages.
     pub fn log_names(&self) -> String {
-        let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let name = |path: &PathBuf| {
+            path.file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned()
+        };
         self.files.values().map(name).collect::<Vec<_>>().join(", ")
     }
 
@@ -199,6 +204,7 @@ impl Map {
                     .map(|column| (column, time.unit.unwrap_or_default())),
                 offset_ns: (own(|c| c.offset_s) * NS as f64).round() as i64,
                 drift_ppm: own(|c| c.drift_ppm),
+                leads: false,
             }
         };
         // a file of which nothing is wanted is not read

@@ -41,6 +41,8 @@ pub(crate) struct Source {
     pub offset_ns: i64,
     /// Rate by which its clock is too slow, parts per million: stamps grow by it from its first one on.
     pub drift_ppm: f64,
+    /// True if of rows with the same time its own come first: others ask what it says.
+    pub leads: bool,
 }
 
 /// A row of a file, on the common clock.
@@ -313,7 +315,11 @@ impl Merged {
             streams: Vec::new(),
             order: BinaryHeap::new(),
         };
-        for (number, source) in sources.iter().enumerate() {
+        let leading = |leads: bool| {
+            let all = sources.iter().enumerate();
+            all.filter(move |(_, source)| source.leads == leads)
+        };
+        for (number, source) in leading(true).chain(leading(false)) {
             for part in Part::all(&source.path, &source.options)? {
                 let stream = Stream::open(part, number, source, by)?;
                 let part = merged.streams.len();

@@ -78,11 +78,7 @@ pub struct Built {
 const NOISE_NS: i64 = 600_000_000_000;
 
 /// A simulation that plays the log of a map, with the values found by calibration and of noise.
-pub fn build(
-    map: &Map,
-    options: &ReplayOptions,
-    registry: &Registry,
-) -> Result<Built, Error> {
+pub fn build(map: &Map, options: &ReplayOptions, registry: &Registry) -> Result<Built, Error> {
     let mut plan = Plan::new(map)?;
     let mut found = calibrate(map, &mut plan)?;
     found.extend(options.found.iter().cloned());
@@ -112,12 +108,12 @@ pub fn build(
     match noise {
         Some(NoiseSource::FromLog) => {
             let noise = Noise::of_log(map, &plan, i64::MAX)?;
-            found.extend(noise.give(&mut estimators, &registry));
+            found.extend(noise.give(&mut estimators, &registry, true));
         }
         Some(NoiseSource::Defaults) => {}
         None => {
             let noise = Noise::of_log(map, &plan, NOISE_NS)?;
-            silent = noise.give(&mut estimators, &registry);
+            silent = noise.give(&mut estimators, &registry, false);
             taken.extend(noise.taken(&silent));
         }
     }
@@ -131,7 +127,8 @@ pub fn build(
     let all: Vec<Found> = found.iter().chain(&silent).cloned().collect();
     let scenario = scenario(map, options, estimators, &all)?;
     let recorded = recorded(map, &plan, drive, reference, first, scenario, options.ghost);
-    let how = "`bias_sd` of the channels and `noise: from-log` or `noise: defaults` in the map say it";
+    let how =
+        "`bias_sd` of the channels and `noise: from-log` or `noise: defaults` in the map say it";
     Ok(Built {
         simulation: Simulation::recorded(recorded, &registry)?,
         found,
