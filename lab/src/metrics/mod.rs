@@ -136,6 +136,17 @@ impl Metric {
         }
     }
 
+    /// True if only samples with a reference count: an error, and not an innovation.
+    pub(crate) fn needs_reference(&self) -> bool {
+        matches!(
+            self.of,
+            Of::Error {
+                referenced: true,
+                ..
+            }
+        )
+    }
+
     /// The quantity whose availability it is; none if it is not one.
     pub(crate) fn availability_of(&self) -> Option<Quantity> {
         match self.of {

@@ -54,7 +54,8 @@ pub(crate) fn bounds(file: &ScenarioFile) -> Vec<Bound> {
 /// time as the quantity must be valid, so that an error over a few samples holds no bound. Of a simulation all have one.
 pub(crate) fn of_references(file: &ScenarioFile) -> Vec<Bound> {
     let mut all: Vec<Expectation> = Vec::new();
-    for e in &file.expect {
+    let needs = |e: &&Expectation| find(&e.metric).is_some_and(Metric::needs_reference);
+    for e in file.expect.iter().filter(needs) {
         let Some(quantity) = error_of(e) else {
             continue;
         };
