@@ -413,6 +413,11 @@ fn planted_faults_are_named() {
             "{offset_s: 0.2}".into(),
             "lag of the specific force against the wheels",
         ),
+        (
+            "faults",
+            whole("wheel_speed", "lag, size: 200"),
+            "lag of the specific force against the wheels",
+        ),
         ("step.rate_hz", "100".into(), ""),
     ] {
         let told = bad(&log.map(&[(key, &value)]));

@@ -244,19 +244,19 @@ impl Drive {
                 continue;
             };
             let taken = channel.take(binding, &row.values, stamp_ns);
-            let mut left = taken.map(|value| (stamp_ns, value));
+            let mut left = taken.map(|value| (stamp_ns, 0, value));
             if let (Some(faults), Some(value)) = (&mut channel.faults, taken) {
                 left = faults.apply(stamp_ns, value, channel.vector.is_some());
             }
-            channel.watch(
-                left.map_or(stamp_ns, |(t, _)| t),
-                left.map(|(_, value)| value),
-            );
-            let Some((stamp_ns, value)) = left else {
+            let stamp = left.map_or(stamp_ns, |(stamp, ..)| stamp);
+            channel.watch(stamp, left.map(|(.., value)| value));
+            let Some((stamp_ns, late_ns, value)) = left else {
                 continue;
             };
             self.samples += 1;
-            let deliver_ns = time_ns.saturating_add(channel.latency_ns);
+            let deliver_ns = time_ns
+                .saturating_add(channel.latency_ns)
+                .saturating_add(late_ns);
             channel.waiting.push_back(Waiting {
                 deliver_ns,
                 stamp_ns,

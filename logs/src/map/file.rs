@@ -315,6 +315,8 @@ pub(crate) enum LogFaultKind {
     Jitter,
     /// Samples are lost, a share of `size`.
     Loss,
+    /// Samples come `size` ms late, with stamps of when they come: a clock that is behind.
+    Lag,
 }
 
 impl LogFaultKind {
@@ -333,7 +335,7 @@ impl LogFaultKind {
             Self::AxesXySwapped => FaultKind::AxesXySwapped,
             Self::AxesXzSwapped => FaultKind::AxesXzSwapped,
             Self::AxesYzSwapped => FaultKind::AxesYzSwapped,
-            Self::Jitter | Self::Loss => return None,
+            Self::Jitter | Self::Loss | Self::Lag => return None,
         })
     }
 }
