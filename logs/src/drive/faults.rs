@@ -180,7 +180,11 @@ impl ChannelFaults {
             to_s: to_s.map_or(f64::INFINITY, |t| t.get()),
             jitter_s: if is_loss || is_lag { 0.0 } else { size * 1e-3 },
             loss: if is_loss { size } else { 0.0 },
-            lag_ns: if is_lag { (size * 1e6).round() as i64 } else { 0 },
+            lag_ns: if is_lag {
+                (size * 1e6).round() as i64
+            } else {
+                0
+            },
         });
         Ok(())
     }

@@ -84,18 +84,21 @@ pub fn apply(map: &Map, found: &[Parameter]) -> Vec<Applied> {
             add(key("bias_sd"), short(sd), p);
         }
     }
-    let axis = |i: usize| one(ParameterKind::GyroBias(i));
     if file.channels.vector(Measurand::AngularRate).is_some() {
-        let all = [0, 1, 2].map(axis);
-        let value = |i: usize| axis(i).map_or(0.0, |p| p.value);
-        if let Some(p) = all.iter().flatten().next() {
-            let key = |name: &str| format!("channels.angular_rate.{name}");
-            let bias = Vector3::new(value(0), value(1), value(2));
+        let axes = [0, 1, 2].map(ParameterKind::GyroBias);
+        let value = |kind: ParameterKind| one(kind).map_or(0.0, |p| p.value);
+        let key = |name: &str| format!("channels.angular_rate.{name}");
+        let largest = axes.iter().filter_map(|kind| one(*kind));
+        let largest = largest.max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
+        if let Some(p) = largest {
+            let bias = Vector3::from(axes.map(value));
             add(key("bias"), bias_of(map, Measurand::AngularRate, bias), p);
-            if let [Some(a), Some(b), Some(c)] = all {
-                let sd = a.sd.max(b.sd).max(c.sd).max(MIN_BIAS_SD[1]);
-                add(key("bias_sd"), short(sd), p);
-            }
+        }
+        // of all three axes: an axis whose bias is not seen is known by its standard deviation too
+        let all = axes.map(|kind| found.iter().find(|p| p.kind == kind));
+        if let [Some(a), Some(b), Some(c)] = all {
+            let sd = a.sd.max(b.sd).max(c.sd).max(MIN_BIAS_SD[1]);
+            add(key("bias_sd"), short(sd), largest.unwrap_or(b));
         }
     }
     all
