@@ -1,5 +1,5 @@
-//! What was planted in a simulated drive of a car is found in its log, with samples of the traction rejected; what was
-//! broken on purpose is told. The car of these tests is a force balance of its own, not the simulator's.
+//! Parameters planted in a simulated drive of a car are found in its log, with samples of the traction rejected; what
+//! was broken on purpose is told. The car of these tests is a force balance of its own, not the simulator's.
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 
@@ -18,7 +18,7 @@ const ROTATING_KG: f64 = 60.0;
 const RADIUS_M: f64 = 0.31;
 const DENSITY: f64 = 1.2;
 
-/// What is wrong with the car, beside its map.
+/// The mistakes of the car, beside its map.
 #[derive(Clone, Copy)]
 struct Planted {
     gain: f64,
@@ -237,8 +237,8 @@ fn what_was_planted_is_found_on_twenty_seeds() {
     );
 }
 
-/// Where windows begin changes nothing: with the log cut off at its front by parts of a second the lean stays within its
-/// standard deviation.
+/// Where windows begin changes nothing: with the log cut off at its front by parts of a second the lean stays within
+/// its standard deviation.
 #[test]
 fn the_lean_does_not_depend_on_where_windows_begin() {
     let log = Log::of(&drive(3, 60.0, &PLANTED, false));
@@ -262,8 +262,8 @@ fn the_lean_does_not_depend_on_where_windows_begin() {
     }
 }
 
-/// What is found is written into the map, whose comments stay; found again of that map nothing is left, and an estimator
-/// on the other half of the drive is nearer to the slope than before.
+/// The parameters found are written into the map, whose comments stay; found again of that map nothing is left, and an
+/// estimator on the other half of the drive is nearer to the slope than before.
 #[test]
 fn what_was_found_is_applied_and_judged_on_the_rest() {
     let log = Log::of(&drive(5, 120.0, &PLANTED, false));

@@ -44,8 +44,8 @@ pub struct ReplayArgs {
     /// Estimators to run instead of those of the map, by name
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub estimators: Vec<String>,
-    /// Where estimators have the noise from: `from-log` (`wheel_speed_sd_mps` and `accel_sd_mps2` where the map does not
-    /// set them, with Allan figures of what stands) or `defaults`
+    /// Where estimators have the noise from: `from-log` (`wheel_speed_sd_mps` and `accel_sd_mps2` where the map does
+    /// not set them, with Allan figures of what stands) or `defaults`
     #[arg(long, value_name = "SOURCE", value_parser = noise_source)]
     pub noise: Option<NoiseSource>,
     /// Also record the vehicle of the map on the same drive, with the speed that was measured: the traction, motor

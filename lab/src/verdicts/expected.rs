@@ -50,8 +50,9 @@ pub(crate) fn bounds(file: &ScenarioFile) -> Vec<Bound> {
         .collect()
 }
 
-/// The shares of samples with a reference that the bounds on errors of a recorded drive need beside them: as much of the
-/// time as the quantity must be valid, so that an error over a few samples holds no bound. Of a simulation all have one.
+/// The shares of samples with a reference that the bounds on errors of a recorded drive need beside them: as much of
+/// the time as the quantity must be valid, so that an error over a few samples holds no bound. Of a simulation all
+/// have one.
 pub(crate) fn of_references(file: &ScenarioFile) -> Vec<Bound> {
     let mut all: Vec<Expectation> = Vec::new();
     let needs = |e: &&Expectation| find(&e.metric).is_some_and(Metric::needs_reference);

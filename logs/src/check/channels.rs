@@ -1,5 +1,5 @@
-//! Checks of each channel by itself: rate, jitter, gaps, repeated stamps, share that counts, a value that stays; and its
-//! lag against the wheels.
+//! Checks of each channel by itself: rate, jitter, gaps, repeated stamps, share that counts, a value that stays; and
+//! its lag against the wheels.
 
 use super::lag::Lag;
 use super::rules::check;
@@ -90,7 +90,7 @@ fn report(c: &ChannelFigures, name: String) -> Option<ChannelReport> {
     })
 }
 
-/// What is wrong with the rate, the stamps or the share that counts; none where nothing is.
+/// The mistake in the rate, the stamps or the share that counts; none where there is none.
 fn rate(c: &ChannelFigures) -> Option<Check> {
     let report = report(c, name(c.target)?)?;
     let least = match (is_imu(c.target), is_used_for_motion(c.target)) {

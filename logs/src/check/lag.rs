@@ -158,7 +158,7 @@ fn around(values: &[f64], of: impl Fn(&[f64]) -> f64) -> Vec<f64> {
     [edge.clone(), inner, edge].concat()
 }
 
-/// What is left without the mean over the time around, where nearly all of it is known.
+/// The rest without the mean over the time around, where nearly all of it is known.
 fn fast(values: &[f64]) -> Vec<f64> {
     let (mut sums, mut counts) = (vec![0.0], vec![0usize]);
     let (mut sum, mut count) = (0.0, 0);

@@ -121,8 +121,8 @@ fn drift(what: &str, values: &[f64]) -> Check {
     check(what, drift, "m/s²", &good, verdict)
 }
 
-/// The change of the slope over so many windows, and by how much the gyro has turned about an axis meanwhile: nose up is
-/// against the axis to the left. The slope is the reference's, else that of specific force and wheels, sin θ = (f −
+/// The change of the slope over so many windows, and by how much the gyro has turned about an axis meanwhile: nose up
+/// is against the axis to the left. The slope is the reference's, else that of specific force and wheels, sin θ = (f −
 /// dv/dt)/g, each the mean over a second.
 pub(super) fn slope_change(windows: &[ForceWindow], axis: usize, step: usize) -> FittedLine {
     let slope = |w: &ForceWindow| {

@@ -20,8 +20,8 @@ const MIN_ACCEL_SD: f64 = 0.05;
 const MIN_SLOPE_SD: f64 = 0.003;
 /// Least correlation for a verdict.
 pub(super) const MIN_CORRELATION: f64 = 0.5;
-/// Windows of 2 s, over which noise changes as much as over 5 s, and a slope does not: by how much less; and a change of
-/// the slope that is more than noise, rad.
+/// Windows of 2 s, over which noise changes as much as over 5 s, and a slope does not: by how much less; and a change
+/// of the slope that is more than noise, rad.
 const SHORT_SLOPE_STEP: usize = 4 * OVERLAP;
 const CLEAR_GROWTH: f64 = 1.3;
 const CLEAR_SLOPE_SD: f64 = 0.01;

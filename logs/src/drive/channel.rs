@@ -312,7 +312,7 @@ impl Channel {
     }
 }
 
-/// What a column of another file said counts for this time, ns.
+/// The value of a column of another file counts for this time, ns.
 const MAX_AGE_NS: i64 = 1_000_000_000;
 /// Most columns of one formula.
 pub(super) const MAX_TERMS: usize = 16;

@@ -1,4 +1,5 @@
-//! Faults of a replayed log: those of the rig's sensors, and jitter, loss and lag, put on samples before they are delivered.
+//! Faults of a replayed log: those of the rig's sensors, and jitter, loss and lag, put on samples before they are
+//! delivered.
 
 use super::channel::{Channel, Target};
 use crate::map::{FaultedChannel, LogFault, LogFaultKind, Map};
@@ -43,8 +44,8 @@ impl ChannelFaults {
         }
     }
 
-    /// Puts the faults on a sample: its stamp (ns of the replay), by how much it comes later (ns) and its value; none if it
-    /// is not delivered.
+    /// Puts the faults on a sample: its stamp (ns of the replay), by how much it comes later (ns) and its value; none
+    /// if it is not delivered.
     pub fn apply(
         &mut self,
         stamp_ns: i64,

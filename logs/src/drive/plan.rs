@@ -30,7 +30,7 @@ pub struct Plan {
     pub(crate) commanded: usize,
     /// Axes of specific force and angular rate in the order forward, left, up that the log does not have.
     pub(crate) absent: Vec<(Measurand, usize)>,
-    /// What the map is silent on, and what is taken in its place.
+    /// Values that the map is silent on, with those taken in their place.
     pub(crate) taken: Vec<String>,
 }
 
@@ -339,7 +339,7 @@ fn absent((measurand, channel): (&Measurand, &MeasuredChannel)) -> Vec<(Measuran
     (0..3).filter(none).map(|axis| (*measurand, axis)).collect()
 }
 
-/// What the three columns are on a level vehicle at rest, in their unit: gravity on the axis that points up or down.
+/// The three columns on a level vehicle at rest, in their unit: gravity on the axis that points up or down.
 fn at_rest(measurand: Measurand, of: Option<[Axis; 3]>, unit: &Unit) -> [f64; 3] {
     let up = axes(of).transpose() * Vector3::z();
     match measurand {

@@ -18,7 +18,7 @@ pub struct Applied {
     pub key: String,
     /// Its value, as YAML.
     pub value: String,
-    /// What was found, with its standard deviation.
+    /// The parameter that was found, with its standard deviation.
     pub found: String,
 }
 

@@ -59,12 +59,12 @@ pub struct Parameter {
     pub unit: &'static str,
     /// Its key in a map, or its meaning for the vehicle.
     pub meaning: &'static str,
-    /// What it is of.
+    /// Its kind.
     #[serde(skip)]
     pub kind: ParameterKind,
 }
 
-/// What a parameter is of.
+/// The kind of a parameter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ParameterKind {
     /// Radius of the wheels.

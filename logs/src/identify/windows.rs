@@ -1,9 +1,9 @@
 //! Windows of a log for the force balance: all quantities of a window are means with the same weights.
 //!
-//! The acceleration of a window is the slope of the regression of the speed over its time, Σ c v with c = (t − t̄)/Σ(t −
-//! t̄)². By summation by parts it is also the mean of dv/dt with weights that fall from the middle to zero at both ends.
-//! Forces and slopes are averaged with these weights, so that a force that changes within the window goes with the
-//! acceleration that it causes, wherever the window begins. Windows overlap.
+//! The acceleration of a window is the slope of the regression of the speed over its time, Σ c v with c = (t − t̄)/Σ(t
+//! − t̄)². By summation by parts it is also the mean of dv/dt with weights that fall from the middle to zero at both
+//! ends. Forces and slopes are averaged with these weights, so that a force that changes within the window goes with
+//! the acceleration that it causes, wherever the window begins. Windows overlap.
 
 use super::tracks::Tracks;
 use crate::drive::{Reference, Step};

@@ -193,8 +193,8 @@ pub(crate) struct CommandChannel {
     /// File, by its name under `files`; not needed where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// Torque of each motor at its shaft; of another number of columns than drive units the sum, in equal shares. None =
-    /// the measured one.
+    /// Torque of each motor at its shaft; of another number of columns than drive units the sum, in equal shares. None
+    /// = the measured one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub torque: Vec<Formula>,
     /// Unit of the torques.
@@ -206,7 +206,8 @@ pub(crate) struct CommandChannel {
     /// Clamp cylinder pressure, MPa; none = 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clamp_pressure_mpa: Option<Formula>,
-    /// Share of the brake force, 0 to 1; none = 0. Above 0 the vehicle brakes, and its motion is not that of the traction.
+    /// Share of the brake force, 0 to 1; none = 0. Above 0 the vehicle brakes, and its motion is not that of the
+    /// traction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub brake: Option<Formula>,
 }

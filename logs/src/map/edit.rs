@@ -16,7 +16,7 @@ pub(crate) struct Edit {
     pub key: String,
     /// The value, as YAML.
     pub value: String,
-    /// What stands above it as a comment.
+    /// The comment above it.
     pub comment: String,
 }
 
@@ -64,20 +64,20 @@ enum Region {
 
 /// A step of a path.
 #[derive(Clone, Debug, PartialEq)]
-enum Step {
+enum PathStep {
     Key(String),
     Index(usize),
 }
 
-fn steps(path: &str) -> Vec<Step> {
+fn steps(path: &str) -> Vec<PathStep> {
     let mut all = Vec::new();
     for part in path.split('.') {
         let (name, rest) = part.split_once('[').map_or((part, ""), |(n, r)| (n, r));
-        all.push(Step::Key(name.to_owned()));
+        all.push(PathStep::Key(name.to_owned()));
         let indices = rest
             .split('[')
             .filter_map(|i| i.strip_suffix(']')?.parse().ok());
-        all.extend(indices.map(Step::Index));
+        all.extend(indices.map(PathStep::Index));
     }
     all
 }
@@ -91,10 +91,14 @@ fn put(text: &str, edit: &Edit) -> Option<String> {
         let Some(next) = child(&mut mask, &region, step) else {
             // what is left of the path is new
             let rest = path.get(i + 1..)?;
-            let Step::Key(key) = step else { return None };
+            let PathStep::Key(key) = step else {
+                return None;
+            };
             let mut value = edit.value.clone();
             for step in rest.iter().rev() {
-                let Step::Key(key) = step else { return None };
+                let PathStep::Key(key) = step else {
+                    return None;
+                };
                 value = format!("{{{key}: {value}}}");
             }
             return insert(text, &mask, &region, &format!("{key}: {value}"), edit);
@@ -168,7 +172,7 @@ fn indent(mask: &[u8], line: &Range<usize>) -> Option<usize> {
 }
 
 /// The value of a key or an entry of a list in a region.
-fn child(mask: &mut Vec<u8>, region: &Region, step: &Step) -> Option<Region> {
+fn child(mask: &mut Vec<u8>, region: &Region, step: &PathStep) -> Option<Region> {
     match region {
         Region::Scalar(_) => None,
         Region::Flow(range) => {
@@ -176,8 +180,8 @@ fn child(mask: &mut Vec<u8>, region: &Region, step: &Step) -> Option<Region> {
                 .into_iter()
                 .enumerate()
                 .find_map(|(i, item)| match step {
-                    Step::Index(n) => (i == *n).then_some((i, item)),
-                    Step::Key(key) => Some((i, value_of(mask, &item, key)?)),
+                    PathStep::Index(n) => (i == *n).then_some((i, item)),
+                    PathStep::Key(key) => Some((i, value_of(mask, &item, key)?)),
                 })?;
             let _ = i;
             Some(region_at(mask, value))
@@ -190,11 +194,11 @@ fn child(mask: &mut Vec<u8>, region: &Region, step: &Step) -> Option<Region> {
                 .filter(|(_, l)| indent(mask, l) == Some(*at))
                 .collect();
             let (number, value) = match step {
-                Step::Key(key) => here.iter().find_map(|(n, line)| {
+                PathStep::Key(key) => here.iter().find_map(|(n, line)| {
                     let item = line.start + at..line.end;
                     Some((*n, value_of(mask, &item, key)?))
                 })?,
-                Step::Index(i) => {
+                PathStep::Index(i) => {
                     let dashes = here
                         .iter()
                         .filter(|(_, l)| mask.get(l.start + at) == Some(&b'-'));
@@ -216,15 +220,16 @@ fn child(mask: &mut Vec<u8>, region: &Region, step: &Step) -> Option<Region> {
                 .find(|l| indent(mask, l).is_some_and(|i| i <= *at))
                 .map_or(range.end, |l| l.start);
             let from = match step {
-                Step::Index(_) => all.get(number)?.start,
-                Step::Key(_) => all.get(number)?.end.min(range.end.saturating_sub(1)) + 1,
+                PathStep::Index(_) => all.get(number)?.start,
+                PathStep::Key(_) => all.get(number)?.end.min(range.end.saturating_sub(1)) + 1,
             };
-            if matches!(step, Step::Key(_)) && !value.is_empty() {
+            if matches!(step, PathStep::Key(_)) && !value.is_empty() {
                 return Some(Region::Scalar(value));
             }
             let within = from..end.max(from);
             let inner = lines(mask, &within).iter().find_map(|l| indent(mask, l))?;
-            (inner > *at || matches!(step, Step::Key(_))).then_some(Region::Block(within, inner))
+            (inner > *at || matches!(step, PathStep::Key(_)))
+                .then_some(Region::Block(within, inner))
         }
     }
 }

@@ -61,7 +61,8 @@ pub struct MapFile {
     /// Estimators by name, with their parameters, as in a scenario.
     #[serde(default)]
     pub(crate) estimators: BTreeMap<String, Settings>,
-    /// Source of the measurement noise that estimators are given; none = from the log where that is more than the default of an estimator.
+    /// Source of the measurement noise that estimators are given; none = from the log where that is more than the
+    /// default of an estimator.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) noise: Option<NoiseSource>,
     /// Bounds to hold, as in a scenario.
@@ -247,8 +248,8 @@ pub(crate) struct Nominal {
     pub running_resistance: Option<NonNegative>,
     /// Distance of the IMU ahead of the middle of its unit, m.
     pub imu_arm_m: Option<Finite>,
-    /// Of a road vehicle: drag coefficient times frontal area, m². Where one value of a road vehicle is told and no file
-    /// has them, the others are those of a compact car: 0.65.
+    /// Of a road vehicle: drag coefficient times frontal area, m². Where one value of a road vehicle is told and no
+    /// file has them, the others are those of a compact car: 0.65.
     pub drag_area_m2: Option<NonNegative>,
     /// Density of the air, kg/m³; 1.2.
     pub air_density_kgpm3: Option<Positive>,

@@ -1,8 +1,8 @@
 //! Expressions of columns: `torque_nm * engine_rpm * 0.104720`, `engine_rpm / turbine_rpm < 1.1`.
 //!
 //! Numbers, names of columns (in backquotes where they are more than letters, digits, `_`, `.`, `:` and `/` at the
-//! front: `` `Acc X [g]` ``), `+ - * /`, brackets, comparisons, `&&`, `||`, `!`, and `abs`, `sqrt`, `min`, `max`. A comparison is
-//! 1 or 0; whatever is not a number makes all that is computed from it not a number.
+//! front: `` `Acc X [g]` ``), `+ - * /`, brackets, comparisons, `&&`, `||`, `!`, and `abs`, `sqrt`, `min`, `max`. A
+//! comparison is 1 or 0; whatever is not a number makes all that is computed from it not a number.
 
 /// A parsed expression over columns by index.
 #[derive(Clone, Debug)]

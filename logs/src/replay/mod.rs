@@ -70,7 +70,7 @@ pub struct Built {
     pub simulation: Simulation,
     /// Values found by calibration and, where it was asked for, of noise.
     pub found: Vec<Found>,
-    /// What was taken where the map is silent, and how to tell better; none where it tells all.
+    /// Values taken where the map is silent, and how to tell better; none where it tells all.
     pub taken: Option<String>,
 }
 
