@@ -130,13 +130,13 @@ fn each_check_fires_on_a_log_broken_that_way_and_on_no_good_one() {
         }),
         (
             "torque counts the other way",
-            "mass by torque",
+            "mass by traction",
             "sign",
             |r| r.torque = -r.torque,
         ),
         (
             "torque in another unit",
-            "mass by torque",
+            "mass by traction",
             "cannot be",
             |r| r.torque *= 10.0,
         ),

@@ -5,7 +5,7 @@
 
 use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements};
 use monorig_logs::drive::{Drive, Plan, Step};
-use monorig_logs::map::Map;
+use monorig_logs::map::{Map, NoiseSource};
 use monorig_logs::replay::EstimatesFile;
 use monorig_logs::replay::{ReplayOptions, simulation};
 use monorig_sim::{Registry, StepFrame};
@@ -276,11 +276,11 @@ fn noise_of_a_log_is_given_by_name() {
         + "estimators: {ekf_v_theta_biases: {}, set: {is: ekf_v_theta_biases, wheel_speed_sd_mps: 0.3}}\n";
     let map = log.map(&map).unwrap();
     let options = ReplayOptions {
-        noise_from_log: true,
+        noise: Some(NoiseSource::FromLog),
         ..ReplayOptions::default()
     };
-    let (simulation, found) =
-        monorig_logs::replay::build(&map, &options, &Registry::default()).unwrap();
+    let built = monorig_logs::replay::build(&map, &options, &Registry::default()).unwrap();
+    let (simulation, found) = (built.simulation, built.found);
     assert_eq!(found.len(), 1, "{found:?}");
     assert!(
         found[0]

@@ -1,25 +1,35 @@
-//! `monorig calibrate`: parameters of vehicle and instruments from a log.
+//! `monorig calibrate`: parameters of vehicle and instruments from a log, and into its map.
 
 use crate::arguments::assignment;
 use crate::command::{Command, CommandOutcome, Program};
 use crate::recording::standing_noise;
 use crate::ui::errors::CliError;
+use crate::ui::note::note;
 use crate::ui::{output, tables};
 use clap::ValueEnum;
-use monorig_logs::identify::{Parameter, identify};
+use monorig_lab::metrics::measure;
+use monorig_lab::metrics::series::ErrorSeries;
+use monorig_logs::identify::{Applied, Parameter, apply, identify, write};
 use monorig_logs::map::Map;
+use monorig_logs::replay::{ReplayOptions, simulation};
+use monorig_sim::closed_loop::registry::Registry;
 use std::path::PathBuf;
 
 const CALIBRATE_EXAMPLES: &str = "\
 Examples:
   monorig calibrate drive.mf4 --map crane.map.yaml --known mass,slope
   monorig calibrate --map drive.map.yaml --known mass,slope --json found.json
+  monorig calibrate --map drive.map.yaml --known mass,slope --split 60
+      found of the first 60 s, and what the estimators of the map make of the
+      rest without and with it
+  monorig calibrate --map drive.map.yaml --known mass,slope --split 60 --apply
+      the same, and the map with what was found
 
-Finds torque gain, running resistance, lean and bias of the accelerometer, and
-noise, each with its standard deviation; with `reference.speed` or
-`reference.distance` in the map the radius of the wheels too; where the vehicle
-stands for 12 s random walk and bias instability of the IMU. Mass and slope are
-those under `reference` in the map.";
+Finds torque gain, running resistance, air drag of a road vehicle, lean and bias
+of the accelerometer, bias of the gyro, and noise, each with its standard
+deviation; with `reference.speed` or `reference.distance` in the map the radius
+of the wheels too; where the vehicle stands for 12 s random walk and bias
+instability of the IMU. Mass and slope are those under `reference` in the map.";
 
 /// Find parameters of vehicle and instruments from a log whose mass and slope are known.
 #[derive(Debug, clap::Parser)]
@@ -33,6 +43,13 @@ pub struct CalibrateArgs {
     /// Quantities that are known of the drive
     #[arg(long, value_name = "WHAT,…", value_delimiter = ',', required = true)]
     pub known: Vec<Known>,
+    /// Put what was found into the map file: gains, running resistance, drag, lean and biases, each with its standard
+    /// deviation as a comment; its other comments stay
+    #[arg(long)]
+    pub apply: bool,
+    /// Find on the first so many seconds, and judge the estimators of the map on the rest
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    pub split: Option<f64>,
     /// Also write what was found as JSON
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
@@ -50,15 +67,31 @@ pub enum Known {
     Slope,
 }
 
+fn seconds(text: &str) -> Result<f64, String> {
+    let number = text
+        .parse::<f64>()
+        .ok()
+        .filter(|s| s.is_finite() && *s > 0.0);
+    number.ok_or_else(|| "write a number of seconds above zero".to_owned())
+}
+
 impl Command for CalibrateArgs {
-    fn run(&self, _: &Program<'_>) -> Result<CommandOutcome, CliError> {
-        calibrate(self)
+    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        calibrate(self, program.registry)
     }
 }
 
 /// Find the parameters.
-fn calibrate(task: &CalibrateArgs) -> Result<CommandOutcome, CliError> {
-    let map = Map::load_with(&task.map, task.log.as_deref(), &task.sets)?;
+fn calibrate(task: &CalibrateArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+    let load = |more: &[(String, String)]| {
+        let sets = [task.sets.as_slice(), more].concat();
+        Map::load_with(&task.map, task.log.as_deref(), &sets)
+    };
+    let part = |key: &str| {
+        let s = task.split.map(|s| (format!("trim.{key}"), s.to_string()));
+        Vec::from_iter(s)
+    };
+    let map = load(&part("until_s"))?;
     for (what, key, is_there, why) in [
         (
             Known::Mass,
@@ -87,19 +120,147 @@ fn calibrate(task: &CalibrateArgs) -> Result<CommandOutcome, CliError> {
         output::write(path, &(text + "\n"))?;
     }
     output::print(&format!("{}\n", table(&found)))?;
+    let applied = apply(&map, &found);
+    if let Some(from_s) = task.split {
+        let rest = part("from_s");
+        let sets: Vec<_> = applied
+            .iter()
+            .map(|a| (a.key.clone(), a.value.clone()))
+            .collect();
+        let before = judged(&load(&rest)?, registry, from_s)?;
+        let after = judged(&load(&[rest, sets].concat())?, registry, from_s)?;
+        output::print(&format!("\n{}\n", compared(&before, &after, from_s)))?;
+    }
+    match task.split {
+        None => note(
+            "found of the whole drive: an error on the same drive is in-sample; `--split S` judges on the rest",
+        ),
+        Some(s) => note(&format!("found of the first {s} s, judged on the rest")),
+    }
+    if task.apply {
+        write(&map, &applied, &source(&map, task.split))?;
+        let keys: Vec<&str> = applied.iter().map(|a| a.key.as_str()).collect();
+        let at = task.map.display();
+        note(&format!("{at} has now: {}", keys.join(", ")));
+    } else {
+        note(&format!(
+            "`--apply` writes into the map: {}",
+            settings(&applied)
+        ));
+    }
     Ok(CommandOutcome::Held)
 }
 
+/// The drive that values were found of, for the comments in a map.
+fn source(map: &Map, split: Option<f64>) -> String {
+    match split {
+        None => format!("{} (in-sample)", map.log_names()),
+        Some(s) => format!("{}, 0 to {s} s", map.log_names()),
+    }
+}
+
+fn settings(applied: &[Applied]) -> String {
+    let each = applied.iter().map(|a| format!("{}={}", a.key, a.value));
+    each.collect::<Vec<_>>().join(" ")
+}
+
+/// Metrics that show what a calibration is worth, with their factor.
+const SHOWN: [(&str, f64); 6] = [
+    ("slope_rmse_deg", 1.0),
+    ("slope_bias_deg", 1.0),
+    ("slope_availability", 100.0),
+    ("mass_bias", 100.0),
+    ("mass_error_rel_end", 100.0),
+    ("mass_availability", 100.0),
+];
+/// Time that estimators have to settle, s.
+const SETTLING_S: f64 = 10.0;
+
+/// Metrics of the estimators of a map over the part of the log that it plays.
+fn judged(
+    map: &Map,
+    registry: &Registry,
+    from_s: f64,
+) -> Result<Vec<(String, Vec<f64>)>, CliError> {
+    let mut simulation = simulation(map, &ReplayOptions::default(), registry)?;
+    let mut series = ErrorSeries::default();
+    simulation.run(&mut [&mut series])?;
+    let names = series.estimators.iter().map(|(name, _)| name);
+    let of = |name: &String| {
+        let value = |(metric, factor): &(&str, f64)| {
+            let x = measure(&series, name, metric, from_s + SETTLING_S, f64::INFINITY);
+            x.map_or(f64::NAN, |x| x * factor)
+        };
+        (name.clone(), SHOWN.iter().map(value).collect())
+    };
+    Ok(names.map(of).collect())
+}
+
+/// Errors before and after, side by side.
+fn compared(before: &[(String, Vec<f64>)], after: &[(String, Vec<f64>)], from_s: f64) -> String {
+    let title = format!("from {} s on", from_s + SETTLING_S);
+    let titles = [
+        title.as_str(),
+        "slope RMSE °",
+        "bias °",
+        "valid %",
+        "mass bias %",
+        "at end %",
+        "valid %",
+    ];
+    let number = |x: &f64| match x.is_nan() {
+        true => "-".to_owned(),
+        false => tables::number(*x),
+    };
+    let row = |title: &str, values: &[f64]| {
+        let numbers = values.iter().map(number);
+        std::iter::once(title.to_owned()).chain(numbers).collect()
+    };
+    let groups: Vec<(String, Vec<Vec<String>>)> = before
+        .iter()
+        .zip(after)
+        .map(|((name, a), (_, b))| (name.clone(), vec![row("before", a), row("after", b)]))
+        .collect();
+    tables::grouped(&titles, &groups)
+}
+
+/// The parameters, those of several wheels or motors in one row: their root mean square.
 fn table(found: &[Parameter]) -> String {
-    let mut table = tables::table(["parameter", "value", "sd", "unit", "is"]);
+    let mut table = tables::table(["parameter", "value", "± sd", "unit", "is"]);
+    let numbered = |p: &Parameter| {
+        let (name, number) = p.name.rsplit_once(' ')?;
+        number.parse::<u32>().ok().map(|_| name.to_owned())
+    };
+    let mut groups: Vec<(Option<String>, Vec<&Parameter>)> = Vec::new();
     for p in found {
+        let name = numbered(p);
+        match groups.last_mut() {
+            Some((of, group)) if name.is_some() && *of == name => group.push(p),
+            _ => groups.push((name, vec![p])),
+        }
+    }
+    for (name, group) in groups {
+        let Some(first) = group.first() else {
+            continue;
+        };
+        let n = group.len() as f64;
+        let mean = |of: fn(&Parameter) -> f64| {
+            (group.iter().map(|p| of(p).powi(2)).sum::<f64>() / n).sqrt()
+        };
+        let (name, value) = match name.filter(|_| group.len() > 1) {
+            Some(name) => (format!("{name} 1 to {}", group.len()), mean(|p| p.value)),
+            None => (first.name.clone(), first.value),
+        };
+        // the rest of the sentence is in the JSON
+        let is = first.meaning.split([':', ';', ',']).next();
         table.add_row([
-            p.name.clone(),
-            tables::number(p.value),
-            tables::number(p.sd),
-            p.unit.to_owned(),
-            p.meaning.to_owned(),
+            name,
+            tables::number(value),
+            tables::number(mean(|p| p.sd)),
+            first.unit.to_owned(),
+            is.unwrap_or_default().to_owned(),
         ]);
     }
+    tables::right(&mut table, 1..=2);
     tables::lines(&table)
 }

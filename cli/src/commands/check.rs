@@ -3,7 +3,7 @@
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::formats::FileKind;
 use crate::files::formats::{self, FileFormat, KINDS};
-use crate::files::{results, written};
+use crate::files::results;
 use crate::ui::errors::{self, CliError};
 use crate::ui::output;
 use monorig_sim::closed_loop::registry::Registry;
@@ -81,11 +81,7 @@ fn check_one(
         Some(row) => row,
         None => {
             let document = Document::read(file)?;
-            let keys = document.keys();
-            if keys.iter().any(|key| key == written::VEHICLE_KEY) {
-                return written::vehicle(&document);
-            }
-            recognise(file, &keys)?
+            recognise(file, &document.keys())?
         }
     };
     (row.check)(file, registry)?;

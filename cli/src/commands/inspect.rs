@@ -3,14 +3,19 @@
 use crate::command::{Command, CommandOutcome, Program};
 use crate::ui::errors::CliError;
 use crate::ui::{output, tables};
-use monorig_logs::check::{Inspection, TableReport, inspect};
+use monorig_logs::check::{InspectedFile, Inspection, TableReport, inspect, proposed_map};
 use monorig_logs::read::{ReadOptions, TimeUnit};
-use std::path::PathBuf;
+use monorig_sim::config::file::input_error;
+use monorig_sim::error::Error;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
 
 const INSPECT_EXAMPLES: &str = "\
 Examples:
   monorig inspect drive.mf4
       channel groups, rates, jitter, gaps, ranges, and a map to begin with
+  monorig inspect drive/
+      all logs of a folder, and one map for them
   monorig inspect bus.log --dbc crane.dbc
       a CAN log needs the database of its messages
   monorig inspect table.csv --time Zeit --unit ms
@@ -24,7 +29,7 @@ the feature `blf`.";
 #[derive(Debug, clap::Parser)]
 #[command(name = "inspect", after_help = INSPECT_EXAMPLES)]
 pub struct InspectArgs {
-    /// The log
+    /// The log, or a folder with the files of one log: one map is proposed for all of them
     pub log: PathBuf,
     /// Column of the time (CSV, Parquet), if it is not called like a time
     #[arg(long, value_name = "COLUMN")]
@@ -55,10 +60,67 @@ fn run(task: &InspectArgs) -> Result<CommandOutcome, CliError> {
         dbc: task.dbc.clone(),
         ..ReadOptions::default()
     };
-    let found = inspect(&task.log, &options)?;
-    let file = task.log.file_name().unwrap_or_default().to_string_lossy();
-    output::print(&text(&found, &file))?;
+    let paths = match task.log.is_dir() {
+        true => logs_in(&task.log)?,
+        false => vec![task.log.clone()],
+    };
+    let mut all = Vec::new();
+    for path in &paths {
+        all.push((name(path, Path::file_name), inspect(path, &options)?));
+    }
+    let one = paths.len() == 1;
+    let files: Vec<InspectedFile<'_>> = paths
+        .iter()
+        .zip(&all)
+        .map(|(path, (file, found))| match one {
+            true => ("log".to_owned(), file.clone(), found),
+            false => (name(path, Path::file_stem), file.clone(), found),
+        })
+        .collect();
+    let texts: Vec<String> = all.iter().map(|(file, found)| text(found, file)).collect();
+    output::print(&format!(
+        "{}\nA map to begin with, guessed from the names of the columns:\n\n{}",
+        texts.join("\n"),
+        proposed_map(&files)
+    ))?;
     Ok(CommandOutcome::Held)
+}
+
+/// A part of a path's name as text.
+fn name(path: &Path, of: fn(&Path) -> Option<&OsStr>) -> String {
+    of(path).unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Endings of the logs that are looked for in a folder.
+const ENDINGS: [&str; 9] = [
+    "csv", "tsv", "txt", "parquet", "mcap", "mf4", "log", "asc", "blf",
+];
+
+/// The logs in a folder, in the order of their names.
+fn logs_in(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
+    let io = |source| Error::Io {
+        path: folder.into(),
+        source,
+    };
+    let mut all = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(io)? {
+        let path = entry.map_err(io)?.path();
+        let ending = name(&path, Path::extension).to_lowercase();
+        if path.is_file() && ENDINGS.contains(&ending.as_str()) {
+            all.push(path);
+        }
+    }
+    all.sort();
+    match all.is_empty() {
+        true => Err(input_error(
+            folder,
+            "",
+            "there is no log in this folder",
+            format!("files that end with: {}", ENDINGS.join(", ")),
+        )
+        .into()),
+        false => Ok(all),
+    }
 }
 
 fn text(found: &Inspection, file: &str) -> String {
@@ -86,8 +148,7 @@ fn text(found: &Inspection, file: &str) -> String {
         out += &tables::lines(&rows);
         out += "\n";
     }
-    out + "\nA map to begin with, guessed from the names of the columns:\n\n"
-        + &found.proposed_map(file)
+    out
 }
 
 /// The table's name, length and times in a line.

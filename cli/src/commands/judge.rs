@@ -19,6 +19,8 @@ const JUDGE_EXAMPLES: &str = "\
 Examples:
   monorig judge runs/minimal/1 --estimates mine.csv
       a run that has kept its samples (`monorig run --keep-samples`)
+  monorig judge --map crane.map.yaml --estimates mine.csv
+      over the log that the map names
   monorig judge drive.mf4 --map crane.map.yaml --estimates mine.parquet \\
       --name filter_7
 
@@ -31,9 +33,9 @@ clock. Results are those of `monorig replay`.";
 #[derive(Debug, clap::Parser)]
 #[command(name = "judge", after_help = JUDGE_EXAMPLES)]
 pub struct JudgeArgs {
-    /// Folder of a run that has kept its samples, or a log
-    #[arg(value_name = "RUN|LOG")]
-    pub what: PathBuf,
+    /// Folder of a run that has kept its samples, or a log; with --map without it where the map says
+    #[arg(value_name = "RUN|LOG", required_unless_present = "map")]
+    pub what: Option<PathBuf>,
     /// Map file: the quantities in the columns of a log; not of a run
     #[arg(long, value_name = "MAP")]
     pub map: Option<PathBuf>,
@@ -84,13 +86,14 @@ fn judge(task: &JudgeArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
         sets: &task.sets,
     };
     if let Some(map) = &task.map {
-        let map = Map::load_with(map, Some(&task.what), &task.sets)?;
+        let map = Map::load_with(map, task.what.as_deref(), &task.sets)?;
         return play(&map, &playing, registry);
     }
-    let run = task.what.join(manifest::NAME);
+    let what = task.what.clone().unwrap_or_default();
+    let run = what.join(manifest::NAME);
     if !run.is_file() {
         let wrong = InputError {
-            file: task.what.clone(),
+            file: what,
             line: None,
             column: None,
             key: String::new(),
@@ -102,7 +105,7 @@ fn judge(task: &JudgeArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
     let manifest = Manifest::of_run(&task.what)?;
     prepare_out(&out)?;
     let folder = Temporary(out.join(format!(".judge-{}", whole::unique())));
-    let log = export(&task.what, ExportFormat::PARQUET, &folder.0)?;
+    let log = export(&what, ExportFormat::PARQUET, &folder.0)?;
     let mut map = Map::load_with(&log.map, None, &task.sets)?;
     map.name = format!("{}_{}_{}", manifest.scenario, manifest.seed, task.name);
     play(&map, &playing, registry)

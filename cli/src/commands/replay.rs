@@ -7,7 +7,7 @@ use crate::recording::standing_noise;
 use crate::ui::errors::CliError;
 use crate::ui::prose::paragraph;
 use crate::ui::{output, tables};
-use monorig_logs::check::{Verdict, check};
+use monorig_logs::check::{ChannelReport, Verdict, report};
 use monorig_logs::drive::Found;
 use monorig_logs::map::{Map, NoiseSource};
 use monorig_logs::replay::ReplayOptions;
@@ -44,7 +44,8 @@ pub struct ReplayArgs {
     /// Estimators to run instead of those of the map, by name
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub estimators: Vec<String>,
-    /// Give estimators the noise of the log: `wheel_speed_sd_mps` and `accel_sd_mps2` where the map does not set them
+    /// Where estimators have the noise from: `from-log` (`wheel_speed_sd_mps` and `accel_sd_mps2` where the map does
+    /// not set them, with Allan figures of what stands) or `defaults`
     #[arg(long, value_name = "SOURCE", value_parser = noise_source)]
     pub noise: Option<NoiseSource>,
     /// Also record the vehicle of the map on the same drive, with the speed that was measured: the traction, motor
@@ -79,7 +80,8 @@ pub struct ReplayArgs {
 fn noise_source(word: &str) -> Result<NoiseSource, String> {
     match word {
         "from-log" => Ok(NoiseSource::FromLog),
-        _ => Err("write from-log".to_owned()),
+        "defaults" => Ok(NoiseSource::Defaults),
+        _ => Err("write from-log or defaults".to_owned()),
     }
 }
 
@@ -95,8 +97,8 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     if task.check {
         return check_log(&map);
     }
-    let noise_from_log = task.noise.or(map.noise()).is_some();
-    let found = match noise_from_log {
+    let noise = task.noise.or(map.noise());
+    let found = match noise == Some(NoiseSource::FromLog) {
         true => standing_noise::figures(&map)?,
         false => Vec::new(),
     };
@@ -108,7 +110,7 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     });
     let options = ReplayOptions {
         estimators: task.estimators.clone(),
-        noise_from_log,
+        noise,
         ghost: task.ghost,
         found: found.collect(),
         ..ReplayOptions::default()
@@ -128,7 +130,8 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
 /// The checks of a log, each with what was found and what would be good.
 fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
     let (mut text, mut bad, mut unknown) = (String::new(), 0, 0);
-    for c in check(map)? {
+    let (checks, channels) = report(map)?;
+    for c in checks {
         let (word, why) = match &c.verdict {
             Verdict::Good => ("good", String::new()),
             Verdict::Bad(why) => ("BAD", why.clone()),
@@ -158,9 +161,36 @@ fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
         }
         (n, _) => format!("{n} checks say that something is wrong"),
     };
-    output::print(&format!("{text}\n{end}\n"))?;
+    output::print(&format!("{text}\n{}\n\n{end}\n", of_channels(&channels)))?;
     Ok(match bad {
         0 => CommandOutcome::Held,
         _ => CommandOutcome::Failed,
     })
+}
+
+/// Rate, jitter, gaps, stamps that come twice and share that counts of each channel.
+fn of_channels(channels: &[ChannelReport]) -> String {
+    let titles = [
+        "channel",
+        "Hz",
+        "jitter ms",
+        "gaps",
+        "longest s",
+        "twice",
+        "valid %",
+    ];
+    let mut table = tables::table(titles);
+    for c in channels {
+        table.add_row([
+            c.name.clone(),
+            tables::number(c.rate_hz),
+            tables::number(c.jitter_ms),
+            c.gaps.to_string(),
+            tables::number(c.longest_gap_s),
+            c.duplicates.to_string(),
+            tables::number(100.0 * c.valid),
+        ]);
+    }
+    tables::right(&mut table, 1..titles.len());
+    tables::lines(&table)
 }

@@ -6,9 +6,11 @@ use monorig_lab::batch::{Plan, StudyFile};
 use monorig_lab::draw::RangesFile;
 use monorig_lab::tuning::{TuningFile, name_check};
 use monorig_lab::verdicts::expected;
+use monorig_logs::drive::VehicleFile;
 use monorig_logs::map::{Map, MapFile};
 use monorig_logs::replay::{self, ReplayOptions};
 use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::config::file::Document;
 use monorig_sim::config::rail_profile::ProfileFile;
 use monorig_sim::config::scenario::{ParameterFile, ScenarioFile};
 use monorig_sim::config::sensor_sheet::Sheet;
@@ -53,6 +55,8 @@ pub enum FileKind {
     Ranges,
     /// Quantities in the columns of a recorded log
     Map,
+    /// A vehicle by its numbers, for maps
+    Vehicle,
 }
 
 /// A file format: its name, its keys, its check.
@@ -253,6 +257,15 @@ pub const KINDS: &[FileFormat] = &[
             let simulation = replay::simulation(&map, &ReplayOptions::default(), registry)?;
             expected::check(&simulation.scenario)
         },
+    },
+    FileFormat {
+        kind: FileKind::Vehicle,
+        name: "vehicle",
+        about: "the numbers of a vehicle that estimators are given, for the map of a recorded log",
+        telling: &["nominal_vehicle"],
+        schema: || schema_for!(VehicleFile),
+        names: &[],
+        check: |path, _| VehicleFile::values(&Document::read(path)?).map(drop),
     },
     FileFormat {
         kind: FileKind::Parameters,

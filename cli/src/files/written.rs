@@ -2,15 +2,12 @@
 
 use crate::files::broken::broken;
 use monorig_logs::check::inspect;
-use monorig_logs::drive::VehicleFile;
 use monorig_logs::read::{Database, ReadOptions, TimeUnit};
-use monorig_sim::config::file::{Document, read_result, regular};
+use monorig_sim::config::file::{read_result, regular};
 use monorig_sim::error::Error;
 use monorig_sim::record::manifest::sum;
 use std::path::{Path, PathBuf};
 
-/// A key that only a file of nominal values has.
-pub const VEHICLE_KEY: &str = "nominal_vehicle";
 /// Hexadecimal digits of a SHA-256.
 const DIGITS: usize = 64;
 
@@ -95,10 +92,4 @@ pub fn copy(path: &Path) -> Result<String, Error> {
             "this copy was changed: its SHA-256 is not its name".into(),
         )),
     }
-}
-
-/// Checks a file of the nominal vehicle.
-pub fn vehicle(document: &Document) -> Result<String, Error> {
-    VehicleFile::values(document)?;
-    Ok("nominal vehicle ok".into())
 }

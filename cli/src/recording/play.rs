@@ -8,11 +8,11 @@ use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::progress::ProgressDisplay;
-use crate::ui::{output, summary, tables};
+use crate::ui::{output, replayed, tables};
 use crate::verdicts::{TestedScenario, junit};
 use monorig_lab::verdicts::expected;
 use monorig_logs::map::Map;
-use monorig_logs::replay::{ReplayOptions, build};
+use monorig_logs::replay::{Built, ReplayOptions, build};
 use monorig_sim::closed_loop::registry::Registry;
 use std::net::SocketAddr;
 use std::path::Path;
@@ -46,7 +46,11 @@ pub(crate) fn play(
         output::clear(path)?;
     }
     let out = task.out;
-    let (mut simulation, found) = build(map, task.options, registry)?;
+    let Built {
+        mut simulation,
+        found,
+        taken,
+    } = build(map, task.options, registry)?;
     expected::check(&simulation.scenario)?;
     let variant = Variant::new(task.sets, None);
     simulation.scenario.name = variant.run_name(&simulation.scenario.name);
@@ -59,6 +63,9 @@ pub(crate) fn play(
             tables::number(f.sd),
             f.unit
         ));
+    }
+    if let Some(taken) = taken {
+        note(&taken);
     }
     interrupt::listen();
     let mut progress = ProgressDisplay::new(&format!("replay of {}", map.name));
@@ -78,7 +85,8 @@ pub(crate) fn play(
     })?;
     drop(progress);
     note(&format!("results in {}", run.folder.display()));
-    output::verdicts(&summary::text(&run.summary, run.wall_s))?;
+    let text = replayed::text(&run.summary, map.constant_mass_kg(), run.wall_s);
+    output::verdicts(&text)?;
     if run.interrupted {
         return Err(CliError::Interrupted);
     }

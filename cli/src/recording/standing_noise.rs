@@ -4,7 +4,7 @@
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use monorig_lab::recordings::{allan, noise_fit};
-use monorig_logs::identify::{Instrument, Parameter, StandingAxis, standing};
+use monorig_logs::identify::{Instrument, Parameter, ParameterKind, StandingAxis, standing};
 use monorig_logs::map::Map;
 
 /// Random walk of the integral and bias instability of each axis (IEEE Std 952-1997, annex C, fitted to the overlapping
@@ -40,6 +40,7 @@ fn of_axis(axis: &StandingAxis) -> Vec<Parameter> {
         sd: fit.white * relative(samples as f64),
         unit: walk_unit,
         meaning: "random_walk_of_integral of a sensor sheet; times √2 the noise density",
+        kind: ParameterKind::Figure,
     }];
     if let (Some(instability), Some(at_s)) = (fit.instability, fit.instability_s) {
         found.push(Parameter {
@@ -48,6 +49,7 @@ fn of_axis(axis: &StandingAxis) -> Vec<Parameter> {
             sd: instability * relative(samples as f64 * axis.period_s / at_s),
             unit,
             meaning: "standing: gauss_markov.sd of a sensor sheet",
+            kind: ParameterKind::Figure,
         });
     }
     found

@@ -100,7 +100,7 @@ fn estimators(summary: &Summary) -> String {
     grouped(&titles, &groups)
 }
 
-fn expectations(summary: &Summary) -> String {
+pub(super) fn expectations(summary: &Summary) -> String {
     let mut table = table(["expected", "bound", "measured", ""]);
     for v in &summary.expectations {
         let value = v.value.map_or("not measured".to_owned(), number);

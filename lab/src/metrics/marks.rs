@@ -1,4 +1,5 @@
-//! Quality of an estimator's marks of validity: availability, integrity, continuity.
+//! Quality of an estimator's marks of validity: availability, integrity, continuity; and the share of samples that a
+//! reference tells anything of.
 //!
 //! Terms after the navigation of aircraft (RTCA DO-229; Stanford diagram: Tossaint et al. 2007).
 
@@ -9,7 +10,7 @@ use monorig_sim::config::scenario::IntegrityLimits;
 
 const HOUR_S: f64 = 3600.0;
 
-/// One of the three.
+/// One of the four.
 pub(super) fn start(
     kind: Marks,
     quantity: Quantity,
@@ -26,6 +27,10 @@ pub(super) fn start(
             share: Mean::default(),
         }),
         Marks::Continuity => Box::new(Losses::new(quantity)),
+        Marks::Referenced => Box::new(ReferenceShare {
+            quantity,
+            share: Mean::default(),
+        }),
     }
 }
 
@@ -44,6 +49,22 @@ impl Accumulator<ErrorSample> for Availability {
     }
 }
 
+struct ReferenceShare {
+    quantity: Quantity,
+    share: Mean,
+}
+
+impl Accumulator<ErrorSample> for ReferenceShare {
+    fn add(&mut self, x: &ErrorSample) {
+        self.share.add_bool(self.quantity.has_reference(x));
+    }
+
+    fn value(&self) -> f64 {
+        self.share.value()
+    }
+}
+
+/// Of the samples that are valid and have a reference: without one nobody knows whether a sample misleads.
 struct MisleadingShare {
     quantity: Quantity,
     limits: IntegrityLimits,
@@ -156,9 +177,31 @@ mod tests {
                 Marks::Availability => 0.7,
                 Marks::Integrity => 2.0 / 7.0,
                 Marks::Continuity => 2.0 * 3600.0 / 9.0,
+                Marks::Referenced => 1.0,
             };
             assert!((x - is).abs() < 1e-12, "{}: {x} against {is}", m.name);
         }
+    }
+
+    /// Two of seven valid samples mislead. Without a reference of three others there are two of four, not two of seven.
+    #[test]
+    fn a_sample_without_a_reference_is_neither_misleading_nor_right() {
+        let mut s = series(&[(2.0, 0.1, true); 7]);
+        for (i, x) in s.iter_mut().enumerate() {
+            let none = i >= 4;
+            (x.unreferenced, x.mass_rel) = ([none; 3], if none { f64::NAN } else { x.mass_rel });
+            if (2..4).contains(&i) {
+                (x.mass_rel, x.mass_nees) = (0.0, 0.0);
+            }
+        }
+        let of = |kind| {
+            let mut marks = start(kind, Quantity::Mass, &IntegrityLimits::default());
+            s.iter().for_each(|x| marks.add(x));
+            marks.value()
+        };
+        assert_eq!(of(Marks::Integrity), 0.5);
+        assert_eq!(of(Marks::Referenced), 4.0 / 7.0);
+        assert_eq!(of(Marks::Availability), 1.0);
     }
 
     #[test]

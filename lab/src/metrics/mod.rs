@@ -3,8 +3,9 @@
 //! In the terms of navigation integrity: *accuracy* is the error of all samples of a window, `…_valid` that of the
 //! samples that the estimator marks valid; *availability* the share of these; *integrity* the share of them that is
 //! misleading; *continuity* how often validity is lost. Errors are estimate minus truth; the slope's truth is the
-//! grade at the IMU, the effective slope's that of the whole vehicle. A metric without a sample to count is not a
-//! number, never zero. `docs/src/metrics.md` has the same table, and a test sees to it.
+//! grade at the IMU, the effective slope's that of the whole vehicle. Of a recorded drive the truth is a reference,
+//! which may be known for part of the time: errors and integrity count the samples that have one. A metric without a
+//! sample to count is not a number, never zero. `docs/src/metrics.md` has the same table, and a test sees to it.
 
 pub(crate) mod lagged;
 mod marks;
@@ -50,6 +51,8 @@ pub(crate) enum Of {
         quantity: Quantity,
         /// True if only samples marked valid count.
         valid_only: bool,
+        /// True if only samples that have a reference count; false for innovations, which need none.
+        referenced: bool,
         /// Over the samples that count.
         start: fn() -> Running<ErrorSample>,
     },
@@ -57,7 +60,7 @@ pub(crate) enum Of {
     Marks {
         /// The quantity.
         quantity: Quantity,
-        /// One of the three.
+        /// One of the four.
         kind: Marks,
     },
     /// Something else of an estimator, from all samples.
@@ -75,6 +78,8 @@ pub(crate) enum Marks {
     Integrity,
     /// Losses of validity per hour.
     Continuity,
+    /// Share of samples that have a reference, whatever their marks.
+    Referenced,
 }
 
 /// The best value of a metric.
@@ -82,6 +87,8 @@ pub(crate) enum Marks {
 pub enum Best {
     /// The least: errors, times, energies.
     Least,
+    /// 0, neither less nor more: a bias.
+    Zero,
     /// 1, and never more: a share.
     One,
     /// 1, neither less nor more: a normalised square.
@@ -96,7 +103,7 @@ impl Best {
         match self {
             Best::Least => Some(true),
             Best::One => Some(false),
-            Best::OneOnAverage | Best::InBand => None,
+            Best::Zero | Best::OneOnAverage | Best::InBand => None,
         }
     }
 
@@ -104,6 +111,7 @@ impl Best {
     pub(crate) fn loss(self, x: f64) -> f64 {
         match self {
             Best::Least => x,
+            Best::Zero => x.abs(),
             Best::One => 1.0 - x,
             Best::OneOnAverage => x.ln().abs(),
             Best::InBand => (x - 0.95).abs(),
@@ -126,6 +134,17 @@ impl Metric {
             Of::Error { quantity, .. } => Some(quantity),
             _ => None,
         }
+    }
+
+    /// True if only samples with a reference count: an error, and not an innovation.
+    pub(crate) fn needs_reference(&self) -> bool {
+        matches!(
+            self.of,
+            Of::Error {
+                referenced: true,
+                ..
+            }
+        )
     }
 
     /// The quantity whose availability it is; none if it is not one.
@@ -163,13 +182,18 @@ impl Metric {
         Some(match self.of {
             Of::Error {
                 quantity,
-                valid_only: true,
+                valid_only,
+                referenced,
                 start,
-            } => Box::new(OfValid {
-                quantity,
+            } => Box::new(OfSome {
+                which: Which {
+                    quantity,
+                    valid_only,
+                    referenced,
+                },
                 all: start(),
             }),
-            Of::Error { start, .. } | Of::Estimator(start) => start(),
+            Of::Estimator(start) => start(),
             Of::Marks { quantity, kind } => marks::start(kind, quantity, limits),
             Of::Run(_) => return None,
         })
@@ -184,24 +208,40 @@ impl Metric {
     }
 }
 
-/// Passes on only the samples in which a quantity is marked valid.
-struct OfValid {
-    quantity: Quantity,
+/// Passes on only the samples that count.
+struct OfSome {
+    which: Which,
     all: Running<ErrorSample>,
 }
 
-impl Accumulator<ErrorSample> for OfValid {
+/// The samples that count: those with a reference of a quantity, and those in which it is marked valid.
+#[derive(Clone, Copy)]
+struct Which {
+    quantity: Quantity,
+    valid_only: bool,
+    referenced: bool,
+}
+
+impl Which {
+    fn counts(self, x: &ErrorSample) -> bool {
+        (!self.valid_only || self.quantity.is_valid(x))
+            && (!self.referenced || self.quantity.has_reference(x))
+    }
+}
+
+impl Accumulator<ErrorSample> for OfSome {
     fn add(&mut self, x: &ErrorSample) {
-        if self.quantity.is_valid(x) {
+        if self.which.counts(x) {
             self.all.add(x);
         }
     }
 
-    /// Passes on each stretch of valid samples in one piece.
+    /// Passes on each stretch of samples that count in one piece.
     fn add_all(&mut self, all: &[ErrorSample]) {
-        let valid = |x: &ErrorSample| self.quantity.is_valid(x);
-        for stretch in all.chunk_by(|a, b| valid(a) == valid(b)) {
-            if stretch.first().is_some_and(valid) {
+        let which = self.which;
+        let counts = |x: &ErrorSample| which.counts(x);
+        for stretch in all.chunk_by(|a, b| counts(a) == counts(b)) {
+            if stretch.first().is_some_and(counts) {
                 self.all.add_all(stretch);
             }
         }
@@ -230,6 +270,12 @@ pub fn find(name: &str) -> Option<&'static Metric> {
 /// The availability of a quantity.
 pub(crate) fn availability(quantity: Quantity) -> &'static str {
     let of = |m: &&Metric| m.availability_of() == Some(quantity);
+    METRICS.iter().find(of).map_or("", |m| m.name)
+}
+
+/// The share of samples with a reference of a quantity.
+pub(crate) fn reference_share(quantity: Quantity) -> &'static str {
+    let of = |m: &&Metric| matches!(m.of, Of::Marks { quantity: q, kind: Marks::Referenced } if q == quantity);
     METRICS.iter().find(of).map_or("", |m| m.name)
 }
 
@@ -363,7 +409,9 @@ mod tests {
         }
         for q in Quantity::ALL {
             assert!(
-                availability(q).starts_with(q.name()) && misleading_share(q).starts_with(q.name())
+                [availability(q), misleading_share(q), reference_share(q)]
+                    .iter()
+                    .all(|name| name.starts_with(q.name()))
             );
         }
     }
@@ -373,6 +421,7 @@ mod tests {
     fn the_best_value_has_no_loss() {
         for (best, at, worse) in [
             (Best::Least, 0.0, vec![0.5]),
+            (Best::Zero, 0.0, vec![-0.5, 0.5]),
             (Best::One, 1.0, vec![0.5]),
             (Best::OneOnAverage, 1.0, vec![0.5, 2.0]),
             (Best::InBand, 0.95, vec![0.5, 1.0]),

@@ -103,6 +103,7 @@ mod tests {
     fn sample(t_s: f64, e: f64, valid: bool) -> ErrorSample {
         ErrorSample {
             t_s,
+            unreferenced: [false; 3],
             mass_rel: e,
             mass_kg: 1000.0 * e,
             mass_valid: valid,
@@ -145,6 +146,10 @@ mod tests {
                     kind: Marks::Availability,
                     ..
                 } => assert_eq!(x, 0.0, "{}", m.name),
+                Of::Marks {
+                    kind: Marks::Referenced,
+                    ..
+                } => assert_eq!(x, 1.0, "{}", m.name),
                 Of::Error {
                     valid_only: false, ..
                 } => assert!(x.is_finite(), "{}: {x}", m.name),
@@ -208,6 +213,14 @@ mod tests {
             close(name, 1.0, factor * 0.2502 / 4.0);
             close(&format!("{name}_valid"), 1.0, factor * 0.0902 / 3.0);
         }
+        for (name, factor) in [
+            ("mass_bias", 1.0),
+            ("slope_bias_deg", 1.0),
+            ("effective_slope_bias_deg", 3.0),
+        ] {
+            close(name, 1.0, factor * -0.1 / 4.0);
+            close(&format!("{name}_valid"), 1.0, factor * 0.3 / 3.0);
+        }
         // within the band: |e| below 0.196, 0.098, 0.065; of the innovation 0.49
         for name in [
             "mass_nees_in_band",
@@ -221,6 +234,41 @@ mod tests {
         close("nis_in_band_valid", 0.0, 0.75);
         close("mass_convergence_s", 0.0, 3.0);
         close("mass_error_rel_end", 0.0, 0.01);
+    }
+
+    /// Samples without a reference change no error: those of the others are what they are without them, and the share
+    /// that has a reference is told.
+    #[test]
+    fn errors_are_over_the_samples_that_have_a_reference() {
+        let of = |s: &ErrorSeries, m: &str| measure(s, "x", m, 0.0, 99.0).unwrap();
+        let errors = [(0.3, true), (-0.4, false), (0.01, true), (-0.01, true)];
+        let known = series(&errors);
+        let mut partly = series(&errors);
+        for i in 0..4 {
+            let unknown = ErrorSample {
+                t_s: f64::from(i) + 0.5,
+                unreferenced: [true; 3],
+                nis: 16.0 * f64::from(i),
+                mass_valid: true,
+                slope_valid: true,
+                effective_valid: true,
+                ..sample(0.0, f64::NAN, true)
+            };
+            partly.estimators[0].1.insert(2 * i as usize + 1, unknown);
+        }
+        for m in estimator_metrics() {
+            if let Of::Error {
+                referenced: true, ..
+            } = m.of
+            {
+                let (a, b) = (of(&known, m.name), of(&partly, m.name));
+                // the time of convergence is one of the samples that count
+                assert!(a == b || (a.is_nan() && b.is_nan()), "{}: {a} {b}", m.name);
+            }
+        }
+        assert_eq!(of(&partly, "slope_reference_share"), 0.5);
+        assert_eq!(of(&partly, "slope_availability"), 7.0 / 8.0);
+        assert!(of(&partly, "nis_mean") > of(&known, "nis_mean"));
     }
 
     /// An estimator that marks only its good samples valid has no better errors for it.

@@ -57,6 +57,16 @@ impl Quantity {
         }
     }
 
+    /// True where it has a reference: of a simulation always, of a recorded drive where the map's reference is known.
+    pub(crate) fn has_reference(self, x: &ErrorSample) -> bool {
+        let [mass, slope, effective] = x.unreferenced;
+        !match self {
+            Self::Mass => mass,
+            Self::Slope => slope,
+            Self::EffectiveSlope => effective,
+        }
+    }
+
     /// Its error: the mass's as a share of the mass, slopes in degrees.
     pub(crate) fn error(self, x: &ErrorSample) -> f64 {
         match self {
@@ -97,7 +107,7 @@ impl Quantity {
 
     /// True for a valid sample that can be judged: there is a reference.
     pub(crate) fn is_judged(self, x: &ErrorSample) -> bool {
-        self.is_valid(x) && self.error(x).is_finite()
+        self.is_valid(x) && self.has_reference(x) && self.error(x).is_finite()
     }
 
     /// True for a misleading sample: marked valid, and its error exceeds both the protection level and the alert limit.

@@ -57,6 +57,8 @@ impl Target {
 pub struct ErrorSample {
     /// s.
     pub t_s: f64,
+    /// True where there is no reference, of mass, slope and effective slope: their errors are not numbers.
+    pub(crate) unreferenced: [bool; 3],
     /// Estimate minus truth over truth, total mass.
     pub(crate) mass_rel: f64,
     /// Estimate minus truth, total mass, kg.
@@ -118,6 +120,8 @@ impl ErrorSample {
         let lagged = lagged - t.grade_at_middle_rad;
         Self {
             t_s: t.t_s,
+            unreferenced: [t.total_mass_kg, t.grade_at_imu_rad, t.grade_effective_rad]
+                .map(f64::is_nan),
             mass_rel: mass / t.total_mass_kg,
             mass_kg: mass,
             mass_nees: normalised(mass, e.total_mass_kg.sd, t.mass_sd_kg),

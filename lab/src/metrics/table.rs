@@ -11,6 +11,7 @@ use crate::metrics::{Best, Marks, Metric, Of, Quantity};
 macro_rules! table {
     (
         errors: { $($quantity:ident $name:literal [$unit:literal, $best:ident] $doc:literal = $value:expr;)* }
+        innovations: { $($nis:literal [$nis_unit:literal, $nis_best:ident] $nis_doc:literal = $nis_value:expr;)* }
         marks: { $($of:ident $kind:ident $mark:literal [$mark_unit:literal, $mark_best:ident] $mark_doc:literal;)* }
         others: { $($other:literal [$other_unit:literal, $other_best:ident] $other_doc:literal = $other_of:ident($other_value:expr);)* }
     ) => {
@@ -22,14 +23,30 @@ macro_rules! table {
                     unit: $unit,
                     doc: $doc,
                     best: Best::$best,
-                    of: Of::Error { quantity: Quantity::$quantity, valid_only: false, start: || $value },
+                    of: Of::Error { quantity: Quantity::$quantity, valid_only: false, referenced: true, start: || $value },
                 },
                 Metric {
                     name: concat!($name, "_valid"),
                     unit: $unit,
                     doc: concat!($doc, "; of valid samples"),
                     best: Best::$best,
-                    of: Of::Error { quantity: Quantity::$quantity, valid_only: true, start: || $value },
+                    of: Of::Error { quantity: Quantity::$quantity, valid_only: true, referenced: true, start: || $value },
+                },
+            )*
+            $(
+                Metric {
+                    name: $nis,
+                    unit: $nis_unit,
+                    doc: $nis_doc,
+                    best: Best::$nis_best,
+                    of: Of::Error { quantity: Quantity::Slope, valid_only: false, referenced: false, start: || $nis_value },
+                },
+                Metric {
+                    name: concat!($nis, "_valid"),
+                    unit: $nis_unit,
+                    doc: concat!($nis_doc, "; of valid samples"),
+                    best: Best::$nis_best,
+                    of: Of::Error { quantity: Quantity::Slope, valid_only: true, referenced: false, start: || $nis_value },
                 },
             )*
             $(Metric {
@@ -70,6 +87,8 @@ table! {
             = end();
         Mass "mass_convergence_s" ["s", Least] "time from which the mass error stays within 2 % to the end"
             = convergence();
+        Mass "mass_bias" ["1", Zero] "mean error of the total mass over the total mass"
+            = mean(|x: &ErrorSample| x.mass_rel);
         Mass "mass_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the mass; 1 when consistent"
             = mean(|x: &ErrorSample| x.mass_nees);
         Mass "mass_nees_in_band" ["1", InBand] "share of samples with a NEES of the mass within the 95 % band of χ²₁ (below 3.84); 0.95 when consistent, more when cautious"
@@ -80,6 +99,8 @@ table! {
             = rms(|x: &ErrorSample| x.slope / DEGREE);
         Slope "slope_mae_deg" ["°", Least] "mean absolute error of the slope"
             = mean(|x: &ErrorSample| (x.slope / DEGREE).abs());
+        Slope "slope_bias_deg" ["°", Zero] "mean error of the slope"
+            = mean(|x: &ErrorSample| x.slope / DEGREE);
         Slope "slope_error_max_deg" ["°", Least] "largest error of the slope"
             = max(|x: &ErrorSample| x.slope / DEGREE);
         Slope "slope_error_p95_deg" ["°", Least] "95th percentile of the absolute error of the slope"
@@ -104,6 +125,8 @@ table! {
             = rms(|x: &ErrorSample| x.slope_effective / DEGREE);
         EffectiveSlope "effective_slope_mae_deg" ["°", Least] "mean absolute error of the effective slope"
             = mean(|x: &ErrorSample| (x.slope_effective / DEGREE).abs());
+        EffectiveSlope "effective_slope_bias_deg" ["°", Zero] "mean error of the effective slope"
+            = mean(|x: &ErrorSample| x.slope_effective / DEGREE);
         EffectiveSlope "effective_slope_error_max_deg" ["°", Least] "largest error of the effective slope"
             = max(|x: &ErrorSample| x.slope_effective / DEGREE);
         EffectiveSlope "effective_slope_error_p95_deg" ["°", Least] "95th percentile of the absolute error of the effective slope"
@@ -114,30 +137,38 @@ table! {
             = share_in_band(|x: &ErrorSample| x.effective_nees);
         EffectiveSlope "effective_slope_rmse_over_bound" ["1", Least] "root mean square error of the effective slope over its Cramér-Rao bound, over the same samples"
             = rms_over(|x: &ErrorSample| x.slope_effective, |x: &ErrorSample| x.effective_bound);
-        Slope "nis_mean" ["1", OneOnAverage] "mean normalised innovation squared; 1 when consistent"
+    }
+    innovations: {
+        "nis_mean" ["1", OneOnAverage] "mean normalised innovation squared; 1 when consistent"
             = mean(|x: &ErrorSample| x.nis);
-        Slope "nis_in_band" ["1", InBand] "share of samples with a NIS within the 95 % band of χ²₁; 0.95 when consistent"
+        "nis_in_band" ["1", InBand] "share of samples with a NIS within the 95 % band of χ²₁; 0.95 when consistent"
             = share_in_band(|x: &ErrorSample| x.nis);
     }
     marks: {
         Mass Availability "mass_availability" ["1", One]
             "availability: share of samples whose mass the estimator marks valid";
         Mass Integrity "mass_misleading_share" ["1", Least]
-            "integrity: share of the valid samples whose error of the mass exceeds k standard deviations and the alert limit";
+            "integrity: share of the valid samples with a reference whose error of the mass exceeds k standard deviations and the alert limit";
         Mass Continuity "mass_losses_per_h" ["1/h", Least]
             "continuity: losses of the mass's validity per hour";
+        Mass Referenced "mass_reference_share" ["1", One]
+            "share of samples with a reference of the mass: errors and integrity are over these; 1 of a simulation";
         Slope Availability "slope_availability" ["1", One]
             "availability: share of samples whose slope the estimator marks valid";
         Slope Integrity "slope_misleading_share" ["1", Least]
-            "integrity: share of the valid samples whose error of the slope exceeds k standard deviations and the alert limit";
+            "integrity: share of the valid samples with a reference whose error of the slope exceeds k standard deviations and the alert limit";
         Slope Continuity "slope_losses_per_h" ["1/h", Least]
             "continuity: losses of the slope's validity per hour";
+        Slope Referenced "slope_reference_share" ["1", One]
+            "share of samples with a reference of the slope: errors and integrity are over these; 1 of a simulation";
         EffectiveSlope Availability "effective_slope_availability" ["1", One]
             "availability: share of samples whose effective slope the estimator marks valid";
         EffectiveSlope Integrity "effective_slope_misleading_share" ["1", Least]
-            "integrity: share of the valid samples whose error of the effective slope exceeds k standard deviations and the alert limit";
+            "integrity: share of the valid samples with a reference whose error of the effective slope exceeds k standard deviations and the alert limit";
         EffectiveSlope Continuity "effective_slope_losses_per_h" ["1/h", Least]
             "continuity: losses of the effective slope's validity per hour";
+        EffectiveSlope Referenced "effective_slope_reference_share" ["1", One]
+            "share of samples with a reference of the effective slope: errors and integrity are over these; 1 of a simulation";
     }
     others: {
         "running_resistance_rmse" ["1", Least]

@@ -103,6 +103,17 @@ impl Page {
 }
 
 impl Section {
+    /// Takes out figures in which nothing is drawn.
+    pub(crate) fn drop_empty_figures(&mut self) {
+        for block in &mut self.blocks {
+            if let Block::Figures(figures) = block {
+                figures.retain(|figure| figure.svg.is_some());
+            }
+        }
+        self.blocks
+            .retain(|block| !matches!(block, Block::Figures(figures) if figures.is_empty()));
+    }
+
     /// An empty section.
     pub fn new(title: impl Into<String>) -> Self {
         Self {

@@ -2,7 +2,8 @@
 //! is found before the run, not after it.
 
 use crate::metrics::{
-    Metric, Quantity, availability, estimator_metrics, find, misleading_share, run_metrics,
+    Metric, Quantity, availability, estimator_metrics, find, misleading_share, reference_share,
+    run_metrics,
 };
 use monorig_sim::config::checked::{Finite, Fraction};
 use monorig_sim::config::file::nearest;
@@ -47,6 +48,42 @@ pub(crate) fn bounds(file: &ScenarioFile) -> Vec<Bound> {
             expectation,
         })
         .collect()
+}
+
+/// The shares of samples with a reference that the bounds on errors of a recorded drive need beside them: as much of
+/// the time as the quantity must be valid, so that an error over a few samples holds no bound. Of a simulation all
+/// have one.
+pub(crate) fn of_references(file: &ScenarioFile) -> Vec<Bound> {
+    let mut all: Vec<Expectation> = Vec::new();
+    let needs = |e: &&Expectation| find(&e.metric).is_some_and(Metric::needs_reference);
+    for e in file.expect.iter().filter(needs) {
+        let Some(quantity) = error_of(e) else {
+            continue;
+        };
+        let stated = file
+            .expect
+            .iter()
+            .find(|other| other.estimator == e.estimator && other.metric == availability(quantity));
+        let share = match implied(file, e) {
+            Some((_, share)) => Some(Finite::new(share.get())),
+            None => stated.and_then(|other| other.at_least),
+        };
+        let new = Expectation {
+            metric: reference_share(quantity).to_owned(),
+            at_most: None,
+            at_least: share,
+            availability: None,
+            ..e.clone()
+        };
+        if share.is_some() && !all.contains(&new) {
+            all.push(new);
+        }
+    }
+    let bound = |expectation| Bound {
+        expectation,
+        known_failure: None,
+    };
+    all.into_iter().map(bound).collect()
 }
 
 /// The availability over the same time that a bound on an error brings with it: its own, else the scenario's default

@@ -10,8 +10,9 @@ use serde::{Deserialize, Serialize};
 pub struct Integrity {
     pub(crate) estimator: String,
     pub(crate) quantity: Quantity,
+    /// Samples with a reference.
     pub(crate) samples: u64,
-    /// Samples marked valid.
+    /// Those of them that are marked valid.
     pub(crate) valid: u64,
     /// Valid samples for which there is a reference.
     #[serde(default)]
@@ -96,6 +97,10 @@ impl Integrity {
     /// One sample more.
     pub(crate) fn count(&mut self, x: &ErrorSample, limits: &IntegrityLimits) {
         let quantity = self.quantity;
+        // without a reference nobody knows whether a sample misleads
+        if !quantity.has_reference(x) {
+            return;
+        }
         self.samples += 1;
         self.valid += u64::from(quantity.is_valid(x));
         self.judged += u64::from(quantity.is_judged(x));

@@ -127,6 +127,9 @@ impl Observer for SummaryObserver {
         self.middle = Some(GradeAtMiddle::of(s));
         self.bounds = expected::bounds(file);
         self.weakened = weakened::of_file(file);
+        if s.scenario.is_recorded() {
+            self.bounds.extend(expected::of_references(file));
+        }
         let geometry = Geometry::of(s);
         let of_bound = |bound: &Bound| {
             let e = &bound.expectation;

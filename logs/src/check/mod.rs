@@ -4,15 +4,21 @@
 //! |---|---|
 //! | `series` | the log in windows of a second |
 //! | `statistics` | regression and correlation |
-//! | `rules` | the checks |
+//! | `lag` | the lag of a channel against the wheels |
+//! | `rules` | the checks of values |
+//! | `channels` | the checks of each channel by itself: rate, gaps, share that counts, values that stay |
+//! | `mounting` | the checks of how the IMU is built in: box, axes, drift |
 //! | `inspect` | the contents of a log, and a map proposed for it |
 
+mod channels;
 mod inspect;
+mod lag;
+mod mounting;
 mod rules;
 mod series;
 mod statistics;
 
-pub use inspect::{Inspection, TableReport, inspect};
+pub use inspect::{InspectedFile, Inspection, TableReport, inspect, proposed_map};
 
 use crate::drive::{Plan, calibrate};
 use crate::map::Map;
@@ -44,8 +50,32 @@ pub struct Check {
     pub verdict: Verdict,
 }
 
+/// Figures of the samples of a channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelReport {
+    /// Its name.
+    pub name: String,
+    /// Samples per second, by the median step, Hz.
+    pub rate_hz: f64,
+    /// Standard deviation of the steps that are no gaps, ms.
+    pub jitter_ms: f64,
+    /// Steps of more than five times the median.
+    pub gaps: u64,
+    /// The longest of them, s; 0 of none.
+    pub longest_gap_s: f64,
+    /// Samples with the stamp of the one before.
+    pub duplicates: u64,
+    /// Share of the samples that count.
+    pub valid: f64,
+}
+
 /// Checks a log with its map: the whole log is read once.
 pub fn check(map: &Map) -> Result<Vec<Check>, Error> {
+    report(map).map(|(checks, _)| checks)
+}
+
+/// The checks of a log with its map, and the figures of each channel.
+pub fn report(map: &Map) -> Result<(Vec<Check>, Vec<ChannelReport>), Error> {
     let mut plan = Plan::new(map)?;
     let mut all = Vec::new();
     match calibrate(map, &mut plan) {
@@ -61,5 +91,7 @@ pub fn check(map: &Map) -> Result<Vec<Check>, Error> {
     }
     let series = series::Series::read(map, &plan)?;
     all.extend(rules::all(map, &plan, &series));
-    Ok(all)
+    all.extend(mounting::all(map, &plan, &series));
+    all.extend(channels::all(&series));
+    Ok((all, channels::reports(&series)))
 }

@@ -1,12 +1,17 @@
 //! The checks, one function each.
 
+use super::mounting::{SLOPE_STEP, slope_change};
 use super::series::{Series, WINDOW_S, Window};
 use super::statistics::{FittedLine, line};
 use super::{Check, Verdict};
 use crate::drive::{Plan, Target};
+use crate::identify::{
+    ForceWindow, MIN_WINDOWS as MIN_FORCE_WINDOWS, OVERLAP, drag_pressure, regression, seconds_of,
+};
 use crate::map::Map;
 use crate::notation::STANDARD_GRAVITY_MPS2 as G;
 use monorig_estimators::api::signals::Measurand;
+use nalgebra::Vector2;
 
 /// Fewest windows of a second for a verdict.
 const MIN_WINDOWS: usize = 10;
@@ -14,9 +19,12 @@ const MIN_WINDOWS: usize = 10;
 const MIN_ACCEL_SD: f64 = 0.05;
 const MIN_SLOPE_SD: f64 = 0.003;
 /// Least correlation for a verdict.
-const MIN_CORRELATION: f64 = 0.5;
-/// Windows of the check of the gyro against the slope: the change over so many seconds.
-const SLOPE_STEP: usize = 5;
+pub(super) const MIN_CORRELATION: f64 = 0.5;
+/// Windows of 2 s, over which noise changes as much as over 5 s, and a slope does not: by how much less; and a change
+/// of the slope that is more than noise, rad.
+const SHORT_SLOPE_STEP: usize = 4 * OVERLAP;
+const CLEAR_GROWTH: f64 = 1.3;
+const CLEAR_SLOPE_SD: f64 = 0.01;
 
 /// All of them.
 pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
@@ -55,9 +63,19 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
     }
     let traction = plan.targets().any(Target::is_traction);
     if traction && force && wheels {
-        all.push(power(plan, series));
+        all.push(implied_mass(plan, series));
     }
-    all.extend(series.spreads.iter().map(|s| {
+    let there = |s: &&super::series::Spread| {
+        let of = |m: Measurand, i: usize| {
+            format!(
+                "{} {}",
+                m.name().replace('_', " "),
+                ["x", "y", "z"][i.min(2)]
+            )
+        };
+        !plan.absent.iter().any(|(m, i)| of(*m, *i) == s.name)
+    };
+    all.extend(series.spreads.iter().filter(there).map(|s| {
         let (value, constant) = (s.at_an_end(), s.is_constant());
         let verdict = match (constant, value > 0.02 && s.n > 100 && s.clips) {
             _ if s.n <= 100 && s.clips => Verdict::Unknown(format!("only {} samples", s.n)),
@@ -87,7 +105,7 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
     all
 }
 
-fn check(
+pub(super) fn check(
     what: impl Into<String>,
     value: f64,
     unit: &'static str,
@@ -135,7 +153,7 @@ fn channels(series: &Series) -> Check {
     )
 }
 
-fn norm(v: [f64; 3]) -> f64 {
+pub(super) fn norm(v: [f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
@@ -188,6 +206,22 @@ fn too_little(line: &FittedLine, least: f64, what: &str) -> Option<Verdict> {
     (line.sd_x < least).then(|| Verdict::Unknown(format!("{what} changes too little in this log")))
 }
 
+/// A gain with the verdict on it; where there is no correlation, that is what is shown.
+fn gain_check(
+    (what, unit, good): (&str, &'static str, &str),
+    line: &FittedLine,
+    missing: Verdict,
+    of_gain: impl Fn(f64) -> Verdict,
+) -> Check {
+    match line.correlation.abs() < MIN_CORRELATION {
+        true => {
+            let what = format!("correlation behind the {what}");
+            check(what, line.correlation, "", "0.5 or more", missing)
+        }
+        false => check(what, line.gain, unit, good, of_gain(line.gain)),
+    }
+}
+
 /// Gain of the specific force on the measured acceleration: 1. Of their changes from second to second, in which there
 /// is little of the slope.
 fn force_gain(series: &Series) -> Check {
@@ -198,17 +232,20 @@ fn force_gain(series: &Series) -> Check {
         }
         _ => None,
     }));
-    let verdict = too_little(&line, MIN_ACCEL_SD, "the speed").unwrap_or_else(|| match line.gain {
-        _ if line.correlation.abs() < MIN_CORRELATION => {
-            Verdict::Bad("the specific force forward does not follow the change of the speed: axes, time, or the wrong columns".into())
-        }
+    let title = ("gain of f on dv/dt", "", "0.5 to 1.5");
+    if let Some(verdict) = too_little(&line, MIN_ACCEL_SD, "the speed") {
+        return check(title.0, line.gain, title.1, title.2, verdict);
+    }
+    let missing = Verdict::Bad("the specific force forward does not follow the change of the speed: axes, time, or the wrong columns".into());
+    gain_check(title, &line, missing, |gain| match gain {
         g if (0.5..=1.5).contains(&g) => Verdict::Good,
-        g if g < 0.0 => Verdict::Bad("the wrong sign: the box faces backwards, or the speed counts the other way".into()),
+        g if g < 0.0 => Verdict::Bad(
+            "the wrong sign: the box faces backwards, or the speed counts the other way".into(),
+        ),
         g if (0.05..0.15).contains(&g) => Verdict::Bad("0.1: the specific force is in g".into()),
         g if (0.15..0.4).contains(&g) => Verdict::Bad("0.28: the speed is in km/h".into()),
         _ => Verdict::Bad("the units of specific force and speed do not go together".into()),
-    });
-    check("gain of f on dv/dt", line.gain, "", "0.5 to 1.5", verdict)
+    })
 }
 
 /// Mean of the angular rate while the vehicle stands.
@@ -232,52 +269,41 @@ fn gyro_bias(series: &Series) -> Vec<Check> {
     vec![axis(0, "forward"), axis(1, "left"), axis(2, "up")]
 }
 
-/// Gain of the gyro on the change of the slope that specific force and wheels show, sin θ = (f − dv/dt)/g: 1.
+/// Gain of the gyro on the change of the slope over 5 s: 1.
 fn gyro_gain(series: &Series) -> Check {
-    let slope: Vec<Option<(u32, f64, f64)>> = series
-        .windows
-        .windows(3)
-        .map(|w| match w {
-            [a, b, c] if a.segment == c.segment => {
-                let sine = (b.force[0] - acceleration(a, c)) / G;
-                (sine.abs() < 1.0).then(|| (b.segment, sine.asin(), -b.rate[1]))
-            }
-            _ => None,
-        })
-        .collect();
-    let pairs = slope.windows(SLOPE_STEP + 1).filter_map(|w| {
-        let all: Option<Vec<_>> = w.iter().copied().collect();
-        let all = all?;
-        let (first, last) = (all.first()?, all.last()?);
-        // the rate of each second from the middle of the first to the middle of the last
-        let ends = 0.5 * (first.2 + last.2);
-        let turned = ends
-            + all
-                .iter()
-                .skip(1)
-                .take(SLOPE_STEP - 1)
-                .map(|x| x.2)
-                .sum::<f64>();
-        (first.0 == last.0).then_some((last.1 - first.1, turned * WINDOW_S))
-    });
-    let line = line(pairs);
-    let verdict = too_little(&line, MIN_SLOPE_SD, "the slope").unwrap_or_else(|| match line.gain {
-        _ if line.correlation.abs() < MIN_CORRELATION => Verdict::Unknown(format!(
-            "the change of the slope is not seen above noise (correlation {:.2}); if the log has hills: the gyro's axes",
-            line.correlation
-        )),
+    let over = |step: usize| {
+        let line = slope_change(&series.balance, 1, step);
+        // nose up is against the axis to the left
+        FittedLine {
+            gain: -line.gain,
+            correlation: -line.correlation,
+            ..line
+        }
+    };
+    let (line, soon) = (over(SLOPE_STEP), over(SHORT_SLOPE_STEP));
+    let title = (
+        "gain of the gyro on the change of the slope",
+        "",
+        "0.5 to 1.5",
+    );
+    if let Some(verdict) = too_little(&line, MIN_SLOPE_SD, "the slope") {
+        return check(title.0, line.gain, title.1, title.2, verdict);
+    }
+    // noise changes as much in two seconds as in five, a slope does not
+    let is_slope = line.sd_x > CLEAR_SLOPE_SD && line.sd_x > CLEAR_GROWTH * soon.sd_x;
+    let missing = match is_slope {
+        true => Verdict::Bad("the slope changes, and the gyro does not show it: axes, or it stands still".into()),
+        false => Verdict::Unknown(
+            "the change of the slope is not seen above noise; if the log has hills: the gyro's axes"
+                .into(),
+        ),
+    };
+    gain_check(title, &line, missing, |gain| match gain {
         g if (0.5..=1.5).contains(&g) => Verdict::Good,
         g if g < 0.0 => Verdict::Bad("the wrong sign: an axis points the other way".into()),
         g if (28.0..110.0).contains(&g) => Verdict::Bad("57: the gyro is in deg/s".into()),
         _ => Verdict::Bad("the gyro's unit or axes".into()),
-    });
-    check(
-        "gain of the gyro on the change of the slope",
-        line.gain,
-        "",
-        "0.5 to 1.5",
-        verdict,
-    )
+    })
 }
 
 /// Wheels against each other: the largest ratio of a wheel to the mean of all.
@@ -319,37 +345,44 @@ fn axles(series: &Series) -> Check {
     )
 }
 
-/// Power of the traction over the power that it becomes, m (f · v): the mass that it implies, over the range that is
-/// thought possible.
-fn power(plan: &Plan, series: &Series) -> Check {
+/// The mass that traction and specific force imply, F − drag = m f + c sgn v, over the range that is thought possible.
+/// Only where the vehicle moves, does not brake, and the samples of the traction count.
+fn implied_mass(plan: &Plan, series: &Series) -> Check {
     let v = &plan.vehicle;
-    let force = |w: &Window| w.torque * v.gear_ratio * v.efficiency / v.wheel_radius_m;
-    let moving = series.windows.iter().filter(|w| w.speed.abs() > 0.1);
-    let line = line(moving.map(|w| (w.force[0] * w.speed, force(w) * w.speed)));
+    let drag_m2 = v.road.map_or(0.0, |r| r.drag_area_m2);
+    let known =
+        |w: &&ForceWindow| w.moves && w.force_n.is_finite() && w.specific_force[0].is_finite();
+    let moving: Vec<&ForceWindow> = series.balance.iter().filter(known).collect();
+    let force = |w: &ForceWindow| w.force_n - drag_m2 * drag_pressure(w, v);
+    let alike = line(moving.iter().map(|w| (w.specific_force[0], force(w))));
+    let rows: Vec<_> = moving
+        .iter()
+        .map(|w| (w.t_s, Vector2::new(w.specific_force[0], w.sign), force(w)))
+        .collect();
     let [low, high] = v.mass_range_kg;
-    let verdict =
-        too_little(&line, MIN_ACCEL_SD * 0.1, "the force on the vehicle").unwrap_or_else(|| {
-            match line.gain {
-                _ if line.correlation.abs() < MIN_CORRELATION => Verdict::Bad(
-                    "traction and motion do not go together: sign, time, or the wrong columns"
-                        .into(),
-                ),
-                m if m < 0.0 => {
-                    Verdict::Bad("the wrong sign: the torque counts the other way".into())
-                }
-                m if m > 2.0 * high || m < 0.5 * low => Verdict::Bad(
-                    "a mass that cannot be: gear ratio, unit, or number of motors".into(),
-                ),
-                _ => Verdict::Good,
-            }
-        });
-    check(
-        "mass by torque × speed against f × speed",
-        line.gain,
-        "kg",
-        &format!("{:.0} to {:.0}", 0.5 * low, 2.0 * high),
-        verdict,
-    )
+    let range = format!("{:.0} to {:.0}", 0.5 * low, 2.0 * high);
+    let what = "mass by traction against specific force";
+    let of_all = format!("{what}, of {} s without brake", seconds_of(moving.len()));
+    let title = (of_all.as_str(), "kg", range.as_str());
+    if let Some(verdict) = too_little(&alike, MIN_ACCEL_SD, "the force on the vehicle") {
+        return check(title.0, alike.gain, title.1, title.2, verdict);
+    }
+    let fit = regression(&rows, MIN_FORCE_WINDOWS);
+    let mass = fit.map_or(alike.gain, |fit| fit.value[0]);
+    let missing = Verdict::Bad(
+        "traction and motion do not go together: sign, time, or the wrong columns".into(),
+    );
+    let shown = FittedLine {
+        gain: mass,
+        ..alike
+    };
+    gain_check(title, &shown, missing, |m| match m {
+        m if m < 0.0 => Verdict::Bad("the wrong sign: the torque counts the other way".into()),
+        m if m > 2.0 * high || m < 0.5 * low => {
+            Verdict::Bad("a mass that cannot be: gear ratio, unit, or number of motors".into())
+        }
+        _ => Verdict::Good,
+    })
 }
 
 /// The measurements that estimators have to do without.

@@ -1,6 +1,8 @@
-//! A log in windows of a second, for the checks.
+//! A log for the checks: windows of a second, the samples of each channel, and the lags of channels.
 
-use crate::drive::{Drive, Plan};
+use super::lag::Lags;
+use crate::drive::{Drive, Plan, Rate, Reference, Stamps, Target};
+use crate::identify::{ForceWindow, Windows, known};
 use crate::map::Map;
 use monorig_sim::error::Error;
 
@@ -22,8 +24,6 @@ pub(super) struct Window {
     pub speed: f64,
     /// Largest speed of a wheel.
     pub fastest: f64,
-    /// Sum of the torques at the motors.
-    pub torque: f64,
 }
 
 impl Window {
@@ -75,12 +75,25 @@ impl Spread {
     }
 }
 
+/// Figures of a channel.
+#[derive(Clone, Debug)]
+pub(super) struct ChannelFigures {
+    pub target: Target,
+    pub stamps: Stamps,
+    pub rate: Rate,
+}
+
 /// A log, read once.
 #[derive(Debug, Default)]
 pub(super) struct Series {
     pub windows: Vec<Window>,
     pub spreads: Vec<Spread>,
     pub missing: Vec<(String, String)>,
+    /// Figures of each channel.
+    pub channels: Vec<ChannelFigures>,
+    /// Windows with equal weights of force and acceleration; with the slope where the map has a reference of it.
+    pub balance: Vec<ForceWindow>,
+    pub lags: Lags,
     pub segments: u32,
     pub seconds: f64,
     pub samples: u64,
@@ -88,8 +101,8 @@ pub(super) struct Series {
 
 #[derive(Default)]
 struct WindowMeans {
-    n: [u32; 7],
-    sum: [f64; 7],
+    n: [u32; 6],
+    sum: [f64; 6],
     wheels: Vec<(u32, f64)>,
     fastest: f64,
 }
@@ -98,7 +111,10 @@ impl Series {
     /// Reads the log of a map.
     pub fn read(map: &Map, plan: &Plan) -> Result<Self, Error> {
         let mut drive = Drive::open(map, plan)?;
+        drive.watch();
+        let mut reference = Reference::load(map, drive.origin_ns())?;
         let mut series = Self::default();
+        let (mut balance, vehicle) = (Windows::default(), &plan.vehicle);
         let names = [
             "specific force x",
             "specific force y",
@@ -127,6 +143,9 @@ impl Series {
         let mut end: Option<(i64, u32)> = None;
         let window_ns = (WINDOW_S * 1e9) as i64;
         while let Some(step) = drive.next(map)? {
+            let lags = &mut series.lags;
+            let over = &mut |tracks: &mut _| lags.add(tracks, vehicle);
+            balance.see(&step, known(&mut reference, step.t_ns), vehicle, over);
             let (until, segment) = *end.get_or_insert((step.t_ns + window_ns, step.segment));
             if step.t_ns >= until || step.segment != segment {
                 series.windows.push(sums.window(segment));
@@ -158,11 +177,22 @@ impl Series {
             let torques = z.motor_torque_nm.iter().flatten().map(|s| s.value);
             if let Some(sum) = torques.reduce(|a, b| a + b) {
                 see(6 + plan.wheels, sum);
-                sums.add(6, sum);
             }
             series.segments = step.segment + 1;
             series.seconds = step.t_ns as f64 * 1e-9;
         }
+        let lags = &mut series.lags;
+        balance.finish(vehicle, &mut |tracks: &mut _| lags.add(tracks, vehicle));
+        series.balance = balance.windows;
+        let figures = drive.watched().map(|(target, stamps)| {
+            let rate = stamps.rate();
+            ChannelFigures {
+                target,
+                stamps: stamps.clone(),
+                rate,
+            }
+        });
+        series.channels = figures.collect();
         series.samples = drive.samples();
         series.missing = drive.missing();
         series.spreads.retain(|s| s.n > 0);
@@ -192,7 +222,6 @@ impl WindowMeans {
             speed: known.iter().sum::<f64>() / known.len() as f64,
             wheels,
             fastest: self.fastest,
-            torque: mean(6),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! A channel: columns of a file in, samples in SI units out.
 
 use super::faults::ChannelFaults;
+use super::stamps::Stamps;
 use crate::map::Many;
 use crate::notation::Expression;
 use crate::notation::Unit;
@@ -73,9 +74,12 @@ pub(super) struct Channel {
     /// Number of formulas that make the value itself: a row with a column of these makes a sample.
     pub main: usize,
     pub valid_if: Option<(Expression, Vec<usize>)>,
-    /// Columns of all formulas, each once, and their last values.
+    /// Columns of all formulas, each once, the files that they are in, and their last values.
     pub slots: Vec<String>,
+    pub sources: Vec<usize>,
     pub values: Vec<f64>,
+    /// When the values came, ns of the replay; of columns of other files.
+    pub came_ns: Vec<i64>,
     /// Table in which a slot was found.
     pub tables: Vec<Option<String>>,
     pub unit: Unit,
@@ -85,6 +89,10 @@ pub(super) struct Channel {
     pub latency_ns: i64,
     pub faults: Option<ChannelFaults>,
     pub waiting: VecDeque<Waiting>,
+    /// True if the last row had a sample of it, whether that counts or not.
+    pub offered: bool,
+    /// Figures of its samples, for a check.
+    pub watched: Option<Box<Stamps>>,
 }
 
 /// The columns of a table that go into a channel: slot and column.
@@ -97,20 +105,31 @@ pub(super) struct Binding {
     of_value: Vec<bool>,
     /// True if the table has all columns of the channel: an empty field then is no value, and not the last one.
     whole: bool,
+    /// True for a table of another file: its columns make no sample, and what they said last counts for a second.
+    other: bool,
 }
 
 impl Channel {
-    /// The slot of a column.
-    pub fn slot(&mut self, column: &str) -> usize {
-        match self.slots.iter().position(|s| s == column) {
+    /// The slot of a column of a file.
+    pub fn slot(&mut self, source: usize, column: &str) -> usize {
+        let slots = self.slots.iter().zip(&self.sources);
+        let known = |(name, of): (&String, &usize)| name == column && *of == source;
+        match slots.into_iter().position(known) {
             Some(slot) => slot,
             None => {
                 self.slots.push(column.to_owned());
+                self.sources.push(source);
+                self.came_ns.push(i64::MIN);
                 self.values.push(f64::NAN);
                 self.tables.push(None);
                 self.slots.len() - 1
             }
         }
+    }
+
+    /// The other files of which it uses columns.
+    pub fn others(&self) -> impl Iterator<Item = usize> {
+        self.sources.iter().copied().filter(|s| *s != self.source)
     }
 
     /// Finds its columns in a table; an error names a column that is in two tables.
@@ -119,7 +138,10 @@ impl Channel {
             return Ok(None);
         };
         let mut pairs = Vec::new();
-        for (slot, name) in self.slots.iter().enumerate() {
+        let of_file = |(_, source): &(&String, &usize)| **source == row.source;
+        let own = self.sources.iter().filter(|s| **s == self.source).count();
+        let slots = self.slots.iter().zip(&self.sources).enumerate();
+        for (slot, (name, _)) in slots.filter(|(_, slot)| of_file(slot)) {
             let called = |c: &str| c == name || full_name(&table.name, c) == *name;
             let Some(column) = table.columns.iter().position(|c| called(&c.name)) else {
                 continue;
@@ -136,16 +158,20 @@ impl Channel {
             }
             pairs.push((slot, column));
         }
-        let whole = pairs.len() == self.slots.len();
+        let other = row.source != self.source;
+        let whole = !other && pairs.len() == own;
         let main = || self.formulas.iter().take(self.main);
         let of_value = |(slot, _): &(usize, usize)| main().any(|(_, slots)| slots.contains(slot));
         let of_value = pairs.iter().map(of_value).collect();
-        let direct = self.direct(&pairs).filter(|_| whole);
+        let direct = self
+            .direct(&pairs)
+            .filter(|_| whole && own == self.slots.len());
         Ok((!pairs.is_empty()).then_some(Binding {
             pairs,
             direct,
             of_value,
             whole,
+            other,
         }))
     }
 
@@ -164,9 +190,10 @@ impl Channel {
     /// Takes the values of a row; the value of a new sample if it makes one, in SI units and the axes of the vehicle.
     // inlined for speed, with 16 channels a row: the three numbers stay in registers
     #[inline]
-    pub fn take(&mut self, binding: &Binding, row: &[f64]) -> Option<[f64; 3]> {
+    pub fn take(&mut self, binding: &Binding, row: &[f64], t_ns: i64) -> Option<[f64; 3]> {
         if let Some(columns) = binding.direct {
             let raw = columns.map(|column| row.get(column).copied().unwrap_or(0.0));
+            self.offered = raw.iter().any(|x| !x.is_nan());
             return self.value(raw, 1.0);
         }
         let mut new = false;
@@ -177,13 +204,45 @@ impl Channel {
                 && let Some(place) = self.values.get_mut(slot)
             {
                 *place = x;
+                if binding.other
+                    && let Some(came) = self.came_ns.get_mut(slot)
+                {
+                    *came = t_ns;
+                }
             }
         }
-        if !new
-            || self
-                .valid_if
-                .as_ref()
-                .is_some_and(|(e, slots)| !e.holds(&self.gather(slots)))
+        self.offered = new && !binding.other;
+        if !self.offered {
+            return None;
+        }
+        self.forget_old(t_ns);
+        self.of_values()
+    }
+
+    /// Forgets what other files said longer than a second ago.
+    fn forget_old(&mut self, now_ns: i64) {
+        let slots = self.sources.iter().zip(&self.came_ns);
+        for ((source, came_ns), value) in slots.zip(&mut self.values) {
+            if *source != self.source && now_ns.saturating_sub(*came_ns) > MAX_AGE_NS {
+                *value = f64::NAN;
+            }
+        }
+    }
+
+    /// Counts the sample of the last row for a check, if it had one: its stamp, and its value if it counts.
+    #[inline]
+    pub fn watch(&mut self, t_ns: i64, value: Option<[f64; 3]>) {
+        if let Some(stamps) = self.watched.as_mut().filter(|_| self.offered) {
+            stamps.see(t_ns, value);
+        }
+    }
+
+    /// The value of the columns as they are now; none if `valid_if` rejects it or it is not finite.
+    fn of_values(&self) -> Option<[f64; 3]> {
+        if self
+            .valid_if
+            .as_ref()
+            .is_some_and(|(e, slots)| !e.holds(&self.gather(slots)))
         {
             return None;
         }
@@ -253,6 +312,8 @@ impl Channel {
     }
 }
 
+/// The value of a column of another file counts for this time, ns.
+const MAX_AGE_NS: i64 = 1_000_000_000;
 /// Most columns of one formula.
 pub(super) const MAX_TERMS: usize = 16;
 

@@ -1,7 +1,8 @@
-//! Faults of a replayed log: those of the rig's sensors, and jitter and loss, put on samples before they are delivered.
+//! Faults of a replayed log: those of the rig's sensors, and jitter, loss and lag, put on samples before they are
+//! delivered.
 
 use super::channel::{Channel, Target};
-use crate::map::{FaultedChannel, LogFault, Map};
+use crate::map::{FaultedChannel, LogFault, LogFaultKind, Map};
 use monorig_estimators::api::signals::Measurand;
 use monorig_sim::config::scenario::Event;
 use monorig_sim::error::Error;
@@ -20,7 +21,7 @@ pub(super) struct ChannelFaults {
     stream: Stream,
 }
 
-/// Jitter or loss, and when it holds.
+/// Jitter, loss or lag, and when it holds.
 #[derive(Clone, Copy, Debug)]
 struct Timing {
     from_s: f64,
@@ -29,6 +30,8 @@ struct Timing {
     jitter_s: f64,
     /// Share of samples that are lost.
     loss: f64,
+    /// Samples come later by this, with a later stamp, ns.
+    lag_ns: i64,
 }
 
 impl ChannelFaults {
@@ -41,13 +44,14 @@ impl ChannelFaults {
         }
     }
 
-    /// Puts the faults on a sample: its stamp (ns of the replay) and value; none if it is not delivered.
+    /// Puts the faults on a sample: its stamp (ns of the replay), by how much it comes later (ns) and its value; none
+    /// if it is not delivered.
     pub fn apply(
         &mut self,
         stamp_ns: i64,
         value: [f64; 3],
         is_vector: bool,
-    ) -> Option<(i64, [f64; 3])> {
+    ) -> Option<(i64, i64, [f64; 3])> {
         let t_s = stamp_ns as f64 * 1e-9;
         let value = if is_vector {
             let mut sensed = value;
@@ -58,12 +62,13 @@ impl ChannelFaults {
             self.scalar.disturb(t_s, &mut sensed);
             self.scalar.hand_over(t_s, sensed).map(|[x]| [x, 0.0, 0.0])
         };
-        let (mut stamp_ns, mut lost) = (stamp_ns, false);
+        let (mut stamp_ns, mut late_ns, mut lost) = (stamp_ns, 0i64, false);
         for w in self
             .timing
             .iter()
             .filter(|w| w.from_s <= t_s && t_s < w.to_s)
         {
+            late_ns = late_ns.saturating_add(w.lag_ns);
             if w.loss > 0.0 {
                 lost |= self.stream.uniform() < w.loss;
             }
@@ -72,7 +77,10 @@ impl ChannelFaults {
                 stamp_ns = stamp_ns.saturating_add((off_s * 1e9).round() as i64);
             }
         }
-        value.filter(|_| !lost).map(|value| (stamp_ns, value))
+        let stamp_ns = stamp_ns.saturating_add(late_ns);
+        value
+            .filter(|_| !lost)
+            .map(|value| (stamp_ns, late_ns, value))
     }
 }
 
@@ -157,21 +165,27 @@ impl ChannelFaults {
             return Ok(());
         }
         let size = fault.size.map_or(f64::NAN, |x| x.get());
-        let is_loss = fault.fault == crate::map::LogFaultKind::Loss;
+        let is_loss = fault.fault == LogFaultKind::Loss;
+        let is_lag = fault.fault == LogFaultKind::Lag;
         let good = if is_loss { 0.0..=1.0 } else { 0.0..=1000.0 };
         if !good.contains(&size) {
             let help = if is_loss {
                 "`size`: share of the samples that are lost, 0 to 1"
             } else {
-                "`size`: by how much stamps are off at most, 0 to 1000 ms"
+                "`size`: by how much stamps are off at most, or samples late, 0 to 1000 ms"
             };
             return Err(map.error(format!("{key}.size"), "this fault needs a size", help));
         }
         self.timing.push(Timing {
             from_s: from_s.get(),
             to_s: to_s.map_or(f64::INFINITY, |t| t.get()),
-            jitter_s: if is_loss { 0.0 } else { size * 1e-3 },
+            jitter_s: if is_loss || is_lag { 0.0 } else { size * 1e-3 },
             loss: if is_loss { size } else { 0.0 },
+            lag_ns: if is_lag {
+                (size * 1e6).round() as i64
+            } else {
+                0
+            },
         });
         Ok(())
     }

@@ -2,11 +2,11 @@
 
 use super::channel::{Channel, MAX_TERMS, Target, VectorPath};
 use crate::map::{
-    Axis, CommandChannel, Formula, Map, MeasuredChannel, Mount, ScalarChannel, Traction,
+    Axis, CommandChannel, Formula, Map, MeasuredChannel, Mount, Nominal, ScalarChannel, Traction,
     VectorChannel, key, quantity,
 };
 use crate::notation::{Expression, Quantity, STANDARD_GRAVITY_MPS2, Unit, UnitName};
-use monorig_estimators::api::signals::{Measurand, Slot, Vehicle, VehicleData};
+use monorig_estimators::api::signals::{Measurand, RoadVehicle, Slot, Vehicle, VehicleData};
 use monorig_sim::closed_loop::recorded::nominal_vehicle;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive};
 use monorig_sim::config::file::named;
@@ -28,7 +28,15 @@ pub struct Plan {
     pub(crate) motors: usize,
     /// Motors whose commanded torque is recorded; 0 where no command is.
     pub(crate) commanded: usize,
+    /// Axes of specific force and angular rate in the order forward, left, up that the log does not have.
+    pub(crate) absent: Vec<(Measurand, usize)>,
+    /// Values that the map is silent on, with those taken in their place.
+    pub(crate) taken: Vec<String>,
 }
+
+/// Standard deviations of the biases of instruments that nobody has calibrated, where a map is silent: m/s² and rad/s.
+const ACCEL_BIAS_MPS2: f64 = 0.1;
+const GYRO_BIAS_RADPS: f64 = 0.01;
 
 impl Plan {
     /// The plan of a map.
@@ -61,11 +69,12 @@ impl Plan {
                     Quantity::Speed,
                 )?;
                 channel.settle(map, w.valid_if.as_ref().map(|c| &c.0), w.latency_ms, w.sign)?;
+                channel.factor *= w.gain.map_or(1.0, Positive::get);
                 channels.push(channel);
                 wheels += 1;
             }
         }
-        let mut vehicle = vehicle(map)?;
+        let (mut vehicle, tells_all) = vehicle(map)?;
         if wheels > 0 {
             vehicle.drives = wheels;
         }
@@ -87,14 +96,30 @@ impl Plan {
             commands(map, command, &mut channels)?;
         }
         super::faults::add(map, &mut channels)?;
-        let bias = |measurand| {
-            c.vector(measurand)
-                .and_then(|v| v.bias_sd)
-                .map(Positive::get)
+        let mut taken = Vec::new();
+        let mut bias = |measurand, of_vehicle: Option<f64>, default: f64| {
+            let channel = c.vector(measurand)?;
+            let told = channel.bias_sd.map(Positive::get).or(of_vehicle);
+            if told.is_none() && !tells_all {
+                let (name, unit) = (measurand.name(), measurand.unit());
+                taken.push(format!("bias_sd of the {name} ({default} {unit})"));
+                return Some(default);
+            }
+            told
         };
         let told = VehicleData {
-            accel_bias_sd_mps2: bias(Measurand::SpecificForce).or(vehicle.accel_bias_sd_mps2),
-            gyro_bias_sd_radps: bias(Measurand::AngularRate).or(vehicle.gyro_bias_sd_radps),
+            accel_bias_sd_mps2: bias(
+                Measurand::SpecificForce,
+                vehicle.accel_bias_sd_mps2,
+                ACCEL_BIAS_MPS2,
+            )
+            .or(vehicle.accel_bias_sd_mps2),
+            gyro_bias_sd_radps: bias(
+                Measurand::AngularRate,
+                vehicle.gyro_bias_sd_radps,
+                GYRO_BIAS_RADPS,
+            )
+            .or(vehicle.gyro_bias_sd_radps),
             ..vehicle
         };
         let vehicle = Vehicle::new(told).map_err(|e| {
@@ -110,6 +135,8 @@ impl Plan {
             wheels,
             motors,
             commanded: c.command.as_ref().map_or(0, |c| c.torque.len()),
+            absent: c.measured.iter().flat_map(absent).collect(),
+            taken,
         })
     }
 
@@ -117,8 +144,10 @@ impl Plan {
     pub(super) fn wanted(&self, map: &Map) -> Vec<BTreeSet<String>> {
         let mut wanted = vec![BTreeSet::new(); map.files.len()];
         for channel in &self.channels {
-            if let Some(of) = wanted.get_mut(channel.source) {
-                of.extend(channel.slots.iter().cloned());
+            for (column, source) in channel.slots.iter().zip(&channel.sources) {
+                if let Some(of) = wanted.get_mut(*source) {
+                    of.insert(column.clone());
+                }
             }
         }
         wanted
@@ -152,15 +181,26 @@ impl Channel {
         formulas: &[&Formula],
         unit: &Unit,
     ) -> Result<Self, Error> {
+        // a channel whose columns are all of one other file is of that file
+        let columns = || formulas.iter().flat_map(|f| &f.expression.columns);
+        let of = columns().next().and_then(|c| map.elsewhere(c));
+        let of = of.filter(|(source, _)| {
+            columns().all(|c| map.elsewhere(c).is_some_and(|(other, _)| other == *source))
+        });
         let mut channel = Self {
             target,
             key: key.to_owned(),
-            source: map.file_of(key, file)?,
+            source: match of {
+                Some((source, _)) => source,
+                None => map.file_of(key, file)?,
+            },
             formulas: Vec::new(),
             main: formulas.len(),
             valid_if: None,
             slots: Vec::new(),
+            sources: Vec::new(),
             values: Vec::new(),
+            came_ns: Vec::new(),
             tables: Vec::new(),
             unit: *unit,
             factor: 1.0,
@@ -168,6 +208,8 @@ impl Channel {
             latency_ns: 0,
             faults: None,
             waiting: Default::default(),
+            offered: false,
+            watched: None,
         };
         for formula in formulas {
             let compiled = channel.compile(map, &formula.expression)?;
@@ -199,7 +241,16 @@ impl Channel {
                 format!("at most {MAX_TERMS}"),
             ));
         }
-        let slots = expression.columns.iter().map(|c| self.slot(c)).collect();
+        let own = self.source;
+        let place = |c: &String| match map.elsewhere(c) {
+            Some((source, column)) => (source, column.to_owned()),
+            None => (own, c.clone()),
+        };
+        let places: Vec<_> = expression.columns.iter().map(place).collect();
+        let slots = places
+            .iter()
+            .map(|(source, c)| self.slot(*source, c))
+            .collect();
         Ok((expression.clone(), slots))
     }
 
@@ -234,15 +285,22 @@ fn scalar(map: &Map, slot: Slot, s: &ScalarChannel) -> Result<Channel, Error> {
 
 /// The channel of a vector.
 fn vector(map: &Map, measurand: Measurand, v: &VectorChannel) -> Result<Channel, Error> {
-    let [a, b, c] = &v.columns;
-    let mut channel = Channel::of(
+    let unit = unit_of(map, &key(measurand, 0), &v.unit, quantity(measurand))?;
+    let at_rest = at_rest(measurand, v.axes, unit);
+    let columns = v.columns.iter().zip(at_rest);
+    let columns: Vec<Formula> = columns
+        .map(|(column, x)| match column.is_none() {
+            true => Formula::constant(x),
+            false => column.clone(),
+        })
+        .collect();
+    let mut channel = Channel::in_unit(
         map,
         &key(measurand, 0),
         Target::Measured(measurand.slot(0)),
         v.file.as_deref(),
-        &[a, b, c],
-        &v.unit,
-        quantity(measurand),
+        &columns.iter().collect::<Vec<_>>(),
+        unit,
     )?;
     channel.settle(
         map,
@@ -268,8 +326,30 @@ fn vector(map: &Map, measurand: Measurand, v: &VectorChannel) -> Result<Channel,
     Ok(channel)
 }
 
+/// The axes of a vector, in the order forward, left, up, that only columns which are not there would show.
+fn absent((measurand, channel): (&Measurand, &MeasuredChannel)) -> Vec<(Measurand, usize)> {
+    let MeasuredChannel::Vector(v) = channel else {
+        return Vec::new();
+    };
+    let turn = axes(v.axes);
+    let none = |axis: &usize| {
+        let mut columns = v.columns.iter().enumerate();
+        columns.all(|(i, c)| c.is_none() || turn[(*axis, i)] == 0.0)
+    };
+    (0..3).filter(none).map(|axis| (*measurand, axis)).collect()
+}
+
+/// The three columns on a level vehicle at rest, in their unit: gravity on the axis that points up or down.
+fn at_rest(measurand: Measurand, of: Option<[Axis; 3]>, unit: &Unit) -> [f64; 3] {
+    let up = axes(of).transpose() * Vector3::z();
+    match measurand {
+        Measurand::SpecificForce => (up * STANDARD_GRAVITY_MPS2 / unit.to_si(1.0)).into(),
+        _ => [0.0; 3],
+    }
+}
+
 /// From the columns to forward, left, up.
-fn axes(axes: Option<[Axis; 3]>) -> Matrix3<f64> {
+pub(crate) fn axes(axes: Option<[Axis; 3]>) -> Matrix3<f64> {
     let Some(axes) = axes else {
         return Matrix3::identity();
     };
@@ -285,7 +365,7 @@ fn axes(axes: Option<[Axis; 3]>) -> Matrix3<f64> {
 }
 
 /// From a box that is rolled, pitched and yawed to the vehicle.
-fn mount(m: &Mount) -> Rotation3<f64> {
+pub(crate) fn mount(m: &Mount) -> Rotation3<f64> {
     turned(
         m.roll.get().to_radians(),
         m.pitch.get().to_radians(),
@@ -319,6 +399,7 @@ fn traction(
             quantity,
         )?;
         channel.settle(map, valid_if, t.latency_ms, t.sign)?;
+        channel.factor *= t.gain.map_or(1.0, Positive::get);
         Ok(channel)
     };
     if let Some(force) = &t.force {
@@ -368,9 +449,11 @@ fn commands(map: &Map, c: &CommandChannel, channels: &mut Vec<Channel>) -> Resul
         channels.push(channel);
         Ok::<(), Error>(())
     };
-    let torque = unit_of(map, key, &c.unit, Quantity::Torque)?;
-    for (i, formula) in c.torque.iter().enumerate() {
-        add(Target::CommandTorque(i), formula, torque, c.sign)?;
+    if let Some(unit) = &c.unit {
+        let torque = unit_of(map, key, unit, Quantity::Torque)?;
+        for (i, formula) in c.torque.iter().enumerate() {
+            add(Target::CommandTorque(i), formula, torque, c.sign)?;
+        }
     }
     let one = Finite::new(1.0);
     if let (Some(formula), Some(mpa)) = (&c.clamp_pressure_mpa, Quantity::Pressure.unit("MPa")) {
@@ -398,8 +481,9 @@ fn unit_of(
     })
 }
 
-/// The nominal vehicle: that of a file, with the changes of the map.
-fn vehicle(map: &Map) -> Result<VehicleData, Error> {
+/// The nominal vehicle: that of a file, with the changes of the map; and true for a file that tells each value, so that
+/// one it does not tell is not known.
+fn vehicle(map: &Map) -> Result<(VehicleData, bool), Error> {
     let n = &map.file.nominal;
     let changes = NominalVehicle {
         tare_kg: n.tare_kg,
@@ -407,23 +491,24 @@ fn vehicle(map: &Map) -> Result<VehicleData, Error> {
         running_resistance: n.running_resistance,
         wheel_radius_m: n.wheel_radius_m,
     };
-    let mut v = match &map.file.vehicle {
+    let (mut v, tells_all) = match &map.file.vehicle {
         Some(name) => map.inputs.during(|| {
             let file = named(map.document.path(), "vehicle", name)?;
             match super::vehicle_file::read(&file)? {
-                Some(vehicle) => Ok(changed(vehicle, changes)),
-                None => nominal_vehicle(&file, changes),
+                Some(vehicle) => Ok((changed(vehicle, changes), true)),
+                None => nominal_vehicle(&file, changes).map(|v| (v, false)),
             }
         })?,
         None => {
             let tare = n.tare_kg.map_or(0.0, Positive::get);
-            VehicleData {
+            let nominal = VehicleData {
                 tare_kg: tare,
                 mass_range_kg: [0.5 * tare, 2.0 * tare],
                 wheel_radius_m: n.wheel_radius_m.map_or(0.0, Positive::get),
                 running_resistance: n.running_resistance.map_or(0.0, NonNegative::get),
                 ..VehicleData::default()
-            }
+            };
+            (nominal, false)
         }
     };
     if let Some(range) = n.mass_range_kg {
@@ -438,8 +523,43 @@ fn vehicle(map: &Map) -> Result<VehicleData, Error> {
         .rotating_mass_kg
         .map_or(v.rotating_mass_kg, NonNegative::get);
     v.imu_arm_m = n.imu_arm_m.map_or(v.imu_arm_m, Finite::get);
-    Ok(v)
+    v.road = road(n, v.road);
+    Ok((v, tells_all))
 }
+
+/// Values of the road vehicle with the changes of the map; none of a train.
+fn road(n: &Nominal, of_file: Option<RoadVehicle>) -> Option<RoadVehicle> {
+    let positive = |x: Option<Positive>, old: f64| x.map_or(old, Positive::get);
+    let told = n.drag_area_m2.is_some()
+        || [
+            n.air_density_kgpm3,
+            n.front_axle_m,
+            n.rear_axle_m,
+            n.front_cornering_npr,
+            n.rear_cornering_npr,
+        ]
+        .iter()
+        .any(Option::is_some);
+    let r = of_file.or(told.then_some(COMPACT_CAR))?;
+    Some(RoadVehicle {
+        drag_area_m2: n.drag_area_m2.map_or(r.drag_area_m2, NonNegative::get),
+        air_density_kgpm3: positive(n.air_density_kgpm3, r.air_density_kgpm3),
+        front_axle_m: positive(n.front_axle_m, r.front_axle_m),
+        rear_axle_m: positive(n.rear_axle_m, r.rear_axle_m),
+        front_cornering_npr: positive(n.front_cornering_npr, r.front_cornering_npr),
+        rear_cornering_npr: positive(n.rear_cornering_npr, r.rear_cornering_npr),
+    })
+}
+
+/// Values of a compact car, for those that a map with some of them does not tell.
+const COMPACT_CAR: RoadVehicle = RoadVehicle {
+    drag_area_m2: 0.65,
+    air_density_kgpm3: 1.2,
+    front_axle_m: 1.1,
+    rear_axle_m: 1.5,
+    front_cornering_npr: 8e4,
+    rear_cornering_npr: 8e4,
+};
 
 #[cfg(test)]
 mod tests {

@@ -2,12 +2,15 @@
 
 use super::channel::{Binding, Channel, Target, Waiting};
 use super::plan::Plan;
+use super::stamps::Stamps;
 use crate::map::{Many, Map, Origin};
 use crate::read::merge::{Merged, MergedRow};
 use monorig_estimators::Time;
 use monorig_estimators::api::signals::{Command, Measurand, Measurements, Sample, Vehicle};
 use monorig_sim::error::Error;
 
+/// The torque of a motor that came longer ago makes no sum with those of the others, ns.
+const MAX_AGE_NS: i64 = 1_000_000_000;
 /// Below this speed no force follows from a power, m/s.
 const MIN_SPEED_MPS: f64 = 0.5;
 
@@ -20,6 +23,8 @@ pub struct Step {
     pub z: Measurements,
     /// The last command recorded until its end; none of a log without.
     pub command: Option<Command>,
+    /// Share of the brake force that was asked for last; 0 of a log without a brake.
+    pub brake: f64,
     /// Segment of the log, from 0: gaps and runs begin new ones.
     pub segment: u32,
 }
@@ -38,11 +43,13 @@ pub struct Drive {
     vehicle: Vehicle,
     wheels_mps: Vec<f64>,
     torques_nm: Vec<f64>,
+    torques_ns: Vec<i64>,
     /// Torques asked for, and the rest of the command.
     commanded_nm: Vec<f64>,
     command: Command,
     origin_ns: i64,
     step_ns: i64,
+    until_ns: i64,
     gap_ns: i64,
     steps: i64,
     segment: u32,
@@ -58,28 +65,44 @@ impl Drive {
     pub fn open(map: &Map, plan: &Plan) -> Result<Self, Error> {
         let mut wanted = plan.wanted(map);
         super::reference::want(map, &mut wanted)?;
-        let merged = Merged::open(&map.sources(&wanted), map.by())?;
+        let mut sources = map.sources(&wanted);
+        for asked in plan.channels.iter().flat_map(Channel::others) {
+            if let Some(source) = sources.get_mut(asked) {
+                source.leads = true;
+            }
+        }
+        let mut merged = Merged::open(&sources, map.by())?;
         columns_are_there(map, plan, &merged)?;
         let first_ns = merged.next_ns().unwrap_or(0);
+        let origin_ns = match map.file.time.origin {
+            Origin::First => first_ns,
+            Origin::Zero => 0,
+        };
+        let trim = map.trim_ns();
+        let (step_ns, from_ns) = (map.step_ns(), *trim.start());
+        let mut row = MergedRow::default();
+        let before = |t: i64| t.saturating_sub(origin_ns) < from_ns;
+        while merged.next_ns().is_some_and(before) {
+            merged.next(&mut row)?;
+        }
         Ok(Self {
-            origin_ns: match map.file.time.origin {
-                Origin::First => first_ns,
-                Origin::Zero => 0,
-            },
+            origin_ns,
             merged,
             channels: plan.channels.clone(),
             bindings: Vec::new(),
-            row: MergedRow::default(),
+            row,
             many: map.file.step.many,
             vehicle: plan.vehicle,
             wheels_mps: vec![f64::NAN; plan.wheels],
             torques_nm: vec![f64::NAN; plan.motors],
+            torques_ns: vec![i64::MIN; plan.motors],
             commanded_nm: vec![0.0; plan.commanded],
             command: Command::default(),
-            step_ns: map.step_ns(),
+            step_ns,
+            until_ns: *trim.end(),
             gap_ns: map.segment_gap_ns(),
-            // the first step ends at time zero, with the row that stands there
-            steps: -1,
+            // the first step ends at time zero or where the part that is played begins, with the row that stands there
+            steps: from_ns.max(0).saturating_sub(1).div_euclid(step_ns),
             segment: 0,
             pieces: Vec::new(),
             begun: false,
@@ -118,10 +141,7 @@ impl Drive {
 
     /// The next step in place of what `step` holds; false at the end of the log, where it is left as it is.
     pub(crate) fn next_into(&mut self, map: &Map, step: &mut Step) -> Result<bool, Error> {
-        let next_ns = self
-            .merged
-            .next_ns()
-            .map(|t| t.saturating_sub(self.origin_ns));
+        let next_ns = self.next_ns();
         let waits = self
             .channels
             .iter()
@@ -141,11 +161,7 @@ impl Drive {
         self.begun = true;
         self.steps += 1;
         let until_ns = self.steps.saturating_mul(self.step_ns);
-        while self
-            .merged
-            .next_ns()
-            .is_some_and(|t| t.saturating_sub(self.origin_ns) <= until_ns)
-        {
+        while self.next_ns().is_some_and(|t| t <= until_ns) {
             self.merged.next(&mut self.row)?;
             self.take_row(map)?;
         }
@@ -154,7 +170,28 @@ impl Drive {
         step.segment = self.segment;
         self.fill(&mut step.z, until_ns);
         step.command = (!self.commanded_nm.is_empty()).then(|| self.command());
+        step.brake = self.command.brake;
         Ok(true)
+    }
+
+    /// The time of the next row that is played, ns of the replay; none at the end.
+    fn next_ns(&self) -> Option<i64> {
+        let next = self.merged.next_ns()?.saturating_sub(self.origin_ns);
+        (next <= self.until_ns).then_some(next)
+    }
+
+    /// Counts the samples of each channel from now on.
+    pub(crate) fn watch(&mut self) {
+        let channels = self.channels.iter_mut();
+        channels.for_each(|c| c.watched = Some(Box::default()));
+    }
+
+    /// The channels with the figures of their samples.
+    pub(crate) fn watched(&mut self) -> impl Iterator<Item = (Target, &mut Stamps)> {
+        self.channels.iter_mut().filter_map(|c| {
+            let stamps = c.watched.as_deref_mut()?;
+            Some((c.target, stamps))
+        })
     }
 
     fn take_row(&mut self, map: &Map) -> Result<(), Error> {
@@ -173,7 +210,7 @@ impl Drive {
                 .channels
                 .iter_mut()
                 .enumerate()
-                .filter(|(_, c)| c.source == row.source)
+                .filter(|(_, c)| c.sources.contains(&row.source))
             {
                 let binding = channel.bind(row).map_err(|message| {
                     map.error(
@@ -206,19 +243,20 @@ impl Drive {
             let Some(channel) = self.channels.get_mut(*i) else {
                 continue;
             };
-            let Some(value) = channel.take(binding, &row.values) else {
+            let taken = channel.take(binding, &row.values, stamp_ns);
+            let mut left = taken.map(|value| (stamp_ns, 0, value));
+            if let (Some(faults), Some(value)) = (&mut channel.faults, taken) {
+                left = faults.apply(stamp_ns, value, channel.vector.is_some());
+            }
+            let stamp = left.map_or(stamp_ns, |(stamp, ..)| stamp);
+            channel.watch(stamp, left.map(|(.., value)| value));
+            let Some((stamp_ns, late_ns, value)) = left else {
                 continue;
             };
-            let (mut stamp_ns, mut value) = (stamp_ns, value);
-            if let Some(faults) = &mut channel.faults {
-                let is_vector = channel.vector.is_some();
-                let Some(left) = faults.apply(stamp_ns, value, is_vector) else {
-                    continue;
-                };
-                (stamp_ns, value) = left;
-            }
             self.samples += 1;
-            let deliver_ns = time_ns.saturating_add(channel.latency_ns);
+            let deliver_ns = time_ns
+                .saturating_add(channel.latency_ns)
+                .saturating_add(late_ns);
             channel.waiting.push_back(Waiting {
                 deliver_ns,
                 stamp_ns,
@@ -263,7 +301,12 @@ impl Drive {
                 Target::Measured(slot) => {
                     let measured = match slot.measurand {
                         Measurand::WheelSpeed => self.wheels_mps.get_mut(slot.index),
-                        Measurand::MotorTorque => self.torques_nm.get_mut(slot.index),
+                        Measurand::MotorTorque => {
+                            if let Some(came) = self.torques_ns.get_mut(slot.index) {
+                                *came = w.stamp_ns;
+                            }
+                            self.torques_nm.get_mut(slot.index)
+                        }
                         _ => None,
                     };
                     if let Some(measured) = measured {
@@ -271,7 +314,12 @@ impl Drive {
                     }
                     let is_torque = slot.measurand == Measurand::MotorTorque;
                     match is_torque && self.torques_nm.len() != drives {
-                        true => shared_torque = Some((t, self.torques_nm.iter().sum::<f64>())),
+                        true => {
+                            let young = |came: &i64| w.stamp_ns.saturating_sub(*came) <= MAX_AGE_NS;
+                            if self.torques_ns.iter().all(young) {
+                                shared_torque = Some((t, self.torques_nm.iter().sum::<f64>()));
+                            }
+                        }
                         false => slot.set(z, Some(Sample { t, value: w.value })),
                     }
                 }
@@ -310,12 +358,11 @@ impl Drive {
 /// refused here.
 fn columns_are_there(map: &Map, plan: &Plan, merged: &Merged) -> Result<(), Error> {
     for channel in &plan.channels {
-        let missing = channel
-            .slots
-            .iter()
-            .find(|column| merged.has_column(channel.source, column) == Some(false));
-        if let Some(column) = missing {
-            let file = map.files.values().nth(channel.source);
+        let mut slots = channel.slots.iter().zip(&channel.sources);
+        let missing =
+            slots.find(|(column, source)| merged.has_column(**source, column) == Some(false));
+        if let Some((column, source)) = missing {
+            let file = map.files.values().nth(*source);
             let file = file.map_or(String::new(), |f| f.display().to_string());
             return Err(map.error(
                 channel.key.clone(),

@@ -42,6 +42,7 @@ pub(super) fn write(
         "time": {"unit": "ns", "stamp": "stamp_ns", "order": "arrival", "origin": "zero", "segment_gap_s": 1e6},
         "step": {"rate_hz": 1e9 / samples.step_ns as f64, "many": "newest"},
         "vehicle": VEHICLE,
+        "noise": "defaults",
         "channels": names.channels(),
         "reference": names.references(masses),
         "estimators": estimators(manifest),

@@ -1,30 +1,49 @@
 //! Parameters of vehicle and instruments from a log whose mass and slope are known: torque gain, running resistance,
 //! lean and bias of the accelerometer, noise, and with a reference of the way the radius of the wheels. The force
-//! balance of Liu et al. (2023, §2.2) regressed over windows of a second.
+//! balance of Liu et al. (2023, §2.2) regressed over windows of half a second.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `tracks` | channels over time, without what was rejected |
+//! | `windows` | weighted means over half a second, in which force and acceleration go together |
+//! | `regression` | least squares over windows that overlap |
+//! | `last` | the last values of channels, while they are not too old |
+//! | `applied` | the map with what was found |
+//! | `wheel_radius` `noise` `standing` | radius of the wheels, noise, the IMU while the vehicle stands |
 
+mod applied;
+mod last;
 mod noise;
+mod regression;
 mod standing;
+mod tracks;
 mod wheel_radius;
+mod windows;
 
-pub(crate) use noise::Noise;
+pub use applied::{Applied, apply, write};
 pub use standing::{Instrument, StandingAxis, standing};
+
+pub(crate) use last::LastValues;
+pub(crate) use noise::Noise;
+pub(crate) use regression::{RegressionRow, regression};
+pub(crate) use tracks::Tracks;
+pub(crate) use windows::{ForceWindow, OVERLAP, WINDOW_S, Windows, drag_pressure, known};
 
 use crate::drive::{Drive, Plan, Reference, Way, calibrate};
 use crate::map::Map;
 use crate::notation::STANDARD_GRAVITY_MPS2 as G;
 use crate::wrong;
-use monorig_estimators::api::signals::Vehicle;
 use monorig_sim::error::Error;
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Vector1, Vector2, Vector3};
 use serde::Serialize;
 use wheel_radius::Rolled;
 
-/// Length of a window, s.
-const WINDOW_S: f64 = 1.0;
-/// Below this speed friction is not the running resistance, m/s.
-const MIN_SPEED_MPS: f64 = 0.2;
-/// Fewest windows of a regression.
-const MIN_WINDOWS: usize = 20;
+/// Fewest windows of a regression: 10 s of them.
+pub(crate) const MIN_WINDOWS: usize = 19 * OVERLAP + 1;
+/// Fewest windows in which the vehicle stands, for the bias of the gyro: 3 s.
+const MIN_STANDING: usize = 5 * OVERLAP + 1;
+/// A drag area is found where its standard deviation is below this share of the nominal one.
+const MAX_DRAG_SD: f64 = 0.5;
 
 /// A parameter that was found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -40,20 +59,31 @@ pub struct Parameter {
     pub unit: &'static str,
     /// Its key in a map, or its meaning for the vehicle.
     pub meaning: &'static str,
+    /// Its kind.
+    #[serde(skip)]
+    pub kind: ParameterKind,
 }
 
-/// Means of a window, and the speeds at its ends.
-#[derive(Clone, Copy, Debug)]
-struct ForceWindow {
-    /// Mean acceleration from the speeds at both ends, m/s².
-    acceleration: f64,
-    speed: f64,
-    /// Force of the motors at the rims as the nominal vehicle has it, N.
-    force_n: f64,
-    specific_force_x: f64,
-    slope_rad: f64,
-    effective_slope_rad: f64,
-    mass_kg: f64,
+/// The kind of a parameter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ParameterKind {
+    /// Radius of the wheels.
+    WheelRadius,
+    /// Gain of the traction.
+    TorqueGain,
+    /// Running resistance.
+    RunningResistance,
+    /// Drag coefficient times frontal area.
+    DragArea,
+    /// Lean of the accelerometer.
+    Lean,
+    /// Bias of the accelerometer, forward.
+    AccelerometerBias,
+    /// Bias of the gyro about an axis: 0 forward, 1 left, 2 up.
+    GyroBias(usize),
+    /// Noise, and what no key of a map holds.
+    #[default]
+    Figure,
 }
 
 /// Finds the parameters of a log.
@@ -72,22 +102,26 @@ pub fn identify(map: &Map) -> Result<Vec<Parameter>, Error> {
             sd: sd * nominal_m,
             unit: "m",
             meaning: "nominal.wheel_radius_m, where the wheel speeds of the log were made with the nominal one",
+            kind: ParameterKind::WheelRadius,
         });
         // what follows is with this radius: speeds are larger by it, and the force of the same torque smaller
         for w in &mut windows {
             w.acceleration *= ratio;
             w.speed *= ratio;
+            w.speed_squared *= ratio * ratio;
             w.force_n /= ratio;
         }
     }
     found.extend(drive_parameters(map, &plan, &windows, &seen, radius)?);
     found.extend(accelerometer_parameters(&windows, &seen));
+    found.extend(gyro_parameters(&windows));
     found.extend(seen.noise.figures().into_iter().map(|figure| Parameter {
         name: format!("noise of the {}", figure.channel),
         value: figure.sd,
         sd: figure.sd_of_sd,
         unit: figure.unit,
         meaning: "standard deviation of a sample",
+        kind: ParameterKind::Figure,
     }));
     Ok(found)
 }
@@ -104,70 +138,128 @@ fn radius_ratio(map: &Map, seen: &Seen) -> Result<Option<(f64, f64)>, Error> {
     })
 }
 
-/// Torque gain and running resistance, by the force balance along the track while the vehicle moves.
+/// Torque gain, running resistance and, of a road vehicle whose speeds differ, the drag area, by the force balance
+/// along the track while the vehicle moves.
 fn drive_parameters(
     map: &Map,
     plan: &Plan,
     windows: &[ForceWindow],
     seen: &Seen,
     radius: Option<(f64, f64)>,
-) -> Result<[Parameter; 2], Error> {
-    let moves = |w: &&ForceWindow| w.speed.abs() > MIN_SPEED_MPS;
-    let moving: Vec<&ForceWindow> = windows.iter().filter(moves).collect();
-    let balance = |w: &&ForceWindow| {
-        let m = w.mass_kg;
-        let (sin, cos) = w.effective_slope_rad.sin_cos();
-        let y = (m + plan.vehicle.rotating_mass_kg) * w.acceleration + m * G * sin;
-        (Vector2::new(w.force_n, -m * G * cos * w.speed.signum()), y)
+) -> Result<Vec<Parameter>, Error> {
+    let vehicle = &plan.vehicle;
+    let known = |w: &&ForceWindow| {
+        let all = [w.force_n, w.mass_kg, w.sin_effective, w.against];
+        w.moves && all.iter().all(|x| x.is_finite())
     };
-    let Some(fit) = regression(moving.iter().map(balance)) else {
-        let file = map.files.values().next().cloned().unwrap_or_default();
-        return Err(wrong(
-            &file,
-            None,
-            format!(
-                "of this log {} windows of a second have speed, traction, mass and slope while the vehicle moves",
-                moving.len()
-            ),
-            format!(
-                "at least {MIN_WINDOWS}, with forces that differ; a map with wheel_speed, traction, reference.mass and reference.slope"
-            ),
-        ));
+    let moving: Vec<&ForceWindow> = windows.iter().filter(known).collect();
+    let needed = |w: &ForceWindow| {
+        (w.mass_kg + vehicle.rotating_mass_kg) * w.acceleration + w.mass_kg * G * w.sin_effective
+    };
+    let weight = |w: &ForceWindow| -w.mass_kg * G * w.against;
+    let nominal_m2 = vehicle.road.map_or(0.0, |r| r.drag_area_m2);
+    let with_drag = || {
+        let rows: Vec<_> = moving
+            .iter()
+            .map(|w| {
+                let columns = Vector3::new(w.force_n, weight(w), -drag_pressure(w, vehicle));
+                (w.t_s, columns, needed(w))
+            })
+            .collect();
+        let fit = regression(&rows, MIN_WINDOWS)?;
+        (fit.sd[2] < MAX_DRAG_SD * nominal_m2).then_some(fit)
+    };
+    let (gain, resistance, drag) = match vehicle.road.and_then(|_| with_drag()) {
+        Some(fit) => {
+            let [gain, resistance, drag] = [0, 1, 2].map(|i: usize| (fit.value[i], fit.sd[i]));
+            (gain, resistance, Some(drag))
+        }
+        None => {
+            let rows: Vec<_> = moving
+                .iter()
+                .map(|w| {
+                    let drag = nominal_m2 * drag_pressure(w, vehicle);
+                    (w.t_s, Vector2::new(w.force_n, weight(w)), needed(w) + drag)
+                })
+                .collect();
+            let Some(fit) = regression(&rows, MIN_WINDOWS) else {
+                return Err(too_few(map, moving.len()));
+            };
+            ((fit.value[0], fit.sd[0]), (fit.value[1], fit.sd[1]), None)
+        }
     };
     let mean_mass = moving.iter().map(|w| w.mass_kg).sum::<f64>() / moving.len() as f64;
-    let [gain, resistance] = fit.value;
-    let gain = Parameter {
-        name: "torque gain".into(),
-        value: gain,
-        sd: fit.sd[0]
-            .hypot(gain * seen.mass_sd / mean_mass)
-            .hypot(gain * radius.map_or(0.0, |(ratio, sd)| sd / ratio)),
-        unit: "1",
-        meaning: match radius {
-            Some(_) => {
-                "force at the rims over that of the radius found and the nominal gear and efficiency"
-            }
-            None => "force at the rims over that of the nominal radius, gear and efficiency",
+    let mut found = vec![
+        Parameter {
+            name: "torque gain".into(),
+            value: gain.0,
+            sd: gain
+                .1
+                .hypot(gain.0 * seen.mass_sd / mean_mass)
+                .hypot(gain.0 * radius.map_or(0.0, |(ratio, sd)| sd / ratio)),
+            unit: "1",
+            meaning: match radius {
+                Some(_) => {
+                    "channels.traction.gain: force at the rims over that of the radius found and the nominal gear and efficiency"
+                }
+                None => {
+                    "channels.traction.gain: force at the rims over that of the nominal radius, gear and efficiency"
+                }
+            },
+            kind: ParameterKind::TorqueGain,
         },
-    };
-    let resistance = Parameter {
-        name: "running resistance".into(),
-        value: resistance,
-        sd: fit.sd[1].hypot(seen.slope_sd),
-        unit: "1",
-        meaning: "nominal.running_resistance",
-    };
-    Ok([gain, resistance])
+        Parameter {
+            name: "running resistance".into(),
+            value: resistance.0,
+            sd: resistance.1.hypot(seen.slope_sd),
+            unit: "1",
+            meaning: "nominal.running_resistance",
+            kind: ParameterKind::RunningResistance,
+        },
+    ];
+    found.extend(drag.map(|(value, sd)| Parameter {
+        name: "drag area".into(),
+        value,
+        sd: sd.hypot(value * seen.mass_sd / mean_mass),
+        unit: "m2",
+        meaning: "nominal.drag_area_m2",
+        kind: ParameterKind::DragArea,
+    }));
+    Ok(found)
+}
+
+/// Time that so many windows cover, s.
+pub(crate) fn seconds_of(windows: usize) -> f64 {
+    (windows as f64 * WINDOW_S / OVERLAP as f64).round()
+}
+
+fn too_few(map: &Map, windows: usize) -> Error {
+    let file = map.files.values().next().cloned().unwrap_or_default();
+    wrong(
+        &file,
+        None,
+        format!(
+            "of this log {} s have speed, traction, mass and slope while the vehicle moves one way and does not brake",
+            seconds_of(windows)
+        ),
+        format!(
+            "at least {} s, with forces that differ; a map with wheel_speed, traction, reference.mass and reference.slope",
+            seconds_of(MIN_WINDOWS)
+        ),
+    )
 }
 
 /// Lean and bias of the accelerometer, by its specific force along the vehicle; none of a log that does not show them.
 fn accelerometer_parameters(windows: &[ForceWindow], seen: &Seen) -> Vec<Parameter> {
-    let inertial = windows.iter().filter(|w| w.specific_force_x.is_finite());
-    let inertial = inertial.map(|w| {
-        let f = w.acceleration + G * w.slope_rad.sin();
-        (Vector2::new(f, 1.0), w.specific_force_x)
-    });
-    let Some(fit) = regression(inertial) else {
+    let rows: Vec<_> = windows
+        .iter()
+        .map(|w| {
+            let columns = Vector2::new(windows::expected_force(w), 1.0);
+            (w.t_s, columns, w.specific_force[0])
+        })
+        .filter(|(_, h, y)| h.x.is_finite() && y.is_finite())
+        .collect();
+    let Some(fit) = regression(&rows, MIN_WINDOWS) else {
         return Vec::new();
     };
     let to_deg = 180.0 / std::f64::consts::PI;
@@ -177,15 +269,61 @@ fn accelerometer_parameters(windows: &[ForceWindow], seen: &Seen) -> Vec<Paramet
         sd: fit.sd[0] * to_deg,
         unit: "deg/g",
         meaning: "channels.specific_force.lean_deg_per_g; an error of scale shows as the same",
+        kind: ParameterKind::Lean,
     };
     let bias = Parameter {
         name: "accelerometer bias".into(),
         value: fit.value[1],
         sd: fit.sd[1].hypot(G * seen.slope_sd),
         unit: "m/s2",
-        meaning: "forward; with the pitch of its mount times g",
+        meaning: "channels.specific_force.bias forward; with the pitch of its mount times g",
+        kind: ParameterKind::AccelerometerBias,
     };
     vec![lean, bias]
+}
+
+/// Bias of the gyro about each axis while the vehicle stands; where it does not stand for 3 s, of the pitch alone, by
+/// the change of the reference slope. None of a log that shows neither.
+fn gyro_parameters(windows: &[ForceWindow]) -> Vec<Parameter> {
+    let of = |i: usize, name: &str, rows: Vec<RegressionRow<1>>, meaning, least: usize| {
+        let fit = regression(&rows, least)?;
+        Some(Parameter {
+            name: format!("gyro bias {name}"),
+            value: fit.value[0],
+            sd: fit.sd[0],
+            unit: "rad/s",
+            meaning,
+            kind: ParameterKind::GyroBias(i),
+        })
+    };
+    let rows = |i: usize, of: &dyn Fn(&ForceWindow, f64) -> Option<f64>| -> Vec<_> {
+        let rate = |w: &ForceWindow| w.rate.get(i).copied().unwrap_or(f64::NAN);
+        let values = windows
+            .iter()
+            .filter_map(|w| Some((w.t_s, of(w, rate(w))?)));
+        values
+            .filter(|(_, y)| y.is_finite())
+            .map(|(t, y)| (t, Vector1::new(1.0), y))
+            .collect()
+    };
+    let standing: Vec<Parameter> = ["forward", "left", "up"]
+        .iter()
+        .enumerate()
+        .filter_map(|(i, name)| {
+            let rows = rows(i, &|w, rate| w.stands.then_some(rate));
+            let meaning = "channels.angular_rate.bias: the mean while the vehicle stands";
+            of(i, name, rows, meaning, MIN_STANDING)
+        })
+        .collect();
+    if !standing.is_empty() {
+        return standing;
+    }
+    // the nose goes up against the axis to the left
+    let rows = rows(1, &|w, rate| Some(rate + w.slope_rate));
+    let meaning = "channels.angular_rate.bias: against the change of the reference slope";
+    of(1, "left", rows, meaning, MIN_WINDOWS)
+        .into_iter()
+        .collect()
 }
 
 /// Figures of a log beside its windows.
@@ -199,14 +337,13 @@ struct Seen {
     rolled: Option<Rolled>,
 }
 
-/// Windows in which all that the force balance needs is known.
+/// The windows of a log, with what is known of its references.
 fn windows(map: &Map, plan: &Plan, seen: &mut Seen) -> Result<Vec<ForceWindow>, Error> {
     let mut drive = Drive::open(map, plan)?;
     let mut reference = Reference::load(map, drive.origin_ns())?;
     (seen.slope_sd, seen.mass_sd) = (reference.slope_sd_rad, reference.mass_sd_kg);
     seen.rolled = Way::load(map, drive.origin_ns())?.map(Rolled::new);
-    let mut windows = Vec::new();
-    let mut sums = WindowSums::default();
+    let mut windows = Windows::default();
     let mut last = LastValues::default();
     while let Some(step) = drive.next(map)? {
         seen.noise.see(&step.z);
@@ -214,172 +351,11 @@ fn windows(map: &Map, plan: &Plan, seen: &mut Seen) -> Result<Vec<ForceWindow>, 
         if let Some(rolled) = &mut seen.rolled {
             rolled.see(step.t_ns, step.segment, last.speed());
         }
-        let (slope, mass) = reference.at(step.t_ns);
-        let effective = reference.effective_at(step.t_ns).unwrap_or(slope);
-        let t_s = step.t_ns as f64 * 1e-9;
-        if sums.segment != step.segment {
-            sums = WindowSums::default();
-            sums.segment = step.segment;
-        }
-        sums.add(t_s, [last.speed(), last.force_n, slope, effective, mass]);
-        if let Some(sample) = &step.z.specific_force_mps2 {
-            sums.inertial = (sums.inertial.0 + 1.0, sums.inertial.1 + sample.value[0]);
-        }
-        if sums.from.is_some_and(|(from, _)| t_s - from >= WINDOW_S) {
-            windows.extend(sums.window(t_s, last.speed()));
-            // the end of a window is the beginning of the next one
-            sums = WindowSums {
-                segment: step.segment,
-                from: Some((t_s, last.speed())),
-                ..WindowSums::default()
-            };
-        }
+        let now = known(&mut reference, step.t_ns);
+        windows.see(&step, now, &plan.vehicle, &mut |_| {});
     }
-    Ok(windows)
-}
-
-/// Last values of channels that do not come in every step.
-#[derive(Default)]
-pub(crate) struct LastValues {
-    wheels: [Option<f64>; monorig_estimators::api::signals::MAX_DRIVES],
-    torques: [Option<f64>; monorig_estimators::api::signals::MAX_DRIVES],
-    /// Of the motors at the rims as the nominal vehicle has it, N; not a number without a torque.
-    pub force_n: f64,
-}
-
-impl LastValues {
-    /// Takes what is new.
-    pub fn see(&mut self, z: &monorig_estimators::api::signals::Measurements, v: &Vehicle) {
-        for (last, new) in self.wheels.iter_mut().zip(&z.wheel_speed_mps) {
-            *last = new.map(|s| s.value).or(*last);
-        }
-        for (last, new) in self.torques.iter_mut().zip(&z.motor_torque_nm) {
-            *last = new.map(|s| s.value).or(*last);
-        }
-        let speed = self.speed();
-        let ideal = |torque: f64| torque * v.gear_ratio / v.wheel_radius_m;
-        // what is lost in the gear is lost on the way of the power
-        let force = |torque: &f64| match torque * speed >= 0.0 {
-            true => ideal(*torque) * v.efficiency,
-            false => ideal(*torque) / v.efficiency,
-        };
-        self.force_n = match self.torques.iter().flatten().count() {
-            0 => f64::NAN,
-            _ => self.torques.iter().flatten().map(force).sum(),
-        };
-    }
-
-    /// Mean of the wheels, m/s.
-    pub fn speed(&self) -> f64 {
-        mean(&self.wheels)
-    }
-
-    /// Mean of the motors, N·m.
-    pub fn torque(&self) -> f64 {
-        mean(&self.torques)
-    }
-
-    /// Motors whose torque is known.
-    pub fn motors(&self) -> usize {
-        self.torques.iter().flatten().count()
-    }
-}
-
-/// Mean of those that are known; not a number of none.
-fn mean(all: &[Option<f64>]) -> f64 {
-    let known = all.iter().flatten();
-    let (n, sum) = known.fold((0.0, 0.0), |(n, s), x| (n + 1.0, s + x));
-    sum / n
-}
-
-/// WindowSums of a window: speed, force, slope, effective slope, mass.
-#[derive(Default)]
-struct WindowSums {
-    segment: u32,
-    from: Option<(f64, f64)>,
-    n: f64,
-    sum: [f64; 5],
-    inertial: (f64, f64),
-}
-
-impl WindowSums {
-    fn add(&mut self, t_s: f64, values: [f64; 5]) {
-        self.from.get_or_insert((t_s, values[0]));
-        self.n += 1.0;
-        for (sum, x) in self.sum.iter_mut().zip(values) {
-            *sum += x;
-        }
-    }
-
-    /// The window that ends now; none if something of it is not known.
-    fn window(&self, t_s: f64, end_speed: f64) -> Option<ForceWindow> {
-        let (from_s, from_speed) = self.from?;
-        let [speed, force_n, slope_rad, effective_slope_rad, mass_kg] =
-            self.sum.map(|sum| sum / self.n);
-        let window = ForceWindow {
-            acceleration: (end_speed - from_speed) / (t_s - from_s),
-            speed,
-            force_n,
-            specific_force_x: self.inertial.1 / self.inertial.0,
-            slope_rad,
-            effective_slope_rad,
-            mass_kg,
-        };
-        let needed = [
-            window.acceleration,
-            speed,
-            force_n,
-            slope_rad,
-            effective_slope_rad,
-            mass_kg,
-        ];
-        needed.iter().all(|x| x.is_finite()).then_some(window)
-    }
-}
-
-/// Two parameters and their standard deviations.
-struct Fit {
-    value: [f64; 2],
-    sd: [f64; 2],
-}
-
-/// Least squares; correlated residuals of successive rows count as fewer. None of too few rows, and none where the two
-/// columns are nearly proportional.
-fn regression(rows: impl Iterator<Item = (Vector2<f64>, f64)>) -> Option<Fit> {
-    let rows: Vec<_> = rows.collect();
-    if rows.len() < MIN_WINDOWS {
-        return None;
-    }
-    let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
-    for (h, y) in &rows {
-        normal += h * h.transpose();
-        right += h * *y;
-    }
-    // scaled to ones in the diagonal, so that the determinant shows how alike the two are
-    let alike = normal[(0, 1)].powi(2) / (normal[(0, 0)] * normal[(1, 1)]);
-    if alike.is_nan() || alike >= 1.0 - 1e-9 {
-        return None;
-    }
-    let inverse = normal.try_inverse()?;
-    let value = inverse * right;
-    let residuals: Vec<f64> = rows.iter().map(|(h, y)| y - h.dot(&value)).collect();
-    let squares: f64 = residuals.iter().map(|r| r * r).sum();
-    let lagged: f64 = residuals
-        .iter()
-        .zip(residuals.iter().skip(1))
-        .map(|(a, b)| a * b)
-        .sum();
-    let correlation = if squares > 0.0 {
-        (lagged / squares).clamp(0.0, 0.95)
-    } else {
-        0.0
-    };
-    let variance = squares / (rows.len() - 2) as f64 * (1.0 + correlation) / (1.0 - correlation);
-    let sd = |i: usize| (variance * inverse[(i, i)]).sqrt();
-    Some(Fit {
-        value: [value[0], value[1]],
-        sd: [sd(0), sd(1)],
-    })
+    windows.finish(&plan.vehicle, &mut |_| {});
+    Ok(windows.windows)
 }
 
 #[cfg(test)]
@@ -496,12 +472,5 @@ reference: {{slope: {{deg: 0, sd_deg: 0}}, mass: {{kg: 10000, sd_kg: 0}}, {refer
                 assert!(off < 2.0 * p.sd && p.sd < most, "{told}, planted {planted}");
             }
         }
-    }
-
-    /// At one force on the level gain and resistance are one: refused, and not made up.
-    #[test]
-    fn what_cannot_be_told_apart_is_refused() {
-        let same = (0..100).map(|_| (Vector2::new(1e4, -1e5), 0.0));
-        assert!(regression(same).is_none());
     }
 }

@@ -52,14 +52,31 @@ pub(crate) struct ChannelNoise {
 }
 
 impl Noise {
-    /// The noise of the whole log of a map, read once.
-    pub fn of_log(map: &Map, plan: &Plan) -> Result<Self, Error> {
+    /// The noise of the log of a map, read once up to this length, ns.
+    pub fn of_log(map: &Map, plan: &Plan, length_ns: i64) -> Result<Self, Error> {
         let mut noise = Self::default();
         let mut drive = Drive::open(map, plan)?;
+        let mut first_ns = None;
         while let Some(step) = drive.next(map)? {
+            let first_ns = *first_ns.get_or_insert(step.t_ns);
+            if step.t_ns.saturating_sub(first_ns) > length_ns {
+                break;
+            }
             noise.see(&step.z);
         }
         Ok(noise)
+    }
+
+    /// The noise that was given to estimators in words: each value once.
+    pub fn taken(&self, given: &[Found]) -> Option<String> {
+        let mut words = Vec::new();
+        for (parameter, _) in NAMES {
+            let of = |f: &&Found| f.what.split([' ', ',']).any(|w| w.ends_with(parameter));
+            if let Some(found) = given.iter().find(of) {
+                words.push(format!("{parameter} {:.2e}", found.value));
+            }
+        }
+        (!words.is_empty()).then(|| format!("noise (of the log: {})", words.join(", ")))
     }
 
     /// Takes the samples of a step.
@@ -143,12 +160,14 @@ impl Noise {
             .collect()
     }
 
-    /// Gives estimators the noise of the log: parameters that are called as below, and that the map has not set. What
-    /// was set.
+    /// Gives estimators the noise of the log: parameters that are called as below, and that the map has not set; where
+    /// nobody asked for it (`asked` false) only what is more than their default, so that coarse steps of a wheel speed,
+    /// which hide its noise, make no estimator sure of it. What was set.
     pub fn give(
         &self,
         estimators: &mut BTreeMap<String, Settings>,
         registry: &Registry,
+        asked: bool,
     ) -> Vec<Found> {
         let figures = self.figures();
         let mut given = Vec::new();
@@ -177,6 +196,9 @@ impl Noise {
                 let n = used.len() as f64;
                 let value = (used.iter().map(|f| f.sd * f.sd).sum::<f64>() / n).sqrt();
                 let value = value.clamp(low, high);
+                if !asked && default.is_some_and(|default| value <= default) {
+                    continue;
+                }
                 *settings = std::mem::take(settings).set(parameter, value);
                 let default = default.map_or("of the vehicle".to_owned(), |x| format!("{x}"));
                 given.push(Found {

@@ -65,7 +65,8 @@ pub(crate) struct VectorChannel {
     /// File, by its name under `files`; not needed where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// The columns of its three axes.
+    /// The columns of its three axes; `none` for one that the instrument does not have or the log does not hold: it is
+    /// taken for what it is on a level vehicle at rest.
     pub columns: [Formula; 3],
     /// Their unit.
     pub unit: UnitName,
@@ -135,6 +136,9 @@ pub(crate) struct WheelChannel {
     /// 1, or −1 where the log counts the other way.
     #[serde(default = "plus")]
     pub sign: Finite,
+    /// Times the value, as `monorig calibrate --apply` writes it; none = 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain: Option<Positive>,
     /// Samples count only where this is true.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_if: Option<Condition>,
@@ -171,6 +175,9 @@ pub(crate) struct Traction {
     /// 1, or −1 where the log counts the other way.
     #[serde(default = "plus")]
     pub sign: Finite,
+    /// Times the value, as `monorig calibrate --apply` writes it; none = 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain: Option<Positive>,
     /// Samples count only where this is true, such as `engine_rpm / turbine_rpm < 1.1`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_if: Option<Condition>,
@@ -186,17 +193,21 @@ pub(crate) struct CommandChannel {
     /// File, by its name under `files`; not needed where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// Torque of each motor at its shaft; of another number of columns than drive units the sum, in equal shares.
+    /// Torque of each motor at its shaft; of another number of columns than drive units the sum, in equal shares. None
+    /// = the measured one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub torque: Vec<Formula>,
     /// Unit of the torques.
-    pub unit: UnitName,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<UnitName>,
     /// 1, or −1 where the log counts the torques the other way.
     #[serde(default = "plus")]
     pub sign: Finite,
     /// Clamp cylinder pressure, MPa; none = 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clamp_pressure_mpa: Option<Formula>,
-    /// Share of the brake force, 0 to 1; none = 0.
+    /// Share of the brake force, 0 to 1; none = 0. Above 0 the vehicle brakes, and its motion is not that of the
+    /// traction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub brake: Option<Formula>,
 }

@@ -56,6 +56,15 @@ pub(super) fn check(file: &MapFile) -> Result<(), Wrong> {
             "`vehicle: FILE` with a train or a car, or `nominal:` with at least tare_kg and wheel_radius_m",
         );
     }
+    if let (Some(from), Some(until)) = (file.trim.from_s, file.trim.until_s)
+        && from.get() >= until.get()
+    {
+        return wrong(
+            "trim.until_s",
+            "the part that is played ends before it begins",
+            "a time after `from_s`",
+        );
+    }
     channels(&file.channels)?;
     references(&file.reference)
 }
@@ -93,9 +102,23 @@ fn channels(c: &Channels) -> Result<(), Wrong> {
     }
     if let Some(command) = &c.command {
         let key = "channels.command";
-        unit(key, &command.unit, Quantity::Torque)?;
         sign(key, command.sign.get())?;
-        if command.torque.is_empty() || command.torque.len() > MAX_DRIVES {
+        match &command.unit {
+            Some(u) => unit(key, u, Quantity::Torque)?,
+            None if command.torque.is_empty() => {}
+            None => {
+                return wrong(
+                    format!("{key}.unit"),
+                    "the unit of the torques is missing",
+                    Quantity::Torque.names(),
+                );
+            }
+        }
+        let else_empty = command.brake.is_none() && command.clamp_pressure_mpa.is_none();
+        if command.torque.is_empty() && else_empty {
+            return wrong(key, "nothing is commanded", "`torque` or `brake`");
+        }
+        if command.torque.len() > MAX_DRIVES {
             return wrong(
                 format!("{key}.torque"),
                 format!("there are {} motors", command.torque.len()),

@@ -44,6 +44,9 @@ pub struct MapFile {
     /// nominal vehicle, which estimators are given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) vehicle: Option<String>,
+    /// The part of the log that is played; none = all of it.
+    #[serde(default, skip_serializing_if = "Trim::is_all")]
+    pub(crate) trim: Trim,
     /// Nominal values where they differ from the vehicle's file, or all there is without one.
     #[serde(default)]
     pub(crate) nominal: Nominal,
@@ -58,7 +61,8 @@ pub struct MapFile {
     /// Estimators by name, with their parameters, as in a scenario.
     #[serde(default)]
     pub(crate) estimators: BTreeMap<String, Settings>,
-    /// Source of the measurement noise that estimators are given; none = their defaults.
+    /// Source of the measurement noise that estimators are given; none = from the log where that is more than the
+    /// default of an estimator.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) noise: Option<NoiseSource>,
     /// Bounds to hold, as in a scenario.
@@ -89,6 +93,8 @@ pub struct MapFile {
 pub enum NoiseSource {
     /// From the log: `wheel_speed_sd_mps` and `accel_sd_mps2` of estimators whose parameters do not set them.
     FromLog,
+    /// The defaults of the estimators.
+    Defaults,
 }
 
 /// The source of a recording.
@@ -150,6 +156,24 @@ pub(crate) enum Origin {
     First,
     /// Zero of the log's clock.
     Zero,
+}
+
+/// The part of a log that is played.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct Trim {
+    /// From here on, s of the replay.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from_s: Option<NonNegative>,
+    /// Until here, s of the replay.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub until_s: Option<Positive>,
+}
+
+impl Trim {
+    fn is_all(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// The clock of a file.
@@ -224,6 +248,19 @@ pub(crate) struct Nominal {
     pub running_resistance: Option<NonNegative>,
     /// Distance of the IMU ahead of the middle of its unit, m.
     pub imu_arm_m: Option<Finite>,
+    /// Of a road vehicle: drag coefficient times frontal area, m². Where one value of a road vehicle is told and no
+    /// file has them, the others are those of a compact car: 0.65.
+    pub drag_area_m2: Option<NonNegative>,
+    /// Density of the air, kg/m³; 1.2.
+    pub air_density_kgpm3: Option<Positive>,
+    /// From the centre of gravity forward to the front axle, m; 1.1.
+    pub front_axle_m: Option<Positive>,
+    /// From the centre of gravity back to the rear axle, m; 1.5.
+    pub rear_axle_m: Option<Positive>,
+    /// Cornering stiffness of the tyres of the front axle, N/rad; 80 000.
+    pub front_cornering_npr: Option<Positive>,
+    /// Cornering stiffness of the tyres of the rear axle, N/rad; 80 000.
+    pub rear_cornering_npr: Option<Positive>,
 }
 
 /// A fault put on a channel of a log.
@@ -279,6 +316,8 @@ pub(crate) enum LogFaultKind {
     Jitter,
     /// Samples are lost, a share of `size`.
     Loss,
+    /// Samples come `size` ms late, with stamps of when they come: a clock that is behind.
+    Lag,
 }
 
 impl LogFaultKind {
@@ -297,7 +336,7 @@ impl LogFaultKind {
             Self::AxesXySwapped => FaultKind::AxesXySwapped,
             Self::AxesXzSwapped => FaultKind::AxesXzSwapped,
             Self::AxesYzSwapped => FaultKind::AxesYzSwapped,
-            Self::Jitter | Self::Loss => return None,
+            Self::Jitter | Self::Loss | Self::Lag => return None,
         })
     }
 }

@@ -59,8 +59,23 @@ impl JsonSchema for Formula {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
             "type": ["string", "number"],
-            "description": "The name of a column; an expression of columns that begins with `=`, such as `= torque_nm * engine_rpm * 0.104720`; or a constant."
+            "description": "The name of a column, `FILE:COLUMN` of another file under `files`; an expression of columns that begins with `=`, such as `= torque_nm * engine_rpm * 0.104720`; or a constant."
         })
+    }
+}
+
+impl Formula {
+    /// True for `none`: there is no such column.
+    pub fn is_none(&self) -> bool {
+        matches!(&self.written, Written::Text(text) if text.trim() == "none")
+    }
+
+    /// A constant.
+    pub fn constant(x: f64) -> Self {
+        Self {
+            expression: Expression::constant(x),
+            written: Written::Number(x),
+        }
     }
 }
 

@@ -114,9 +114,26 @@ impl Map {
         self.file.noise
     }
 
+    /// The names of the log's files, for messages.
+    pub fn log_names(&self) -> String {
+        let name = |path: &PathBuf| {
+            path.file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned()
+        };
+        self.files.values().map(name).collect::<Vec<_>>().join(", ")
+    }
+
     /// True if there is a reference of the mass.
     pub fn has_mass(&self) -> bool {
         self.file.reference.mass.is_some()
+    }
+
+    /// The mass of the reference, kg, where it is one of the whole drive.
+    pub fn constant_mass_kg(&self) -> Option<f64> {
+        let mass = self.file.reference.mass.as_ref()?;
+        mass.kg.map(Positive::get)
     }
 
     /// True if there is a reference of the slope.
@@ -154,6 +171,14 @@ impl Map {
         }
     }
 
+    /// The file and the column that `FILE:COLUMN` means, by the names under `files`; none of a name without such a file
+    /// before it.
+    pub(crate) fn elsewhere<'a>(&self, name: &'a str) -> Option<(usize, &'a str)> {
+        let (file, column) = name.split_once(':')?;
+        let source = self.files.keys().position(|n| n == file)?;
+        Some((source, column))
+    }
+
     /// The files to be merged, with the columns that are wanted of each, in the order of their names.
     pub(crate) fn sources(&self, wanted: &[BTreeSet<String>]) -> Vec<Source> {
         let time = &self.file.time;
@@ -179,6 +204,7 @@ impl Map {
                     .map(|column| (column, time.unit.unwrap_or_default())),
                 offset_ns: (own(|c| c.offset_s) * NS as f64).round() as i64,
                 drift_ppm: own(|c| c.drift_ppm),
+                leads: false,
             }
         };
         // a file of which nothing is wanted is not read
@@ -191,6 +217,14 @@ impl Map {
             Order::Stamp => By::Stamp,
             Order::Arrival => By::Arrival,
         }
+    }
+
+    /// The part of the log that is played, ns of the replay.
+    pub(crate) fn trim_ns(&self) -> std::ops::RangeInclusive<i64> {
+        let ns = |s: f64| (s * NS as f64).round() as i64;
+        let trim = &self.file.trim;
+        let from = trim.from_s.map_or(i64::MIN, |s| ns(s.get()));
+        from..=trim.until_s.map_or(i64::MAX, |s| ns(s.get()))
     }
 
     /// A gap longer than this begins a new segment, ns.

@@ -3,6 +3,7 @@
 mod channel_keys;
 mod channels;
 mod check;
+pub(crate) mod edit;
 mod faulted_channel;
 mod file;
 mod formula;
@@ -17,6 +18,6 @@ pub(crate) use channel_keys::{
 };
 pub(crate) use channels::{MeasuredChannel, key, quantity};
 pub(crate) use faulted_channel::FaultedChannel;
-pub(crate) use file::{Clock, LogFault, LogFaultKind, Many, Origin};
+pub(crate) use file::{Clock, LogFault, LogFaultKind, Many, Nominal, Origin};
 pub(crate) use formula::{Condition, Formula};
 pub(crate) use reference_keys::{Altitude, SlopeReference, WayReference};

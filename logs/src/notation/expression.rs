@@ -1,8 +1,8 @@
 //! Expressions of columns: `torque_nm * engine_rpm * 0.104720`, `engine_rpm / turbine_rpm < 1.1`.
 //!
-//! Numbers, names of columns (in backquotes where they are more than letters, digits, `_`, `.` and `/` at the front: ``
-//! `Acc X [g]` ``), `+ - * /`, brackets, comparisons, `&&`, `||`, `!`, and `abs`, `sqrt`, `min`, `max`. A comparison is
-//! 1 or 0; whatever is not a number makes all that is computed from it not a number.
+//! Numbers, names of columns (in backquotes where they are more than letters, digits, `_`, `.`, `:` and `/` at the
+//! front: `` `Acc X [g]` ``), `+ - * /`, brackets, comparisons, `&&`, `||`, `!`, and `abs`, `sqrt`, `min`, `max`. A
+//! comparison is 1 or 0; whatever is not a number makes all that is computed from it not a number.
 
 /// A parsed expression over columns by index.
 #[derive(Clone, Debug)]
@@ -100,6 +100,15 @@ impl Expression {
         }
     }
 
+    /// A number by itself.
+    pub fn constant(x: f64) -> Self {
+        Self {
+            text: format!("{x}"),
+            columns: Vec::new(),
+            root: Node::Number(x),
+        }
+    }
+
     /// True if it is a column by itself.
     pub fn is_column(&self) -> bool {
         matches!(self.root, Node::Column(0))
@@ -182,7 +191,7 @@ fn tokens(text: &str) -> Result<Vec<(usize, Token)>, String> {
             (Token::Number(x), number.len())
         } else if c.is_alphabetic() || c == '_' || topic {
             let name = word(i, &|c| {
-                c.is_alphanumeric() || c == '_' || c == '.' || (topic && c == '/')
+                c.is_alphanumeric() || "_.:".contains(c) || (topic && c == '/')
             });
             let length = name.chars().count();
             (Token::Name(name), length)

@@ -42,6 +42,8 @@ pub(crate) struct Source {
     pub offset_ns: i64,
     /// Rate by which its clock is too slow, parts per million: stamps grow by it from its first one on.
     pub drift_ppm: f64,
+    /// True if of rows with the same time its own come first: others ask what it says.
+    pub leads: bool,
 }
 
 /// A row of a file, on the common clock.
@@ -290,6 +292,21 @@ impl Stream {
     }
 }
 
+/// Files that begin further apart are looked at to their end, ns.
+const FAR_NS: i64 = 10 * NS;
+
+/// The last time of a file on the common clock, ns.
+fn end_of(source: &Source, number: usize, by: By) -> Result<i64, Error> {
+    let (mut row, mut end) = (MergedRow::default(), i64::MIN);
+    for part in Part::all(&source.path, &source.options)? {
+        let mut stream = Stream::open(part, number, source, by)?;
+        while stream.next(&mut row)? {
+            end = end.max(stream.time(&row.row));
+        }
+    }
+    Ok(end)
+}
+
 /// All files, merged.
 pub(crate) struct Merged {
     streams: Vec<(Stream, MergedRow)>,
@@ -303,7 +320,11 @@ impl Merged {
             streams: Vec::new(),
             order: BinaryHeap::new(),
         };
-        for (number, source) in sources.iter().enumerate() {
+        let leading = |leads: bool| {
+            let all = sources.iter().enumerate();
+            all.filter(move |(_, source)| source.leads == leads)
+        };
+        for (number, source) in leading(true).chain(leading(false)) {
             for part in Part::all(&source.path, &source.options)? {
                 let stream = Stream::open(part, number, source, by)?;
                 let part = merged.streams.len();
@@ -318,7 +339,56 @@ impl Merged {
                 merged.refill(part)?;
             }
         }
+        merged.have_common_time(sources, by)?;
         Ok(merged)
+    }
+
+    /// Refuses files of which one ends before another begins: clocks that are not the same. Only where they begin far
+    /// apart is the end of one looked for.
+    fn have_common_time(&self, sources: &[Source], by: By) -> Result<(), Error> {
+        let first = |number: usize| {
+            let parts = self.order.iter().filter(|Reverse((_, part))| {
+                let stream = self.streams.get(*part);
+                stream.is_some_and(|(stream, _)| stream.source == number)
+            });
+            parts.map(|Reverse((t, _))| *t).min()
+        };
+        let mut firsts: Vec<(i64, usize)> = (0..sources.len())
+            .filter_map(|number| Some((first(number)?, number)))
+            .collect();
+        firsts.sort_unstable();
+        let Some(&(last_begin, late)) = firsts.last() else {
+            return Ok(());
+        };
+        for &(begin, early) in &firsts {
+            let far = last_begin.saturating_sub(begin) > FAR_NS;
+            let (Some(a), Some(b)) = (sources.get(early), sources.get(late)) else {
+                continue;
+            };
+            if !far || a.options.pieces.is_some() {
+                continue;
+            }
+            let end = end_of(a, early, by)?.max(begin);
+            if end < last_begin {
+                let range = |from: i64, to: i64| {
+                    let s = |ns: i64| ns as f64 * 1e-9;
+                    format!("{:.3} to {:.3} s", s(from), s(to))
+                };
+                let end_of_late = end_of(b, late, by)?.max(last_begin);
+                return Err(wrong(
+                    &a.path,
+                    None,
+                    format!(
+                        "this file has no time in common with {}: it goes from {}, the other from {}",
+                        b.path.display(),
+                        range(begin, end),
+                        range(last_begin, end_of_late)
+                    ),
+                    "files of one clock; `clocks: {NAME: {offset_s: …}}` in the map adds to the times of a file, `column` and `unit` there choose another time",
+                ));
+            }
+        }
+        Ok(())
     }
 
     fn refill(&mut self, part: usize) -> Result<(), Error> {

@@ -1,14 +1,16 @@
 //! A ghost: the nominal vehicle on the drive of a log, with speed, slope and mass as measured, so that what it needs of
-//! traction and what its accelerometer shows follow; beside what was measured of both.
+//! traction and what its accelerometer shows follow; beside what was measured of both. What was measured of the
+//! traction is not known where samples were rejected and where the brake was asked for.
 //!
 //! A simulation of the force balance that is turned round (inverse dynamics), over the last second: the acceleration is
 //! the slope of the regression of the wheel speeds over it, all else its mean.
 //!
-//! F = (m + m_rot) a + m g (sin θ_eff + f cos θ_eff sgn v),  f_x = a + g sin θ
+//! F = (m + m_rot) a + m g (sin θ_eff + f cos θ_eff sgn v) + ½ ρ c_d A v |v|,  f_x = a + g sin θ
 
+use crate::drive::Step;
 use crate::identify::LastValues;
 use crate::notation::STANDARD_GRAVITY_MPS2 as G;
-use monorig_estimators::api::signals::{Measurements, Vehicle};
+use monorig_estimators::api::signals::Vehicle;
 use monorig_sim::sensors::SensorChannel;
 use std::collections::VecDeque;
 
@@ -16,6 +18,8 @@ use std::collections::VecDeque;
 const WINDOW_S: f64 = 1.0;
 /// Below this speed friction is not the running resistance, m/s.
 const MIN_SPEED_MPS: f64 = 0.05;
+/// Least share of the steps of the window in which the traction must be known.
+const MIN_KNOWN: f64 = 0.5;
 
 /// A step of the log.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +32,7 @@ struct DrivenStep {
     slope_rad: f64,
     effective_rad: f64,
     mass_kg: f64,
+    braked: bool,
 }
 
 /// A recorded channel of a ghost: its value, or the measured one minus it.
@@ -88,10 +93,11 @@ impl Ghost {
         }
     }
 
-    /// A step of the log: its end (s) and segment, what was measured, slope and effective slope (rad) and mass (kg).
-    pub fn see(&mut self, at: (f64, u32), z: &Measurements, slopes_rad: [f64; 2], mass_kg: f64) {
+    /// A step of the log, slope and effective slope (rad) and mass (kg) at its end.
+    pub fn see(&mut self, step: &Step, slopes_rad: [f64; 2], mass_kg: f64) {
+        let (z, segment) = (&step.z, step.segment);
+        let t_s = step.t_ns as f64 * 1e-9;
         self.last.see(z, &self.vehicle);
-        let (t_s, segment) = at;
         if segment != self.segment {
             self.rows.clear();
             self.segment = segment;
@@ -106,6 +112,7 @@ impl Ghost {
             slope_rad,
             effective_rad,
             mass_kg,
+            braked: step.brake > 0.0,
         });
         // a step more than a second: the window has both its ends
         let too_old = |r: &DrivenStep| t_s - r.t_s > WINDOW_S + 1e-6;
@@ -136,8 +143,12 @@ impl Ghost {
             false => f64::NAN,
         };
         let resistance = v.running_resistance * effective.cos() * against;
-        let force =
-            (mass + v.rotating_mass_kg) * acceleration + mass * G * (effective.sin() + resistance);
+        let air = v.road.map_or(0.0, |r| {
+            0.5 * r.air_density_kgpm3 * r.drag_area_m2 * speed * speed.abs()
+        });
+        let force = (mass + v.rotating_mass_kg) * acceleration
+            + mass * G * (effective.sin() + resistance)
+            + air;
         let efficiency = match force * speed >= 0.0 {
             true => v.efficiency,
             false => 1.0 / v.efficiency,
@@ -147,11 +158,21 @@ impl Ghost {
         let specific_force = acceleration + G * mean(|r| r.slope_rad.sin());
         let measured = self.rows.iter().filter_map(|r| r.specific_force_x);
         let (count, sum) = measured.fold((0.0, 0.0), |(n, s), x| (n + 1.0, s + x));
+        let braked = self.rows.iter().any(|r| r.braked);
+        // of the steps in which it is known; a gap where these are few
+        let of_known = |of: fn(&DrivenStep) -> f64| {
+            let known = self.rows.iter().map(of).filter(|x| x.is_finite());
+            let (count, sum) = known.fold((0.0, 0.0), |(n, s), x| (n + 1.0, s + x));
+            match braked || count < MIN_KNOWN * n {
+                true => f64::NAN,
+                false => sum / count,
+            }
+        };
         [
             force,
-            mean(|r| r.force_n) - force,
+            of_known(|r| r.force_n) - force,
             torque,
-            mean(|r| r.torque_nm) - torque,
+            of_known(|r| r.torque_nm) - torque,
             specific_force,
             sum / count - specific_force,
         ]

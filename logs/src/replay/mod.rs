@@ -19,7 +19,7 @@ pub use judge::EstimatesFile;
 
 use crate::drive::{Drive, Found, Plan, Reference, Step, calibrate};
 use crate::identify::Noise;
-use crate::map::Map;
+use crate::map::{Map, NoiseSource};
 use crate::wrong;
 use ghost::Ghost;
 use instrument::RecordedInstrument;
@@ -45,9 +45,9 @@ pub struct ReplayOptions {
     pub estimators: Vec<String>,
     /// Estimates made elsewhere, by the name under which they are judged.
     pub judged: Vec<(String, EstimatesFile)>,
-    /// Gives estimators the noise of the log where the map does not set it: a parameter so given is among the values
-    /// found.
-    pub noise_from_log: bool,
+    /// Source of the noise that estimators are given, instead of that of the map. From the log, a parameter so given is
+    /// among the values found.
+    pub noise: Option<NoiseSource>,
     /// Records the vehicle of the map on the same drive beside the log: the traction that it needs, with the speed that
     /// was measured on the reference slope with the reference mass.
     pub ghost: bool,
@@ -61,15 +61,24 @@ pub fn simulation(
     options: &ReplayOptions,
     registry: &Registry,
 ) -> Result<Simulation, Error> {
-    build(map, options, registry).map(|(simulation, _)| simulation)
+    build(map, options, registry).map(|built| built.simulation)
 }
 
-/// A simulation that plays the log of a map, and the values found by calibration and of noise.
-pub fn build(
-    map: &Map,
-    options: &ReplayOptions,
-    registry: &Registry,
-) -> Result<(Simulation, Vec<Found>), Error> {
+/// A simulation that plays a log, and what is to be said of it.
+pub struct Built {
+    /// The simulation.
+    pub simulation: Simulation,
+    /// Values found by calibration and, where it was asked for, of noise.
+    pub found: Vec<Found>,
+    /// Values taken where the map is silent, and how to tell better; none where it tells all.
+    pub taken: Option<String>,
+}
+
+/// A log shorter than this is read as a whole for the noise that a silent map does not tell, ns.
+const NOISE_NS: i64 = 600_000_000_000;
+
+/// A simulation that plays the log of a map, with the values found by calibration and of noise.
+pub fn build(map: &Map, options: &ReplayOptions, registry: &Registry) -> Result<Built, Error> {
     let mut plan = Plan::new(map)?;
     let mut found = calibrate(map, &mut plan)?;
     found.extend(options.found.iter().cloned());
@@ -93,8 +102,20 @@ pub fn build(
     };
     let mut registry = registry.clone();
     let mut estimators = estimators(map, options, &mut registry, drive.origin_ns())?;
-    if options.noise_from_log || map.file.noise.is_some() {
-        found.extend(Noise::of_log(map, &plan)?.give(&mut estimators, &registry));
+    let noise = options.noise.or(map.file.noise);
+    let mut taken = plan.taken.clone();
+    let mut silent = Vec::new();
+    match noise {
+        Some(NoiseSource::FromLog) => {
+            let noise = Noise::of_log(map, &plan, i64::MAX)?;
+            found.extend(noise.give(&mut estimators, &registry, true));
+        }
+        Some(NoiseSource::Defaults) => {}
+        None => {
+            let noise = Noise::of_log(map, &plan, NOISE_NS)?;
+            silent = noise.give(&mut estimators, &registry, false);
+            taken.extend(noise.taken(&silent));
+        }
     }
     if estimators.is_empty() {
         return Err(map.error(
@@ -103,9 +124,17 @@ pub fn build(
             "`estimators: {NAME: {}}` in the map file, or --estimators NAME,…",
         ));
     }
-    let scenario = scenario(map, options, estimators, &found)?;
+    let all: Vec<Found> = found.iter().chain(&silent).cloned().collect();
+    let scenario = scenario(map, options, estimators, &all)?;
     let recorded = recorded(map, &plan, drive, reference, first, scenario, options.ghost);
-    Ok((Simulation::recorded(recorded, &registry)?, found))
+    let how =
+        "`bias_sd` of the channels and `noise: from-log` or `noise: defaults` in the map say it";
+    Ok(Built {
+        simulation: Simulation::recorded(recorded, &registry)?,
+        found,
+        taken: (!taken.is_empty())
+            .then(|| format!("the map is silent on {}; {how}", taken.join(", "))),
+    })
 }
 
 /// The estimators to be run, with their settings; those of files are added to the registry.

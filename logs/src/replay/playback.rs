@@ -80,6 +80,7 @@ impl Plant for RecordedPlant {
         self.over = !play.more;
         self.segment.store(now.segment, Ordering::Relaxed);
         if now.command.is_none() {
+            play.command.brake = now.brake;
             let torques = play.command.motor_torque_nm.iter_mut();
             for (torque, sample) in torques.zip(&now.z.motor_torque_nm) {
                 *torque = sample.map_or(*torque, |s| s.value);
@@ -88,8 +89,7 @@ impl Plant for RecordedPlant {
         let effective = reference.effective_at(now.t_ns);
         let (slope, mass) = reference.at(now.t_ns);
         if let Some(ghost) = &mut play.ghost {
-            let at = (now.t_ns as f64 * 1e-9, now.segment);
-            ghost.see(at, &now.z, [slope, effective.unwrap_or(slope)], mass);
+            ghost.see(now, [slope, effective.unwrap_or(slope)], mass);
         }
         let t = &mut self.truth;
         t.t_s = now.t_ns as f64 * 1e-9;

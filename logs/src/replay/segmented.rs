@@ -20,6 +20,14 @@ pub(super) struct Segmented {
     pub step_s: f64,
 }
 
+/// A step of a second, which is as long as steps of estimators may be, without the rounding of the times at its ends.
+fn within_a_second(dt: Real) -> Real {
+    match dt > 1.0 && dt < 1.0 + 1e-6 {
+        true => 1.0,
+        false => dt,
+    }
+}
+
 impl Estimator for Segmented {
     fn step(
         &mut self,
@@ -29,7 +37,7 @@ impl Estimator for Segmented {
     ) -> Result<Estimate, monorig_estimators::Error> {
         let segment = self.segment.load(Ordering::Relaxed);
         match self.known.replace(segment) {
-            Some(known) if known == segment => return self.inner.step(z, u, dt),
+            Some(known) if known == segment => return self.inner.step(z, u, within_a_second(dt)),
             Some(_) => self.inner.reset(),
             // a log whose clock began with it
             None if dt > 0.0 && dt <= MAX_FIRST_STEP_S => return self.inner.step(z, u, dt),

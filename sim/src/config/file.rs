@@ -337,6 +337,11 @@ impl Document {
             .collect()
     }
 
+    /// True if a text, read as such a file, says the same.
+    pub fn is_of(&self, text: &str) -> bool {
+        serde_yaml::from_str::<serde_yaml::Value>(text).is_ok_and(|tree| tree == self.tree)
+    }
+
     /// The file.
     pub fn path(&self) -> &Path {
         &self.path

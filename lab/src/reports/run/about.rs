@@ -17,11 +17,15 @@ const FILES: [(&str, &str); 4] = [
 pub(crate) fn section(run: &Recorded, link: &str) -> Section {
     let (manifest, summary) = (&run.manifest, &run.summary);
     let mut about = Table::new(&["", ""], &[]);
+    let replayed = run.is_replay();
     for (key, value) in [
-        ("scenario", manifest.scenario.clone()),
+        (
+            if replayed { "map" } else { "scenario" },
+            manifest.scenario.clone(),
+        ),
         ("seed", manifest.seed.to_string()),
         (
-            "simulated",
+            if replayed { "replayed" } else { "simulated" },
             format!("{:.2} s in {} steps", summary.simulated_s, summary.steps),
         ),
         ("monorig", manifest.monorig.to_string()),
@@ -30,7 +34,10 @@ pub(crate) fn section(run: &Recorded, link: &str) -> Section {
             manifest.hash.clone(),
         ),
     ] {
-        about.row([key.into(), value.into()]);
+        // the seed of a replay is always the same and means nothing
+        if !(replayed && key == "seed") {
+            about.row([key.into(), value.into()]);
+        }
     }
     let mut inputs = Table::new(&["input file", "SHA-256"], &[]);
     for (name, hash) in &manifest.inputs {

@@ -23,10 +23,14 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     let slope = slope(run)?;
     let mass = mass(run)?;
     let after_s = run.summary.after_s;
+    let truth = match run.is_replay() {
+        true => "reference",
+        false => "truth",
+    };
     Ok(Section::new("Errors")
         .text(format!(
-            "Estimate minus truth where the estimator marks its value valid; distributions from {after_s} s on. The slope's \
-             truth is the grade of the track at the IMU. Metrics are taken from every estimator step, plots from the recorded rows."
+            "Estimate minus {truth} where the estimator marks its value valid; distributions from {after_s} s on. The slope's \
+             {truth} is the grade of the track at the IMU. Metrics are taken from every estimator step, plots from the recorded rows."
         ))
         .figure(over_time(run, Quantity::Slope, &slope)?)
         .figure(over_time(run, Quantity::Mass, &mass)?)

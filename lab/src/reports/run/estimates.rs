@@ -14,6 +14,8 @@ struct DrawnQuantity {
     estimate: &'static str,
     truth: &'static str,
     factor: f64,
+    /// The reference in a map, the key of its standard deviation, and the factor of that.
+    reference: (&'static str, &'static str, f64),
 }
 
 const QUANTITIES: [DrawnQuantity; 2] = [
@@ -23,6 +25,7 @@ const QUANTITIES: [DrawnQuantity; 2] = [
         estimate: "total_mass",
         truth: "truth/total_mass",
         factor: 1e-3,
+        reference: ("mass", "sd_kg", 1e-3),
     },
     DrawnQuantity {
         title: "Slope",
@@ -30,6 +33,7 @@ const QUANTITIES: [DrawnQuantity; 2] = [
         estimate: "grade",
         truth: "truth/grade_at_imu",
         factor: DEGREES,
+        reference: ("slope", "sd_deg", 1.0),
     },
 ];
 /// The effective slope is drawn too where it differs from that at the IMU by more, rad.
@@ -37,7 +41,10 @@ const MIN_DIFFERENCE_RAD: f64 = 0.1 / DEGREES;
 
 /// Plots of the estimates.
 pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
-    let mut section = Section::new("Estimates against the truth");
+    let mut section = Section::new(match run.is_replay() {
+        true => "Estimates against the reference",
+        false => "Estimates against the truth",
+    });
     for quantity in &QUANTITIES {
         let (mut figures, mut never_valid) = (Vec::new(), Vec::new());
         for (name, ink) in run.estimators() {
@@ -101,7 +108,21 @@ fn chart(
             .lines
             .push(Line::new("truth, whole vehicle", Ink::Muted, effective));
     }
-    chart.lines.push(Line::new("truth", Ink::Text, truth));
+    let called = match run.is_replay() {
+        true => "reference",
+        false => "truth",
+    };
+    let (of, key, factor) = quantity.reference;
+    let sd = run.reference_sd(of, key).map(|sd| 2.0 * sd * factor);
+    if let Some(half) = sd.filter(|half| *half > 0.0) {
+        let rows = truth.iter().map(|(t, x)| (*t, x - half, x + half));
+        chart.bands.push(Band {
+            name: "reference ± 2 σ".into(),
+            ink: Ink::Muted,
+            rows: rows.collect(),
+        });
+    }
+    chart.lines.push(Line::new(called, Ink::Text, truth));
     Ok(chart)
 }
 

@@ -62,7 +62,12 @@ impl Recorded {
             )
         })?;
         let channels = path("channels.parquet")?;
-        let (contents, columns) = readback::columns(&channels, is_shown)?;
+        let replayed = manifest
+            .resolved
+            .get("log")
+            .is_some_and(|log| !log.is_null());
+        let wanted = |name: &str| is_shown(name) || (replayed && is_measured(name));
+        let (contents, columns) = readback::columns(&channels, wanted)?;
         let seed = manifest.seed.to_string();
         if (contents.scenario.as_str(), contents.seed.as_str()) != (&manifest.scenario, &seed)
             || (&summary.scenario, summary.seed) != (&manifest.scenario, manifest.seed)
@@ -90,6 +95,21 @@ impl Recorded {
             events: events.map(|(ns, text)| (ns as f64 * 1e-9, text)).collect(),
             columns,
         })
+    }
+
+    /// True for a replayed log: its truth is a reference.
+    pub(crate) fn is_replay(&self) -> bool {
+        self.map().is_some()
+    }
+
+    /// The map of a replayed log.
+    fn map(&self) -> Option<&serde_json::Value> {
+        self.manifest.resolved.get("log")?.get("map")
+    }
+
+    /// Standard deviation that the map of a replayed log tells of a reference, in the unit of its key.
+    pub(crate) fn reference_sd(&self, of: &str, key: &str) -> Option<f64> {
+        self.map()?.get("reference")?.get(of)?.get(key)?.as_f64()
     }
 
     /// Why the scenario exists.
@@ -141,6 +161,13 @@ fn is_shown(name: &str) -> bool {
     let hidden = ["internals/", "sensors/", "aid/", "truth/balance/"];
     let of_drive = name.starts_with("truth/drive_") && !name.ends_with("/motor_torque");
     !of_drive && !hidden.iter().any(|start| name.starts_with(start))
+}
+
+/// True for a measurement that is drawn of a replayed log.
+fn is_measured(name: &str) -> bool {
+    let ends = ["/wheel_speed", "/motor_torque"];
+    name.starts_with("sensors/")
+        && (name.starts_with("sensors/imu/") || ends.iter().any(|end| name.ends_with(end)))
 }
 
 fn summary(path: &Path) -> Result<Summary, Error> {

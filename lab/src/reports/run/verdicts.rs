@@ -62,7 +62,7 @@ pub(crate) fn findings(summary: &Summary) -> Option<Section> {
 }
 
 /// Verdicts and key figures.
-pub(crate) fn section(summary: &Summary) -> Section {
+pub(crate) fn section(summary: &Summary, replayed: bool) -> Section {
     let mut section = Section::new("Verdicts and key figures");
     if !summary.expectations.is_empty() {
         section = section.table(verdicts(summary));
@@ -85,7 +85,11 @@ pub(crate) fn section(summary: &Summary) -> Section {
     if !summary.estimators.is_empty() {
         section = section.table(key_figures(summary));
     }
-    section.table(of_the_run(summary))
+    // of a log nobody drove by a reference speed
+    match replayed {
+        true => section,
+        false => section.table(of_the_run(summary)),
+    }
 }
 
 fn verdicts(summary: &Summary) -> Table {

@@ -225,6 +225,11 @@ impl Scenario {
         }
     }
 
+    /// True for a recorded drive, whose truth is a reference.
+    pub fn is_recorded(&self) -> bool {
+        self.log.is_some()
+    }
+
     /// The scenario of a recorded drive: what its map file `document` says of estimators, bounds and recording, and
     /// nothing of a simulation.
     pub(crate) fn of_log(

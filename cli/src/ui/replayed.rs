@@ -1,0 +1,182 @@
+//! Results of a replay as text: errors against the reference, what the marks are worth, and how much of the drive the
+//! reference covers.
+
+use crate::ui::prose::paragraph;
+use crate::ui::summary::expectations;
+use crate::ui::tables::{grouped, number};
+use monorig_lab::verdicts::findings::of_summaries;
+use monorig_lab::verdicts::summary::Summary;
+use std::collections::BTreeMap;
+
+/// A row: title, metrics of RMSE, bias, largest error, NEES, misleading share, availability and reference share, factor
+/// of the errors.
+type Row = (&'static str, [&'static str; 7], f64);
+
+const ROWS: [Row; 3] = [
+    (
+        "mass %",
+        [
+            "",
+            "mass_bias",
+            "mass_error_rel_max",
+            "mass_nees_mean",
+            "mass_misleading_share",
+            "mass_availability",
+            "mass_reference_share",
+        ],
+        100.0,
+    ),
+    (
+        "slope °",
+        [
+            "slope_rmse_deg",
+            "slope_bias_deg",
+            "slope_error_max_deg",
+            "slope_nees_mean",
+            "slope_misleading_share",
+            "slope_availability",
+            "slope_reference_share",
+        ],
+        1.0,
+    ),
+    (
+        "effective °",
+        [
+            "effective_slope_rmse_deg",
+            "effective_slope_bias_deg",
+            "effective_slope_error_max_deg",
+            "effective_slope_nees_mean",
+            "effective_slope_misleading_share",
+            "effective_slope_availability",
+            "effective_slope_reference_share",
+        ],
+        1.0,
+    ),
+];
+
+/// Writes misleading marks, estimators, expectations and the time that was played.
+pub(crate) fn text(summary: &Summary, mass_kg: Option<f64>, wall_s: f64) -> String {
+    let mut parts = Vec::new();
+    let findings = of_summaries([summary]);
+    if !findings.is_empty() {
+        let lines = findings
+            .iter()
+            .map(|f| paragraph(&format!("finding: {}", f.text), ""));
+        parts.push(lines.collect::<Vec<_>>().join("\n"));
+    }
+    if !summary.estimators.is_empty() {
+        parts.push(estimators(summary, mass_kg));
+    }
+    if !summary.expectations.is_empty() {
+        parts.push(expectations(summary));
+    }
+    let t_s = summary.simulated_s;
+    let speed = match wall_s {
+        w if w > 0.0 => format!(", {:.0} times real time", t_s / w),
+        _ => String::new(),
+    };
+    parts.push(format!("{t_s:.1} s replayed in {wall_s:.2} s{speed}"));
+    parts.join("\n\n") + "\n"
+}
+
+fn estimators(summary: &Summary, mass_kg: Option<f64>) -> String {
+    let title = format!("from {} s on", summary.after_s);
+    let titles = [
+        title.as_str(),
+        "RMSE",
+        "bias",
+        "max",
+        "NEES",
+        "misled %",
+        "valid %",
+        "known %",
+    ];
+    let group = |(name, values): (&String, &BTreeMap<String, Option<f64>>)| {
+        let of = |metric: &str| values.get(metric).copied().flatten();
+        let shown = |x: Option<f64>, factor: f64| x.map_or("-".to_owned(), |x| number(x * factor));
+        let row = |(what, metrics, factor): &Row| {
+            let [rmse, bias, max, nees, misleading, valid, known] = metrics;
+            // the error of the mass over the mass that the reference has; of one that changes there is none
+            let relative = |metric: &str| mass_kg.and_then(|kg| Some(of(metric)? / kg));
+            let rms = match rmse.is_empty() {
+                true => relative("mass_rmse_kg"),
+                false => of(rmse),
+            };
+            let reference = of(known).unwrap_or(0.0);
+            (reference > 0.0).then(|| {
+                vec![
+                    (*what).to_owned(),
+                    shown(rms, *factor),
+                    shown(of(bias), *factor),
+                    shown(of(max), *factor),
+                    shown(of(nees), 1.0),
+                    shown(of(misleading), 100.0),
+                    shown(of(valid), 100.0),
+                    shown(Some(reference), 100.0),
+                ]
+            })
+        };
+        let mut rows: Vec<Vec<String>> = ROWS.iter().filter_map(row).collect();
+        if rows.is_empty() {
+            let marked = |q: &str| shown(of(&format!("{q}_availability")), 100.0);
+            let (mass, slope) = (marked("mass"), marked("slope"));
+            rows.push(vec![format!(
+                "no reference; valid: mass {mass} %, slope {slope} %"
+            )]);
+        }
+        (name.clone(), rows)
+    };
+    let groups: Vec<_> = summary.estimators.iter().map(group).collect();
+    grouped(&titles, &groups)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A row of slopes with all it should have, none of what has no reference, and the word for what was done.
+    #[test]
+    fn a_replay_is_told_as_one() {
+        let values = [
+            ("slope_rmse_deg", 0.25),
+            ("slope_bias_deg", -0.125),
+            ("slope_error_max_deg", 0.75),
+            ("slope_nees_mean", 1.5),
+            ("slope_misleading_share", 0.027),
+            ("slope_availability", 0.9),
+            ("slope_reference_share", 0.46),
+            ("mass_reference_share", 0.0),
+        ];
+        let values = values.map(|(name, x)| (name.to_owned(), Some(x)));
+        let summary = Summary {
+            version: 1,
+            scenario: "drive".into(),
+            seed: 1,
+            finished: true,
+            never_valid: Vec::new(),
+            simulated_s: 60.0,
+            steps: 6000,
+            after_s: 5.0,
+            estimators: BTreeMap::from([("attitude".to_owned(), values.into())]),
+            run: BTreeMap::new(),
+            refusals: Vec::new(),
+            expectations: Vec::new(),
+            limits: Default::default(),
+            integrity: Vec::new(),
+            common: BTreeMap::new(),
+        };
+        let text = text(&summary, None, 0.5);
+        let row = text.lines().find(|l| l.contains("slope °")).unwrap();
+        let words: Vec<&str> = row.split_whitespace().collect();
+        let expected = [
+            "slope", "°", "0.250", "-0.125", "0.750", "1.500", "2.700", "90.00", "46.00",
+        ];
+        assert_eq!(words, expected, "{text}");
+        assert!(
+            !text.contains("mass") && !text.contains("simulated"),
+            "{text}"
+        );
+        assert!(text.contains("60.0 s replayed in 0.50 s, 120 times real time"));
+        assert!(text.lines().all(|l| l.chars().count() <= 80), "{text}");
+    }
+}

@@ -1,0 +1,190 @@
+//! Checks of each channel by itself: rate, jitter, gaps, repeated stamps, share that counts, a value that stays; and
+//! its lag against the wheels.
+
+use super::lag::Lag;
+use super::rules::check;
+use super::series::{ChannelFigures, Series};
+use super::{ChannelReport, Check, Verdict};
+use crate::drive::Target;
+use monorig_estimators::api::signals::{Measurand, Shape};
+
+/// Least rates, Hz: the filters are made for steps of a fast IMU, and hold what comes less often.
+const MIN_IMU_HZ: f64 = 10.0;
+const MIN_HZ: f64 = 2.0;
+/// Largest share of stamps that are those of the sample before.
+const MAX_DUPLICATES: f64 = 0.05;
+/// Least share of the samples that count.
+const MIN_VALID: f64 = 0.5;
+/// A value that stays longer than this, s, and so many times longer than any other value did, is frozen. A motor may be
+/// at its limit for some time.
+const FROZEN_S: f64 = 3.0;
+const FROZEN_TORQUE_S: f64 = 10.0;
+const FROZEN_TIMES: f64 = 5.0;
+/// Slower than this the vehicle may stand, m/s.
+const MOVING_MPS: f64 = 0.1;
+/// Largest lag, s, least correlation that shows one, and how much more must be unexplained without it.
+const MAX_LAG_S: f64 = 0.05;
+const MIN_CORRELATION: f64 = 0.6;
+const MIN_RATIO: f64 = 1.2;
+
+/// All of them.
+pub(super) fn all(series: &Series) -> Vec<Check> {
+    let mut all: Vec<Check> = series.channels.iter().filter_map(rate).collect();
+    all.extend(series.channels.iter().filter_map(|c| frozen(c, series)));
+    let lags = [
+        ("specific force", series.lags.force()),
+        ("traction", series.lags.traction()),
+    ];
+    let lags = lags.into_iter().filter_map(|(name, l)| Some((name, l?)));
+    all.extend(lags.map(|(name, lag)| lag_check(name, lag)));
+    all
+}
+
+/// The name of a channel that is measured; none of a command.
+fn name(target: Target) -> Option<String> {
+    match target {
+        Target::Measured(slot) => {
+            let words = slot.measurand.name().replace('_', " ");
+            Some(match slot.measurand.shape() {
+                Shape::Vector | Shape::Scalar => words,
+                Shape::PerDrive | Shape::Auxiliary => format!("{words} {}", slot.index + 1),
+            })
+        }
+        Target::Force => Some("traction force".into()),
+        Target::Power => Some("traction power".into()),
+        Target::CommandTorque(_) | Target::CommandClamp | Target::CommandBrake => None,
+    }
+}
+
+fn is_imu(target: Target) -> bool {
+    let Target::Measured(slot) = target else {
+        return false;
+    };
+    matches!(
+        slot.measurand,
+        Measurand::SpecificForce | Measurand::AngularRate
+    )
+}
+
+fn is_used_for_motion(target: Target) -> bool {
+    let wheel = |target| matches!(target, Target::Measured(slot) if slot.measurand == Measurand::WheelSpeed);
+    is_imu(target) || wheel(target) || target.is_traction()
+}
+
+/// The figures of each channel that is measured.
+pub(super) fn reports(series: &Series) -> Vec<ChannelReport> {
+    let each = series.channels.iter();
+    each.filter_map(|c| report(c, name(c.target)?)).collect()
+}
+
+fn report(c: &ChannelFigures, name: String) -> Option<ChannelReport> {
+    let offered = c.stamps.offered as f64;
+    (c.stamps.offered > 1).then_some(ChannelReport {
+        name,
+        rate_hz: c.rate.rate_hz,
+        jitter_ms: c.rate.jitter_ms,
+        gaps: c.rate.gaps,
+        longest_gap_s: c.rate.longest_gap_s,
+        duplicates: c.stamps.duplicates,
+        valid: c.stamps.accepted as f64 / offered,
+    })
+}
+
+/// The mistake in the rate, the stamps or the share that counts; none where there is none.
+fn rate(c: &ChannelFigures) -> Option<Check> {
+    let report = report(c, name(c.target)?)?;
+    let least = match (is_imu(c.target), is_used_for_motion(c.target)) {
+        (true, _) => MIN_IMU_HZ,
+        (_, true) => MIN_HZ,
+        _ => 0.0,
+    };
+    let name = report.name;
+    if report.rate_hz < least {
+        let why = "too slow for these estimators".into();
+        let good = format!("{least} or more");
+        let what = format!("{name}: rate");
+        return Some(check(what, report.rate_hz, "Hz", &good, Verdict::Bad(why)));
+    }
+    let twice = report.duplicates as f64 / c.stamps.offered as f64;
+    if twice > MAX_DUPLICATES {
+        let why = "rows that were written twice, or a clock that is too coarse".into();
+        let what = format!("{name}: share with the stamp of the sample before");
+        let good = format!("below {MAX_DUPLICATES}");
+        return Some(check(what, twice, "", &good, Verdict::Bad(why)));
+    }
+    (report.valid < MIN_VALID).then(|| {
+        let why = "`valid_if` rejects the others, or their columns are empty".into();
+        let what = format!("{name}: share of its samples that count");
+        check(
+            what,
+            report.valid,
+            "",
+            &format!("{MIN_VALID} or more"),
+            Verdict::Unknown(why),
+        )
+    })
+}
+
+/// A channel whose value stays while the vehicle moves; shown only where it does.
+fn frozen(c: &ChannelFigures, series: &Series) -> Option<Check> {
+    let name = name(c.target).filter(|_| is_used_for_motion(c.target))?;
+    let s = |ns: i64| ns as f64 * 1e-9;
+    let (longest_s, second_s) = (s(c.stamps.longest_ns), s(c.stamps.second_ns));
+    let least_s = match c.target.is_traction() {
+        true => FROZEN_TORQUE_S,
+        false => FROZEN_S,
+    };
+    if longest_s < least_s || longest_s < FROZEN_TIMES * second_s {
+        return None;
+    }
+    let from_s = s(c.stamps.longest_from_ns);
+    let within = |w: &&_| {
+        let w: &crate::identify::ForceWindow = w;
+        (from_s..from_s + longest_s).contains(&w.t_s)
+    };
+    let windows: Vec<_> = series.balance.iter().filter(within).collect();
+    let moving = windows
+        .iter()
+        .filter(|w| w.speed.abs() > MOVING_MPS)
+        .count();
+    (2 * moving > windows.len()).then(|| {
+        check(
+            format!(
+                "{name}: longest time with one value while the vehicle moves, from {from_s:.1} s"
+            ),
+            longest_s,
+            "s",
+            &format!("below {least_s}, or as others"),
+            Verdict::Bad("it is frozen: its stamps go on, and its value does not".into()),
+        )
+    })
+}
+
+fn lag_check(name: &str, lag: Lag) -> Check {
+    let verdict = match lag {
+        l if l.correlation < MIN_CORRELATION => Verdict::Unknown(format!(
+            "it does not go with the acceleration of the wheels (correlation {:.2})",
+            l.correlation
+        )),
+        l if l.lag_s.abs() > MAX_LAG_S && l.unexplained_ratio() > MIN_RATIO => {
+            let late = if l.lag_s > 0.0 {
+                "it comes"
+            } else {
+                "the wheels come"
+            };
+            Verdict::Bad(format!(
+                "{late} {:.0} ms late: `clocks: {{FILE: {{offset_s: …}}}}` of the late file; a mass is wrong by it",
+                1e3 * l.lag_s.abs()
+            ))
+        }
+        _ => Verdict::Good,
+    };
+    let range = format!("-{MAX_LAG_S} to {MAX_LAG_S}");
+    check(
+        format!("lag of the {name} against the wheels"),
+        lag.lag_s,
+        "s",
+        &range,
+        verdict,
+    )
+}

@@ -1,0 +1,181 @@
+//! Checks of how the IMU is built in: a box that is not turned to the vehicle, axes of the gyro that are exchanged, an
+//! accelerometer that drifts.
+
+use super::rules::{MIN_CORRELATION, check};
+use super::series::Series;
+use super::statistics::{FittedLine, line};
+use super::{Check, Verdict};
+use crate::drive::Plan;
+use crate::identify::{ForceWindow, MIN_WINDOWS, OVERLAP};
+use crate::map::Map;
+use crate::notation::STANDARD_GRAVITY_MPS2 as G;
+use monorig_estimators::api::signals::Measurand;
+
+/// Least limit of a mean that should be zero, m/s²; else three told standard deviations of the bias.
+const MIN_OFF_MPS2: f64 = 0.3;
+const BIAS_SDS: f64 = 3.0;
+/// Largest drift from the first third of a log to the last, m/s².
+const MAX_DRIFT_MPS2: f64 = 0.15;
+/// Turning faster than this is no straight, rad/s.
+const STRAIGHT_RADPS: f64 = 0.05;
+/// Correlation with which another axis of the gyro shows the change of the slope.
+const CLEAR: f64 = 0.8;
+/// Fewest seconds of |f|.
+const MIN_SECONDS: usize = 10;
+/// Windows of a change of the slope: 5 s.
+pub(super) const SLOPE_STEP: usize = 10 * OVERLAP;
+/// Windows of a second.
+const SECOND: usize = 2 * OVERLAP;
+/// Least standard deviation of the change of the slope, rad.
+const MIN_SLOPE_SD: f64 = 0.01;
+
+/// All of them.
+pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
+    let mut all = Vec::new();
+    let has = |m| map.file.channels.vector(m).is_some();
+    if !has(Measurand::SpecificForce) {
+        return all;
+    }
+    let there = |axis: usize| !plan.absent.contains(&(Measurand::SpecificForce, axis));
+    let limit = plan.vehicle.accel_bias_sd_mps2.unwrap_or(0.0) * BIAS_SDS;
+    let limit = limit.max(MIN_OFF_MPS2);
+    let off = |w: &ForceWindow| w.specific_force[0] - w.acceleration - G * w.sin;
+    let slopes = series.balance.iter().filter(|w| off(w).is_finite());
+    let pitched: Vec<&ForceWindow> = slopes.collect();
+    if pitched.len() >= MIN_WINDOWS && there(0) {
+        let bad = "the box is pitched against the vehicle, or its bias is larger than told: `mount_deg`, or `monorig calibrate --apply`";
+        let what = "specific force forward beyond speed and reference slope, mean";
+        all.push(mean_is_zero(
+            what,
+            pitched.iter().map(|w| off(w)),
+            limit,
+            bad,
+        ));
+        all.push(drift(
+            "the same, last third minus first",
+            &pitched.iter().map(|w| off(w)).collect::<Vec<_>>(),
+        ));
+    }
+    let straight = |w: &&ForceWindow| !(w.rate[2].abs() > STRAIGHT_RADPS);
+    let rolled: Vec<f64> = series
+        .balance
+        .iter()
+        .filter(straight)
+        .map(|w| w.specific_force[1])
+        .filter(|f| f.is_finite())
+        .collect();
+    if rolled.len() >= MIN_WINDOWS && there(1) {
+        let bad = "the box is rolled against the vehicle, or the road is: `mount_deg`";
+        let what = "specific force to the left on a straight, mean";
+        all.push(mean_is_zero(
+            what,
+            rolled.into_iter(),
+            limit.max(2.0 * MIN_OFF_MPS2),
+            bad,
+        ));
+    }
+    if (0..3).all(there) {
+        let sizes = series.windows.iter().map(|w| super::rules::norm(w.force));
+        let sizes: Vec<f64> = sizes.filter(|f| f.is_finite()).collect();
+        if sizes.len() >= MIN_SECONDS {
+            all.push(drift("|f|, last third minus first", &sizes));
+        }
+    }
+    if has(Measurand::AngularRate) {
+        all.extend(exchanged(&series.balance));
+    }
+    all
+}
+
+fn mean_is_zero(what: &str, values: impl Iterator<Item = f64>, limit: f64, bad: &str) -> Check {
+    let (n, sum) = values.fold((0.0, 0.0), |(n, s), x| (n + 1.0, s + x));
+    let mean: f64 = sum / n;
+    let verdict = match mean.abs() < limit {
+        true => Verdict::Good,
+        false => Verdict::Bad(bad.to_owned()),
+    };
+    check(
+        what,
+        mean,
+        "m/s²",
+        &format!("-{limit:.2} to {limit:.2}"),
+        verdict,
+    )
+}
+
+/// The median of the last third minus that of the first.
+fn drift(what: &str, values: &[f64]) -> Check {
+    let third = values.len() / 3;
+    let median = |part: Option<&[f64]>| {
+        let mut sorted = part.unwrap_or_default().to_vec();
+        sorted.sort_unstable_by(f64::total_cmp);
+        sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
+    };
+    let first = median(values.get(..third));
+    let drift = median(values.get(values.len() - third..)) - first;
+    let verdict = match drift.abs() < MAX_DRIFT_MPS2 {
+        true => Verdict::Good,
+        false => Verdict::Bad("an axis of the accelerometer drifts: warming up, or broken".into()),
+    };
+    let good = format!("-{MAX_DRIFT_MPS2} to {MAX_DRIFT_MPS2}");
+    check(what, drift, "m/s²", &good, verdict)
+}
+
+/// The change of the slope over so many windows, and by how much the gyro has turned about an axis meanwhile: nose up
+/// is against the axis to the left. The slope is the reference's, else that of specific force and wheels, sin θ = (f −
+/// dv/dt)/g, each the mean over a second.
+pub(super) fn slope_change(windows: &[ForceWindow], axis: usize, step: usize) -> FittedLine {
+    let slope = |w: &ForceWindow| {
+        let sine = match w.sin.is_nan() {
+            true => (w.specific_force[0] - w.acceleration) / G,
+            false => w.sin,
+        };
+        sine.clamp(-1.0, 1.0).asin()
+    };
+    let rate = |w: &ForceWindow| w.rate.get(axis).copied().unwrap_or(f64::NAN);
+    let pairs = windows.windows(step + 1).step_by(OVERLAP).filter_map(|w| {
+        let (a, b, next) = (w.first()?, w.last()?, w.get(1)?);
+        let (n, hop_s) = (w.len(), next.t_s - a.t_s);
+        // windows without a gap between them
+        if b.t_s - a.t_s > 1.01 * hop_s * step as f64 {
+            return None;
+        }
+        let of_ends = |part: Option<&[ForceWindow]>| {
+            let part = part.unwrap_or_default();
+            part.iter().map(slope).sum::<f64>() / part.len() as f64
+        };
+        let change = of_ends(w.get(n - SECOND..)) - of_ends(w.get(..SECOND));
+        // the means at both ends are those of a rate whose weight rises and falls over them
+        let weight = |i: usize| {
+            let from_end = i.min(n - 1 - i) as f64 + 0.5;
+            (from_end / SECOND as f64).min(1.0)
+        };
+        let turned = w.iter().enumerate().map(|(i, w)| weight(i) * rate(w));
+        Some((change, turned.sum::<f64>() * hop_s))
+    });
+    line(pairs)
+}
+
+/// Another axis of the gyro that shows the change of the slope, where that of the pitch does not; shown only where one
+/// does.
+fn exchanged(windows: &[ForceWindow]) -> Option<Check> {
+    let [roll, pitch, yaw] = [0, 1, 2].map(|axis| slope_change(windows, axis, SLOPE_STEP));
+    if pitch.n < 20 || pitch.sd_x < MIN_SLOPE_SD || pitch.correlation.abs() >= MIN_CORRELATION {
+        return None;
+    }
+    let best = [("forward", roll), ("up", yaw)]
+        .into_iter()
+        .max_by(|a, b| a.1.correlation.abs().total_cmp(&b.1.correlation.abs()))?;
+    (best.1.correlation.abs() > CLEAR).then(|| {
+        check(
+            "correlation of the pitch rate with the change of the slope",
+            pitch.correlation,
+            "",
+            "0.5 or more",
+            Verdict::Bad(format!(
+                "axes of the gyro are exchanged: the axis taken for {} shows it with {:.2}",
+                best.0, best.1.correlation
+            )),
+        )
+    })
+}

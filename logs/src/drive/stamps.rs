@@ -1,0 +1,125 @@
+//! Figures of the samples of a channel: how many, how regular, how many of them count, and how long it repeats a value.
+
+/// Steps of time that are kept to find their median.
+const KEPT: usize = 100_000;
+/// A step this many times the median is a gap.
+const GAP: i64 = 5;
+
+/// Figures of the samples of a channel.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Stamps {
+    /// Samples that the log has, and those that count.
+    pub offered: u64,
+    pub accepted: u64,
+    /// Samples with the stamp of the one before.
+    pub duplicates: u64,
+    /// Longest time for which one value that is not zero was repeated, ns, and when it began; the longest of the other
+    /// times.
+    pub longest_ns: i64,
+    pub longest_from_ns: i64,
+    pub second_ns: i64,
+    last_ns: i64,
+    steps: Vec<i64>,
+    /// A value that is repeated, and the first and last time of it.
+    run: Option<([f64; 3], i64, i64)>,
+}
+
+impl Stamps {
+    /// Takes a sample of the log: its stamp, ns, and its value if it counts.
+    pub fn see(&mut self, t_ns: i64, value: Option<[f64; 3]>) {
+        if self.offered > 0 {
+            let step = t_ns.saturating_sub(self.last_ns);
+            self.duplicates += u64::from(step == 0);
+            if self.steps.len() < KEPT && step > 0 {
+                self.steps.push(step);
+            }
+        }
+        self.offered += 1;
+        self.last_ns = t_ns;
+        let Some(value) = value else {
+            return;
+        };
+        self.accepted += 1;
+        match &mut self.run {
+            Some((same, _, until)) if *same == value => *until = t_ns,
+            _ => {
+                self.end_run();
+                self.run = Some((value, t_ns, t_ns));
+            }
+        }
+    }
+
+    /// The repetition of a value is over.
+    fn end_run(&mut self) {
+        if let Some((value, from_ns, until_ns)) = self.run.take()
+            && value != [0.0; 3]
+        {
+            let length = until_ns.saturating_sub(from_ns);
+            if length > self.longest_ns {
+                self.second_ns = self.longest_ns;
+                (self.longest_ns, self.longest_from_ns) = (length, from_ns);
+            } else {
+                self.second_ns = self.second_ns.max(length);
+            }
+        }
+    }
+
+    /// The log is over: the figures of its rate.
+    pub fn rate(&mut self) -> Rate {
+        self.end_run();
+        let mut sorted = self.steps.clone();
+        sorted.sort_unstable();
+        let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0);
+        let (regular, gaps): (Vec<i64>, Vec<i64>) =
+            sorted.iter().partition(|s| **s <= GAP * median);
+        let n = regular.len().max(1) as f64;
+        let mean = regular.iter().map(|s| *s as f64).sum::<f64>() / n;
+        let squares = regular.iter().map(|s| (*s as f64 - mean).powi(2));
+        Rate {
+            rate_hz: 1e9 / median as f64,
+            jitter_ms: (squares.sum::<f64>() / n).sqrt() * 1e-6,
+            gaps: gaps.len() as u64,
+            longest_gap_s: gaps.last().map_or(0.0, |s| *s as f64 * 1e-9),
+        }
+    }
+}
+
+/// Rate of a channel: by the median step, with the standard deviation of the steps that are no gaps.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rate {
+    pub rate_hz: f64,
+    pub jitter_ms: f64,
+    pub gaps: u64,
+    pub longest_gap_s: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 100 Hz for 10 s, one gap of a second, one stamp twice, every fourth sample rejected, one value for 3 s.
+    #[test]
+    fn figures_are_what_was_planted() {
+        let mut stamps = Stamps::default();
+        for i in 0..1000_i32 {
+            let t_ns = i64::from(i) * 10_000_000 + if i >= 500 { 1_000_000_000 } else { 0 };
+            let x = if (600..900).contains(&i) {
+                7.0
+            } else {
+                f64::from(i)
+            };
+            stamps.see(t_ns, (i % 4 != 0).then_some([x, 0.0, 0.0]));
+            if i == 10 {
+                stamps.see(t_ns, None);
+            }
+        }
+        let rate = stamps.rate();
+        assert!((rate.rate_hz - 100.0).abs() < 1e-9 && rate.jitter_ms < 1e-9);
+        assert_eq!((rate.gaps, rate.longest_gap_s), (1, 1.01));
+        assert_eq!((stamps.offered, stamps.accepted), (1001, 750));
+        assert_eq!(stamps.duplicates, 1);
+        // from the first that counts to the last: 601 to 899
+        assert_eq!(stamps.longest_ns, 2_980_000_000);
+        assert!(stamps.second_ns < 20_000_000);
+    }
+}
