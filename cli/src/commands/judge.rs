@@ -102,7 +102,7 @@ fn judge(task: &JudgeArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
         };
         return Err(Error::from(wrong).into());
     }
-    let manifest = Manifest::of_run(&task.what)?;
+    let manifest = Manifest::of_run(&what)?;
     prepare_out(&out)?;
     let folder = Temporary(out.join(format!(".judge-{}", whole::unique())));
     let log = export(&what, ExportFormat::PARQUET, &folder.0)?;

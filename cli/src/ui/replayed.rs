@@ -2,7 +2,7 @@
 //! reference covers.
 
 use crate::ui::prose::paragraph;
-use crate::ui::summary::expectations;
+use crate::ui::summary::{expectations, judgement};
 use crate::ui::tables::{grouped, number};
 use monorig_lab::verdicts::findings::of_summaries;
 use monorig_lab::verdicts::summary::Summary;
@@ -70,6 +70,7 @@ pub(crate) fn text(summary: &Summary, mass_kg: Option<f64>, wall_s: f64) -> Stri
     if !summary.expectations.is_empty() {
         parts.push(expectations(summary));
     }
+    parts.extend(judgement(summary));
     let t_s = summary.simulated_s;
     let speed = match wall_s {
         w if w > 0.0 => format!(", {:.0} times real time", t_s / w),

@@ -43,24 +43,7 @@ pub fn text(summary: &Summary, wall_s: f64) -> String {
     if !summary.expectations.is_empty() {
         parts.push(expectations(summary));
     }
-    let verdict = summary.verdict();
-    let mut said = Vec::new();
-    // what stands in the table or among the findings is said already
-    let told = |c: &Check| summary.expectations.iter().any(|v| v.what() == c.what) || c.is_finding;
-    for check in &verdict.checks {
-        if check.not_judged {
-            said.push(format!("not judged: {}", check.reason()));
-        } else if !check.held && !told(check) {
-            said.push(format!("FAILED: {}", check.reason()));
-        }
-    }
-    if !verdict.weakened.is_empty() {
-        said.push(format!("weakened limits: {}", verdict.weakened.join("; ")));
-    }
-    if !said.is_empty() {
-        let said: Vec<String> = said.iter().map(|line| paragraph(line, "")).collect();
-        parts.push(said.join("\n"));
-    }
+    parts.extend(judgement(summary));
     let t_s = summary.simulated_s;
     let speed = match wall_s {
         w if w > 0.0 => format!(", {:.0} times real time", t_s / w),
@@ -98,6 +81,26 @@ fn estimators(summary: &Summary) -> String {
     };
     let groups: Vec<_> = summary.estimators.iter().map(group).collect();
     grouped(&titles, &groups)
+}
+
+/// Writes what the tables do not show of the verdict: what failed, what was not judged, and limits that are weakened.
+pub(crate) fn judgement(summary: &Summary) -> Option<String> {
+    let verdict = summary.verdict();
+    let mut said = Vec::new();
+    // what stands in the table or among the findings is said already
+    let told = |c: &Check| summary.expectations.iter().any(|v| v.what() == c.what) || c.is_finding;
+    for check in &verdict.checks {
+        if check.not_judged {
+            said.push(format!("not judged: {}", check.reason()));
+        } else if !check.held && !told(check) {
+            said.push(format!("FAILED: {}", check.reason()));
+        }
+    }
+    if !verdict.weakened.is_empty() {
+        said.push(format!("weakened limits: {}", verdict.weakened.join("; ")));
+    }
+    let said: Vec<String> = said.iter().map(|line| paragraph(line, "")).collect();
+    (!said.is_empty()).then(|| said.join("\n"))
 }
 
 pub(super) fn expectations(summary: &Summary) -> String {

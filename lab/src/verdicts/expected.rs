@@ -81,7 +81,7 @@ pub(crate) fn of_references(file: &ScenarioFile) -> Vec<Bound> {
     }
     let bound = |expectation| Bound {
         expectation,
-        known_failure: None,
+        known: None,
     };
     all.into_iter().map(bound).collect()
 }
