@@ -16,8 +16,8 @@ from common import DATA, read, write
 
 ALGORITHMS = [
     "rls", "ekf", "ukf", "sage_husa", "strong_tracking", "imm", "smoothing", "conditioning",
-    "pipeline_liu", "pipeline_inertial", "pipeline_guo", "pipeline_patent", "rls_near_equal",
-    "published_liu", "published_inertial", "published_guo", "published_patent", "allan", "pipeline_baseline", "fusion",
+    "published_liu", "published_inertial", "published_guo", "published_patent", "rls_near_equal",
+    "pipeline_liu", "pipeline_inertial", "pipeline_guo", "pipeline_patent", "allan", "pipeline_baseline", "fusion",
 ]
 ALLOWED = 1e-10
 
