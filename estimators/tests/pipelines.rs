@@ -1,5 +1,5 @@
-//! Whole pipelines against oracles of their own (`tests/reference/pipeline_*.py`): from the samples to the estimate,
-//! every fourth step of a recorded drive.
+//! Whole pipelines against oracles of their own (`tests/reference/pipeline_*.py` and `published_*.py`): from the samples
+//! to the estimate, every fourth or tenth step of a recorded drive.
 #![allow(clippy::unwrap_used)] // a test's panic is its verdict
 
 mod fusion_drive;
@@ -212,6 +212,7 @@ mod supervised {
         let settings = [
             ("mass0_kg", 21e3),
             ("q_i", 1e-4),
+            ("force_sd_mps2", 0.2),
             ("slope_gate_mps2", 0.2),
             ("alarm", 1.2),
         ];
@@ -245,6 +246,23 @@ mod supervised {
         compare(
             "pipeline_patent",
             "mmrls_sh_stf_robust",
+            &settings,
+            &internals,
+        );
+    }
+
+    #[test]
+    fn resistance() {
+        let settings = [("known_mass_kg", 17e3)];
+        let internals = [
+            "running_resistance",
+            "running_resistance_sd",
+            "lambda",
+            "residual_mps2",
+        ];
+        compare(
+            "pipeline_resistance",
+            "resistance_dffrls_robust",
             &settings,
             &internals,
         );

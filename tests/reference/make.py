@@ -18,6 +18,7 @@ ALGORITHMS = [
     "rls", "ekf", "ukf", "sage_husa", "strong_tracking", "imm", "smoothing", "conditioning",
     "published_liu", "published_inertial", "published_guo", "published_patent", "rls_near_equal",
     "pipeline_liu", "pipeline_inertial", "pipeline_guo", "pipeline_patent", "allan", "pipeline_baseline", "fusion",
+    "pipeline_resistance",
 ]
 ALLOWED = 1e-10
 
