@@ -51,7 +51,8 @@ def main():
     check = arguments.parse_args().check
     worst = 0.0
     with tempfile.TemporaryDirectory() as scratch:
-        for name in ALGORITHMS:
+        borrows = lambda name: hasattr(importlib.import_module(name), "INPUT")
+        for name in sorted(ALGORITHMS, key=borrows):
             folder = Path(scratch) if check else DATA
             made = make(name, folder)
             for file in made if check else ():
