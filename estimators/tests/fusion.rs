@@ -5,7 +5,7 @@
 mod fusion_drive;
 mod reference;
 
-use fusion_drive::drive;
+use fusion_drive::{RAIL, drive};
 use monorig_estimators::Setting;
 use monorig_estimators::api::signals::Estimate;
 use reference::assert_agrees;
@@ -49,9 +49,9 @@ fn every_number_is_that_of_the_oracle() {
         [motion(e), found].concat()
     };
     let runs = [
-        drive("attitude", &[], &attitude, alone),
-        drive("attitude", &no_gyro, &attitude, alone),
-        drive("rail_fusion", &outside, &balance, train),
+        drive(&RAIL, "attitude", &[], &attitude, alone),
+        drive(&RAIL, "attitude", &no_gyro, &attitude, alone),
+        drive(&RAIL, "rail_fusion", &outside, &balance, train),
     ];
     let rows: Vec<Vec<f64>> = runs
         .into_iter()

@@ -149,12 +149,32 @@ fn number(run: usize, rows: Vec<Vec<f64>>) -> impl Iterator<Item = Vec<f64>> {
         .map(move |row| [vec![run as f64], row].concat())
 }
 
-/// The supervised methods, in the core of a train, on the drive of `fusion.py`.
+/// The supervised methods, in the core of a train, on the drive of `fusion.py` on a rail and that of `pipeline_patent.py`
+/// on a road.
 mod supervised {
     use super::*;
+    use fusion_drive::{Drive, RAIL};
+
+    /// The drive on a road.
+    const ROAD: Drive = Drive {
+        input: "pipeline_patent_input.csv",
+        road: Some(RoadVehicle {
+            drag_area_m2: 4.0,
+            air_density_kgpm3: 1.2,
+            front_axle_m: 0.8,
+            rear_axle_m: 0.9,
+            front_cornering_npr: 400e3,
+            rear_cornering_npr: 400e3,
+        }),
+    };
 
     /// Every tenth step: what is estimated with its standard deviations, and the internals named.
-    fn compare(oracle: &str, name: &str, settings: &[(&'static str, f64)], internals: &[&str]) {
+    fn compare(
+        (oracle, over): (&str, &Drive),
+        name: &str,
+        settings: &[(&'static str, f64)],
+        internals: &[&str],
+    ) {
         // They have laws of their own.
         let outside = [
             ("torque_monitor", Setting::Flag(false)),
@@ -176,7 +196,7 @@ mod supervised {
             let found = found.iter().flat_map(|value| [value.value, value.sd]);
             found.chain([e.innovation, e.nis]).collect()
         };
-        let rows = fusion_drive::drive(name, &settings, internals, row);
+        let rows = fusion_drive::drive(over, name, &settings, internals, row);
         assert_agrees(oracle, &rows);
     }
 
@@ -191,7 +211,12 @@ mod supervised {
             "method_grade_rad",
             "method_grade_sd_rad",
         ];
-        compare("pipeline_liu", "dffrls_aekf_robust", &settings, &internals);
+        compare(
+            ("pipeline_liu", &RAIL),
+            "dffrls_aekf_robust",
+            &settings,
+            &internals,
+        );
     }
 
     #[test]
@@ -204,7 +229,12 @@ mod supervised {
             "method_grade_rad",
             "method_grade_sd_rad",
         ];
-        compare("pipeline_inertial", "dffrls_aukf_robust", &[], &internals);
+        compare(
+            ("pipeline_inertial", &RAIL),
+            "dffrls_aukf_robust",
+            &[],
+            &internals,
+        );
     }
 
     #[test]
@@ -224,19 +254,26 @@ mod supervised {
             "dynamic_grade_rad",
             "dynamic_model_probability",
         ];
-        compare("pipeline_guo", "imm_stf_robust", &settings, &internals);
+        compare(
+            ("pipeline_guo", &ROAD),
+            "imm_stf_robust",
+            &settings,
+            &internals,
+        );
     }
 
     #[test]
     fn patent() {
         let settings = [
             ("mass0_kg", 21e3),
-            ("load_change", 8.0),
+            ("load_change", 5.0),
             ("q_theta", 1e-5),
             ("alarm", 1.2),
         ];
         let internals = [
             "straight_mass_kg",
+            "turning_mass_kg",
+            "straight_weight",
             "load_changes",
             "wheel_speed_sd_mps",
             "method_grade_rad",
@@ -244,7 +281,7 @@ mod supervised {
             "fading",
         ];
         compare(
-            "pipeline_patent",
+            ("pipeline_patent", &ROAD),
             "mmrls_sh_stf_robust",
             &settings,
             &internals,
@@ -261,7 +298,7 @@ mod supervised {
             "residual_mps2",
         ];
         compare(
-            "pipeline_resistance",
+            ("pipeline_resistance", &RAIL),
             "resistance_dffrls_robust",
             &settings,
             &internals,

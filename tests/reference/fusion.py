@@ -196,8 +196,8 @@ class Health:
 
 
 class Attitude:
-    def __init__(self, gyro):
-        self.gyro, self.events = gyro, set()
+    def __init__(self, gyro, still=0.02):
+        self.gyro, self.still, self.events = gyro, still, set()
         self.health, self.b = Health(self.events), None
         self.k, self.coast, self.quiet = np.zeros(2), 0.0, 0.0
         self.m = self.T = self.above = self.rest = 0.0
@@ -213,7 +213,7 @@ class Attitude:
         theta = math.asin(clip(force[0] / G, -0.6, 0.6))
         gc = G * math.cos(theta)
         phi = math.asin(clip(force[1] / gc, -0.3, 0.3))
-        a = 0.02 if abs(v) < 0.02 else 0.5
+        a = 0.02 if abs(v) < self.still else 0.5
         angle = math.sqrt(p["bias"] ** 2 + a**2 + (p["vrw"] / math.sqrt(DT)) ** 2) / gc
         scale = p["scale"] / math.sqrt(len(speeds))
         sd = np.zeros(11)
@@ -346,7 +346,7 @@ class Attitude:
                 self.events.add(f"Huber {i}")
 
     def standstill(self, w, used):
-        if abs(self.b.x[V]) >= 0.02:
+        if abs(self.b.x[V]) >= self.still:
             self.quiet = 0.0
         elif used:
             self.quiet += DT

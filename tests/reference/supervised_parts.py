@@ -1,10 +1,11 @@
-"""What the oracles of the supervised methods share: the core of a train around a published method, on the drive of `fusion.py`.
+"""What the oracles of the supervised methods share: the core of a train around a published method.
 
-Attitude, memory of the rail and means over the train are those of `fusion.py`. Here are: what is read of the rail, samples of the force balance
-behind one low-pass at the place where the train was then, effective grade over rail that was read, weighing of the method's grade, mass with the
-uncertainty of the torques' scale, and the method's own two filters that several methods have (`Slope`: force balance with adapted noise or with
-strong tracking too; its innovation gate).
-Not covered, and switched off: comparison of the torques, conditioning of the channels, validity rule. No bends of a road: the drive is one of a train.
+Attitude, memory of the rail and means over the train are those of `fusion.py`. Here are: what is read of the rail, bends of a road, samples of the
+force balance behind one low-pass at the place where the train was then, effective grade over rail that was read, weighing of the method's grade, mass
+with the uncertainty of the torques' scale, and what several methods have: `Slope` (force balance with adapted noise or with strong tracking too, behind
+an innovation gate) and `TwoStages`.
+A sample has the bend of the time when it is worked off: on rails there is none, and a road vehicle that is a point waits for nothing.
+Not covered, and switched off: comparison of the torques, conditioning of the channels, validity rule.
 """
 
 import math
@@ -12,7 +13,7 @@ import math
 import numpy as np
 from common import GRAVITY as G
 from common import jacobian
-from fusion import BX, COLUMNS, DT, SHEET, TH, Attitude, Means, Rail, Train, V, clip, rim_force, unusual
+from fusion import BX, DT, SHEET, TH, Attitude, Means, Rail, Train, V, clip, rim_force, unusual
 from pipeline_parts import LowPass, SageHusa
 
 STANDSTILL, STEEPEST = 0.05, math.pi / 3.0
@@ -21,21 +22,61 @@ GAIN_SD = math.sqrt(0.005**2 / 2.0 + 0.01**2 + 0.01**2)
 HEADER = ["mass", "mass_sd", "grade", "grade_sd", "effective", "effective_sd", "speed", "speed_sd", "innovation", "nis"]
 
 
+class Rails:
+    """What a train on rails differs in from one on a road."""
+
+    standstill, drag = STANDSTILL, 0.0
+
+
+class Road:
+    """A train on a road; its first unit is steered."""
+
+    standstill, drag, front, rear, rear_stiffness = 0.3, 0.5 * 1.2 * 4.0, 0.8, 0.9, 400e3
+
+
 class Reading:
     """Channels merged: the sum of the torques, the speed that the two wheels vote for."""
 
-    def __init__(self, row):
+    def __init__(self, row, way):
         self.force, self.rate, self.torques, self.speeds, brake = row[1:4], row[4:7], row[7:9], row[9:11], row[11]
+        self.steer = row[12] if way is Road else 0.0
         self.torque = float(sum(self.torques))
         less, more = sorted(self.speeds, reverse=self.torque < 0.0)
-        apart = abs(less - more) > STANDSTILL + 0.03 * abs(less)
+        apart = abs(less - more) > way.standstill + 0.03 * abs(less)
         self.v = less if apart else 0.5 * (less + more)
-        self.moving = abs(self.v) > STANDSTILL
+        self.moving = abs(self.v) > way.standstill
         self.running = self.moving and brake <= 0.001
+        self.net = traction(self.torque, self.v) - way.drag * self.v * abs(self.v)
 
 
-def net_traction(torque, v):
+def traction(torque, v):
     return torque * Train.gear / Train.radius * (Train.efficiency if torque * v >= 0.0 else 1.0 / Train.efficiency)
+
+
+class Bend:
+    """Single-track model: what a steady turn gives to the traction, takes from it by mass, and the drift v_y r (docs/src/methods/guo_2024.md)."""
+
+    def __init__(self, cutoff):
+        self.now, self.low_pass = np.zeros(5), [LowPass(cutoff, DT) for _ in range(5)]
+
+    def step(self, z, mass):
+        self.now = np.zeros(5)
+        if z.v > 1.0:
+            L, delta, across, r = Road.front + Road.rear, clip(z.steer, -0.7, 0.7), z.force[1], z.rate[2]
+            v_y = Road.rear * r - z.v * mass * across * Road.front / L / Road.rear_stiffness
+            F = traction(z.torques[0], z.v)
+            side = (mass * across * Road.rear / L - F * math.sin(delta)) / math.cos(delta)
+            by_mass = across * Road.rear / L * math.tan(delta)
+            gained = F * math.cos(delta) - side * math.sin(delta) - F + mass * by_mass
+            self.now = np.array([gained, by_mass - v_y * r, v_y * r, delta, across])
+        for low_pass, value in zip(self.low_pass, self.now):
+            low_pass.step(value)
+
+    def filtered(self):
+        return np.array([low_pass.value for low_pass in self.low_pass])
+
+    def force(self, mass):
+        return mass * self.now[1] - self.now[0]
 
 
 class Sample:
@@ -45,11 +86,11 @@ class Sample:
         self.F, self.v, self.a, self.f = samples.force.value, samples.speed.value, samples.speed.rate, samples.f.value
         self.period, self.place = samples.period, place
 
-    def put_on(self, means, read_sd, bias):
+    def put_on(self, means, read_sd, bias, bend):
         behind, ahead = G * BEHIND_SD / ETA, G * 0.032
         self.u = [G * means.S / Train.tare, G * means.load]
         self.doubt = [(behind * means.behind + ahead * means.ahead) / Train.tare + G * read_sd, behind * means.load_behind + G * read_sd]
-        self.curvature, self.bias, self.sign = means.bend, bias, -1.0 if self.v < 0.0 else 1.0
+        self.curvature, self.bias, self.bend, self.sign = means.bend, bias, bend, -1.0 if self.v < 0.0 else 1.0
 
     def whole(self, mass):
         """Mean of u and of its doubt over a train of this mass."""
@@ -69,7 +110,7 @@ class Samples:
         self.rate, self.settle, self.running, self.since = rate, settle, 0.0, 0.0
 
     def step(self, z, running):
-        for low_pass, u in [(self.force, net_traction(z.torque, z.v)), (self.speed, z.v), (self.f, z.force[0])]:
+        for low_pass, u in [(self.force, z.net), (self.speed, z.v), (self.f, z.force[0])]:
             low_pass.step(u)
         self.running = self.running + DT if running else 0.0
         self.since += DT
@@ -89,17 +130,20 @@ class Now:
 class Supervised:
     """`method` has sample(sample), pause(), mass() → value and sd, step(now) and grade() → value and sd, or None while it has none."""
 
-    def __init__(self, method, cutoff, rate, settle):
-        self.att, self.rail, self.method, self.samples = Attitude(True), Rail(), method, Samples(cutoff, rate, settle)
+    def __init__(self, method, cutoff, rate, settle, way=Rails):
+        self.att, self.rail, self.method, self.samples = Attitude(True, 0.4 * way.standstill), Rail(), method, Samples(cutoff, rate, settle)
+        self.way, self.bend = way, Bend(cutoff)
         self.read_sd, self.waiting, self.late, self.curvature = 0.0, [], 0.0, 0.0
         self.age, self.sine, self.variance, self.square = 1.0, 0.0, 0.0, 1.0
         self.met = {"waits": 0, "judged": 0, "alone": 0, "worse than calm": 0, "used": 0}
 
     def step(self, row):
-        z, att = Reading(row), self.att
-        att.step(z.force, z.rate, z.speeds)
+        z, att = Reading(row, self.way), self.att
+        if self.way is Road:
+            self.bend.step(z, self.method.mass()[0])
+        att.step(z.force + np.array([self.bend.now[2], 0.0, 0.0]), z.rate, z.speeds)
         self.read()
-        sound = att.imu and abs(z.v) >= STANDSTILL and att.used > 0
+        sound = att.imu and abs(z.v) >= self.way.standstill and att.used > 0
         running = z.running and sound
         sample = self.next(z, running)
         if sample is not None:
@@ -109,7 +153,9 @@ class Supervised:
         self.look()
         now = Now()
         now.z, now.att, now.curvature, now.moving, now.running = z, att, self.curvature, z.moving, z.running
-        now.traction = sum(rim_force(torque, att.v)[0] for torque in z.torques) if running else None
+        drag = self.way.drag * att.v * abs(att.v)
+        now.traction = sum(rim_force(torque, att.v)[0] for torque in z.torques) - drag if running else None
+        now.bend = self.bend
         now.effective, now.bias_sd = self.effective(), math.sqrt(att.b.P[BX, BX])
         self.method.step(now)
         grade, effective = self.weigh(now.effective)
@@ -127,7 +173,7 @@ class Supervised:
             self.met["worse than calm"] += att.sum_sd > 0.003
 
     def next(self, z, running):
-        """The oldest sample whose rail has been read; any while the train is not running."""
+        """The oldest sample whose rail has been read; any one while the train is not running."""
         new = self.samples.step(z, running)
         self.late = clip(self.late + (z.v - self.samples.speed.value) * DT, -2.0, 2.0)
         if new:
@@ -147,7 +193,7 @@ class Supervised:
         self.curvature = means.bend
         assert sample.v >= 0.0 or means.behind <= 0.3 * Train.tare, "the drive does not go back onto rail that was not read"
         att = self.att
-        sample.put_on(means, self.read_sd, [att.b.x[BX], math.sqrt(att.b.P[BX, BX])])
+        sample.put_on(means, self.read_sd, [att.b.x[BX], math.sqrt(att.b.P[BX, BX])], self.bend.filtered())
         self.met["used"] += 1
         self.method.sample(sample)
 
@@ -192,7 +238,7 @@ class Supervised:
 def run(pipeline, own, table, never=()):
     """Every tenth row of a pipeline on the drive, with `own` numbers of the method; what is `never` met."""
     rows = []
-    for k, row in enumerate(np.column_stack([table[name] for name in COLUMNS])):
+    for k, row in enumerate(np.column_stack(list(table.values()))):
         found = pipeline.step(row)
         if k % 10 == 9:
             rows.append([*found, *own()])
@@ -299,7 +345,7 @@ class TwoStages:
     def step(self, now):
         stage, slope, s = self.stage, self.slope, -1.0 if now.att.v < 0.0 else 1.0
         mu, mass = stage.mu(now.curvature), stage.mass()[0]
-        slope.step(now, now.traction, mass, mu * s)
+        slope.step(now, None if now.traction is None else now.traction - now.bend.force(mass), mass, mu * s)
         theta = slope.x[1]
         variance = slope.P[1, 1] + (stage.unmodelled() / G) ** 2
         if now.traction is not None:

@@ -1,8 +1,9 @@
-//! The drive of `tests/reference/fusion.py`: its train, its samples, and an estimator over it.
+//! The drives of `tests/reference/fusion.py` on a rail and of `pipeline_patent.py` on a road: their train, its samples,
+//! and an estimator over them.
 
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::mass_layout::{CarriedMass, MassLayout, SuspendedLoad};
-use monorig_estimators::api::signals::{Command, Estimate, Measurements, Sample};
+use monorig_estimators::api::signals::{Command, Estimate, Measurements, RoadVehicle, Sample};
 use monorig_estimators::registry;
 use monorig_estimators::{Setting, Time, Vehicle, VehicleData};
 
@@ -10,8 +11,22 @@ use crate::reference::Table;
 
 const DT: f64 = 0.01;
 
-/// The train of the oracle.
-fn vehicle() -> Vehicle {
+/// A recorded drive.
+pub struct Drive {
+    /// Its file of samples.
+    pub input: &'static str,
+    /// The road; `None` on a rail.
+    pub road: Option<RoadVehicle>,
+}
+
+/// The drive on a rail.
+pub const RAIL: Drive = Drive {
+    input: "fusion_input.csv",
+    road: None,
+};
+
+/// The train of the oracles.
+fn vehicle(road: Option<RoadVehicle>) -> Vehicle {
     let mut layout = MassLayout {
         load: SuspendedLoad {
             places_m: [4.0, 6.0],
@@ -50,14 +65,15 @@ fn vehicle() -> Vehicle {
         load_span_m: [4.0, 6.0],
         imu_arm_m: 0.3,
         layout: Some(layout),
+        road,
         ..VehicleData::default()
     })
     .unwrap()
 }
 
-/// Measurements and command of a row of the drive.
-fn samples(row: &[f64; 12]) -> (Measurements, Command) {
-    let [
+/// Measurements and command of a row of a drive, which on a road ends with the steering angle.
+fn samples(row: &[f64]) -> (Measurements, Command) {
+    let &[
         t,
         fx,
         fy,
@@ -70,7 +86,11 @@ fn samples(row: &[f64; 12]) -> (Measurements, Command) {
         speed1,
         speed2,
         brake,
-    ] = *row;
+        ref steering @ ..,
+    ] = row
+    else {
+        panic!("{row:?}");
+    };
     let t = Time::from_s(t);
     let mut z = Measurements::at(t);
     z.specific_force_mps2 = Some(Sample {
@@ -81,6 +101,7 @@ fn samples(row: &[f64; 12]) -> (Measurements, Command) {
         t,
         value: [p, q, r],
     });
+    z.steering_angle_rad = steering.first().map(|value| Sample { t, value: *value });
     let drives = [(torque1, speed1), (torque2, speed2)];
     for (k, (torque, speed)) in drives.into_iter().enumerate() {
         z.motor_torque_nm[k] = Some(Sample { t, value: torque });
@@ -95,6 +116,7 @@ fn samples(row: &[f64; 12]) -> (Measurements, Command) {
 
 /// Every tenth step of an estimator with these settings, as `row` has it, and its internals of these names.
 pub fn drive(
+    over: &Drive,
     name: &str,
     settings: &[(&'static str, Setting<'static>)],
     internals: &[&str],
@@ -105,15 +127,14 @@ pub fn drive(
     let off = validity.map(|key| (key, Setting::Flag(false)));
     let settings = settings.iter().copied().chain(off);
     let settings = settings.chain([("lag_share", Setting::Number(0.0))]);
-    let mut estimator = registry::build(name, &vehicle(), settings).unwrap();
+    let mut estimator = registry::build(name, &vehicle(over.road), settings).unwrap();
     let place = |wanted: &&str| {
         let mut all = estimator.internals().iter();
         all.position(|i| i.name == *wanted).unwrap()
     };
     let places: Vec<usize> = internals.iter().map(place).collect();
     let mut rows = Vec::new();
-    let input = Table::read("fusion_input.csv").arrays::<12>();
-    for (k, line) in input.iter().enumerate() {
+    for (k, line) in Table::read(over.input).rows.iter().enumerate() {
         let (z, u) = samples(line);
         let estimate = estimator.step(&z, &u, DT).unwrap();
         if k % 10 == 9 {
