@@ -1,7 +1,8 @@
-//! Whole pipelines against oracles of their own (`tests/reference/pipeline_*.py`): from the samples to the estimate,
-//! every fourth step of a recorded drive.
+//! Whole pipelines against oracles of their own (`tests/reference/pipeline_*.py` and `published_*.py`): from the samples
+//! to the estimate, every fourth or tenth step of a recorded drive.
 #![allow(clippy::unwrap_used)] // a test's panic is its verdict
 
+mod fusion_drive;
 mod reference;
 
 use monorig_estimators::Setting;
@@ -10,7 +11,7 @@ use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::signals::{
     Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle, VehicleData,
 };
-use monorig_estimators::registry::{build, keys};
+use monorig_estimators::registry::build;
 use reference::{Table, assert_agrees};
 
 const DT: f64 = 0.05;
@@ -106,20 +107,6 @@ fn samples(row: &[f64; 11]) -> (Measurements, Command) {
     (z, u)
 }
 
-/// Off for the comparison with the mathematics: what has laws of its own in `supervise` and `preprocess`.
-fn bare(name: &str) -> Vec<(&'static str, Setting<'static>)> {
-    let known = |key: &&(&str, Setting)| keys(name).unwrap().any(|k| k.name == key.0);
-    let off = [
-        ("innovation_gate", Setting::Flag(false)),
-        ("nis_monitor", Setting::Flag(false)),
-        ("lag_share", 0.0.into()),
-        ("outlier_hold", Setting::Flag(false)),
-        ("gyro_calibration", Setting::Flag(false)),
-        ("noise", Setting::Choice("told")),
-    ];
-    off.iter().filter(known).copied().collect()
-}
-
 /// Every fourth step of a named pipeline over the recorded drive, as `row` has it from the estimate and the internals
 /// named.
 fn drive(
@@ -131,10 +118,7 @@ fn drive(
     let mut pipeline = build(
         name,
         vehicle,
-        settings
-            .iter()
-            .map(|&(key, value)| (key, value.into()))
-            .chain(bare(name)),
+        settings.iter().map(|&(key, value)| (key, value.into())),
     )
     .unwrap();
     let place = |wanted: &&str| {
@@ -165,102 +149,161 @@ fn number(run: usize, rows: Vec<Vec<f64>>) -> impl Iterator<Item = Vec<f64>> {
         .map(move |row| [vec![run as f64], row].concat())
 }
 
-/// Mass, effective grade (on a point the grade), speed, innovation.
-fn traction_row(e: &Estimate) -> Vec<f64> {
-    let mass = e.total_mass_kg;
-    let grade = e.effective_grade_rad.value;
-    vec![
-        mass.value,
-        mass.sd,
-        grade,
-        e.speed_mps.value,
-        e.innovation,
-        e.nis,
-    ]
-}
+/// The supervised methods, in the core of a train, on the drive of `fusion.py` on a rail and that of `pipeline_patent.py`
+/// on a road.
+mod supervised {
+    use super::*;
+    use fusion_drive::{Drive, RAIL};
 
-#[test]
-#[ignore = "oracle is made anew"]
-fn liu_2023() {
-    let settings = [("mass0_kg", 15e3), ("delta", 0.995)];
-    let internals = [
-        "running_resistance",
-        "wheel_speed_sd_mps",
-        "slope_filter_sd_rad",
-    ];
-    let named = ("dffrls_aekf_robust", &settings[..], &internals[..]);
-    let rows = drive("pipeline_liu_input.csv", &rail(), named, traction_row);
-    assert_agrees("pipeline_liu", &rows);
-}
-
-#[test]
-#[ignore = "oracle is made anew"]
-fn curvature_and_inclination() {
-    let internals = [
-        "curvature_per_m",
-        "lambda",
-        "wheel_speed_sd_mps",
-        "slope_filter_sd_rad",
-    ];
-    let row = |e: &Estimate| vec![e.grade_rad.value, e.speed_mps.value, e.innovation, e.nis];
-    let named = ("dffrls_aukf_robust", &[][..], &internals[..]);
-    let rows = drive("pipeline_inertial_input.csv", &rail(), named, row);
-    assert_agrees("pipeline_inertial", &rows);
-}
-
-#[test]
-#[ignore = "oracle is made anew"]
-fn guo_2024() {
-    let settings = [
-        ("mass0_kg", 2230.0),
-        ("q_i", 1e-4),
-        ("accel_sd_mps2", 0.02),
-        ("wheel_speed_sd_mps", 0.01),
-        ("slope_gate_mps2", 0.2),
-        ("alarm", 1.2),
-    ];
-    let internals = [
-        "dynamic_fading",
-        "bend_force_n",
-        "dynamic_model_probability",
-    ];
-    let row = |e: &Estimate| {
-        let (mass, grade) = (e.total_mass_kg, e.grade_rad);
-        vec![
-            mass.value,
-            mass.sd,
-            grade.value,
-            grade.sd,
-            e.speed_mps.value,
-            e.innovation,
-            e.nis,
-        ]
+    /// The drive on a road.
+    const ROAD: Drive = Drive {
+        input: "pipeline_patent_input.csv",
+        road: Some(RoadVehicle {
+            drag_area_m2: 4.0,
+            air_density_kgpm3: 1.2,
+            front_axle_m: 0.8,
+            rear_axle_m: 0.9,
+            front_cornering_npr: 400e3,
+            rear_cornering_npr: 400e3,
+        }),
     };
-    let named = ("imm_stf_robust", &settings[..], &internals[..]);
-    let rows = drive("pipeline_guo_input.csv", &road(), named, row);
-    assert_agrees("pipeline_guo", &rows);
-}
 
-#[test]
-#[ignore = "oracle is made anew"]
-fn patent() {
-    let settings = [
-        ("mass0_kg", 2400.0),
-        ("wheel_speed_sd_mps", 0.01),
-        ("alarm", 1.2),
-        ("q_theta", 1e-5),
-    ];
-    let internals = [
-        "straight_mass_kg",
-        "turning_mass_kg",
-        "straight_weight",
-        "wheel_speed_sd_mps",
-        "slope_filter_sd_rad",
-        "fading",
-    ];
-    let named = ("mmrls_sh_stf_robust", &settings[..], &internals[..]);
-    let rows = drive("pipeline_patent_input.csv", &road(), named, traction_row);
-    assert_agrees("pipeline_patent", &rows);
+    /// Every tenth step: what is estimated with its standard deviations, and the internals named.
+    fn compare(
+        (oracle, over): (&str, &Drive),
+        name: &str,
+        settings: &[(&'static str, f64)],
+        internals: &[&str],
+    ) {
+        // They have laws of their own.
+        let outside = [
+            ("torque_monitor", Setting::Flag(false)),
+            ("outlier_hold", Setting::Flag(false)),
+            ("gyro_calibration", Setting::Flag(false)),
+            ("noise", Setting::Choice("told")),
+        ];
+        let numbers = settings
+            .iter()
+            .map(|(key, value)| (*key, Setting::Number(*value)));
+        let settings: Vec<_> = numbers.chain(outside).collect();
+        let row = |e: &Estimate| {
+            let found = [
+                e.total_mass_kg,
+                e.grade_rad,
+                e.effective_grade_rad,
+                e.speed_mps,
+            ];
+            let found = found.iter().flat_map(|value| [value.value, value.sd]);
+            found.chain([e.innovation, e.nis]).collect()
+        };
+        let rows = fusion_drive::drive(over, name, &settings, internals, row);
+        assert_agrees(oracle, &rows);
+    }
+
+    #[test]
+    fn liu_2023() {
+        let settings = [("mass0_kg", 21e3), ("delta", 0.995), ("load_change", 8.0)];
+        let internals = [
+            "running_resistance",
+            "accel_bias_mps2",
+            "load_changes",
+            "wheel_speed_sd_mps",
+            "method_grade_rad",
+            "method_grade_sd_rad",
+        ];
+        compare(
+            ("pipeline_liu", &RAIL),
+            "dffrls_aekf_robust",
+            &settings,
+            &internals,
+        );
+    }
+
+    #[test]
+    fn curvature_and_inclination() {
+        let internals = [
+            "curvature_per_m",
+            "curvature_sd_per_m",
+            "lambda",
+            "wheel_speed_sd_mps",
+            "method_grade_rad",
+            "method_grade_sd_rad",
+        ];
+        compare(
+            ("pipeline_inertial", &RAIL),
+            "dffrls_aukf_robust",
+            &[],
+            &internals,
+        );
+    }
+
+    #[test]
+    fn guo_2024() {
+        let settings = [
+            ("mass0_kg", 21e3),
+            ("q_i", 1e-4),
+            ("force_sd_mps2", 0.2),
+            ("slope_gate_mps2", 0.2),
+            ("alarm", 1.2),
+        ];
+        let internals = [
+            "mass_residual_n",
+            "kinematic_fading",
+            "dynamic_fading",
+            "kinematic_grade_rad",
+            "dynamic_grade_rad",
+            "dynamic_model_probability",
+        ];
+        compare(
+            ("pipeline_guo", &ROAD),
+            "imm_stf_robust",
+            &settings,
+            &internals,
+        );
+    }
+
+    #[test]
+    fn patent() {
+        let settings = [
+            ("mass0_kg", 21e3),
+            ("load_change", 5.0),
+            ("q_theta", 1e-5),
+            ("alarm", 1.2),
+        ];
+        let internals = [
+            "straight_mass_kg",
+            "turning_mass_kg",
+            "straight_weight",
+            "load_changes",
+            "wheel_speed_sd_mps",
+            "method_grade_rad",
+            "method_grade_sd_rad",
+            "fading",
+        ];
+        compare(
+            ("pipeline_patent", &ROAD),
+            "mmrls_sh_stf_robust",
+            &settings,
+            &internals,
+        );
+    }
+
+    #[test]
+    fn resistance() {
+        let settings = [("known_mass_kg", 17e3)];
+        let internals = [
+            "running_resistance",
+            "running_resistance_sd",
+            "lambda",
+            "residual_mps2",
+        ];
+        compare(
+            ("pipeline_resistance", &RAIL),
+            "resistance_dffrls_robust",
+            &settings,
+            &internals,
+        );
+    }
 }
 
 /// The textbook baseline with its gate, from the samples on.
@@ -338,7 +381,7 @@ mod published {
         .enumerate()
         {
             let named = (name, &[(key, 15e3)][..], internals);
-            let run_rows = drive("pipeline_liu_input.csv", &rail(), named, whole_row);
+            let run_rows = drive("published_liu_input.csv", &rail(), named, whole_row);
             rows.extend(number(run, run_rows).map(|row| [&row[..], rest].concat()));
         }
         assert_agrees("published_liu", &rows);
@@ -361,7 +404,7 @@ mod published {
         ];
         let run = |name| {
             let named = (name, &[][..], &internals[..]);
-            drive("pipeline_inertial_input.csv", &rail(), named, |e| {
+            drive("published_inertial_input.csv", &rail(), named, |e| {
                 whole_row(e).split_off(2)
             })
         };
@@ -411,7 +454,7 @@ mod published {
                 row
             };
             let named = (name, &settings[..], internals);
-            let run_rows = drive("pipeline_guo_input.csv", &road(), named, row);
+            let run_rows = drive("published_guo_input.csv", &road(), named, row);
             rows.extend(number(run, run_rows).map(|mut row| {
                 if alone {
                     row.push(0.0);
@@ -438,7 +481,7 @@ mod published {
             "wheel_speed_sd_mps",
         ];
         let named = ("mmrls_sh_stf", &settings[..], &internals[..]);
-        let rows = drive("pipeline_patent_input.csv", &road(), named, whole_row);
+        let rows = drive("published_patent_input.csv", &road(), named, whole_row);
         assert_agrees("published_patent", &rows);
     }
 }

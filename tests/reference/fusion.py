@@ -87,6 +87,11 @@ def clip(x, low, high):
     return min(max(x, low), high)
 
 
+def unusual(sum_sd):
+    """The part of a standard deviation of sin θ + b/g that is beyond a calm instrument's."""
+    return math.sqrt(max(sum_sd**2 - 0.003**2, 0.0))
+
+
 class Belief:
     """Mean and covariance."""
 
@@ -191,8 +196,8 @@ class Health:
 
 
 class Attitude:
-    def __init__(self, gyro):
-        self.gyro, self.events = gyro, set()
+    def __init__(self, gyro, still=0.02):
+        self.gyro, self.still, self.events = gyro, still, set()
         self.health, self.b = Health(self.events), None
         self.k, self.coast, self.quiet = np.zeros(2), 0.0, 0.0
         self.m = self.T = self.above = self.rest = 0.0
@@ -208,7 +213,7 @@ class Attitude:
         theta = math.asin(clip(force[0] / G, -0.6, 0.6))
         gc = G * math.cos(theta)
         phi = math.asin(clip(force[1] / gc, -0.3, 0.3))
-        a = 0.02 if abs(v) < 0.02 else 0.5
+        a = 0.02 if abs(v) < self.still else 0.5
         angle = math.sqrt(p["bias"] ** 2 + a**2 + (p["vrw"] / math.sqrt(DT)) ** 2) / gc
         scale = p["scale"] / math.sqrt(len(speeds))
         sd = np.zeros(11)
@@ -341,7 +346,7 @@ class Attitude:
                 self.events.add(f"Huber {i}")
 
     def standstill(self, w, used):
-        if abs(self.b.x[V]) >= 0.02:
+        if abs(self.b.x[V]) >= self.still:
             self.quiet = 0.0
         elif used:
             self.quiet += DT
@@ -494,7 +499,8 @@ class Block:
     def close(self, s, v, mass):
         single = lambda x: float(np.float32(x))
         inertia = max(2.0 * (self.noise / self.length) ** 2 - 2.5e-3**2, 0.0) * mass**2
-        self.variance = single(sum(self.variance) / len(self.variance) ** 2 + inertia)
+        grade = (mass * G * unusual(self.u)) ** 2
+        self.variance = single(sum(self.variance) / len(self.variance) ** 2 + inertia + grade)
         self.F, self.speed = single(np.mean(self.F)), single(self.v / self.length)
         noise = math.hypot(math.sqrt(2.0) * self.noise / self.length, G * self.u)
         self.regressor = min(math.floor(noise / 1e-4 + 0.5), 255) * 1e-4
@@ -625,7 +631,7 @@ class Fusion:
         att.step(force, w, speeds)
         v = att.v
         bend = abs(att.yaw / v) if abs(v) > 0.1 else 0.0
-        readable = att.sum_sd < 0.003 and math.sqrt(att.b.P[V, V]) < 0.1
+        readable = att.sum_sd < 0.02 and math.sqrt(att.b.P[V, V]) < 0.1
         self.rail.step(v * DT, [math.sin(att.b.x[TH]) + att.b.x[BX] / G, bend] if readable else None)
         self.brake += DT / (0.3 + DT) * (brake - self.brake)
         forces = [rim_force(torque, v) for torque in torques]

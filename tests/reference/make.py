@@ -16,8 +16,9 @@ from common import DATA, read, write
 
 ALGORITHMS = [
     "rls", "ekf", "ukf", "sage_husa", "strong_tracking", "imm", "smoothing", "conditioning",
-    "pipeline_liu", "pipeline_inertial", "pipeline_guo", "pipeline_patent", "rls_near_equal",
-    "published_liu", "published_inertial", "published_guo", "published_patent", "allan", "pipeline_baseline", "fusion",
+    "published_liu", "published_inertial", "published_guo", "published_patent", "rls_near_equal",
+    "pipeline_liu", "pipeline_inertial", "pipeline_guo", "pipeline_patent", "allan", "pipeline_baseline", "fusion",
+    "pipeline_resistance",
 ]
 ALLOWED = 1e-10
 
@@ -50,7 +51,8 @@ def main():
     check = arguments.parse_args().check
     worst = 0.0
     with tempfile.TemporaryDirectory() as scratch:
-        for name in ALGORITHMS:
+        borrows = lambda name: hasattr(importlib.import_module(name), "INPUT")
+        for name in sorted(ALGORITHMS, key=borrows):
             folder = Path(scratch) if check else DATA
             made = make(name, folder)
             for file in made if check else ():

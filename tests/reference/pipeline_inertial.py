@@ -1,6 +1,6 @@
-"""`dffrls_aukf_robust` (DFFRLS-AUKF method) on one recorded drive.
+"""`dffrls_aukf_robust` (DFFRLS-AUKF method) on the drive of `fusion.py`, in the core of `supervised_parts.py`.
 
-Curvature: d(f − v̇)/dt = (g v cos θ) ρ, both sides adaptively smoothed, then twice through the low-pass.
+Curvature: d(f − v̇)/dt = (g v cos θ) ρ, both sides adaptively smoothed, then twice through the low-pass; f without the core's bias.
 Slope: x = [v, θ], v⁻ = v + dt (f − g sin θ), θ⁻ = θ + dt ρ v, z = v; sums over sigma points (`ukf.py`).
 """
 
@@ -8,25 +8,24 @@ import math
 
 import numpy as np
 from common import GRAVITY
-from pipeline_parts import DT, LeastSquares, LowPass, Rail, SageHusa, dynamic, readings, record_rail
+from fusion import BX, DT, SHEET, TH, Train, clip
+from pipeline_parts import LeastSquares, LowPass, SageHusa, dynamic
+from supervised_parts import HEADER, STANDSTILL, Gate, Supervised, run
 
+INPUT = "fusion"
 ALPHA, BETA, KAPPA = 0.97, 2.0, 1.0
 Q = np.diag([1e-6, 5e-6]) * DT
-SD = 0.005
+SD = SHEET["wheel"]
 STEEPEST = math.pi / 3.0
-
-
-def record(rng):
-    return record_rail(rng)
 
 
 class Curvature:
     def __init__(self, rls):
-        self.f, self.v, self.excess, self.again = (LowPass(1.0) for _ in range(4))
+        self.f, self.v, self.excess, self.again = (LowPass(1.0, DT) for _ in range(4))
         self.rls, self.smooth, self.running, self.since = rls, None, 0.0, 0.0
 
-    def step(self, z, theta):
-        new = np.array([z.f, z.v])
+    def step(self, f, v, theta):
+        new = np.array([f, v])
         if self.smooth is None:
             self.smooth = new
         else:
@@ -38,14 +37,16 @@ class Curvature:
         self.v.step(v)
         self.excess.step(self.f.value - self.v.rate)
         self.again.step(self.v.value)
-        self.running = self.running + DT if abs(v) > Rail.standstill else 0.0
+        self.running = self.running + DT if abs(v) > STANDSTILL else 0.0
         self.since += DT
         if self.since * 10.0 >= 1.0 - 1e-9 and self.running >= 1.0:
             self.since = 0.0
             self.rls.update(self.excess.rate, [GRAVITY * math.cos(theta) * self.again.value], 0.1**2)
 
     def rho(self):
-        return min(max(self.rls.x[0], -0.25), 0.25) if self.running >= 1.0 else 0.0
+        if self.running < 1.0:
+            return 0.0, 0.05
+        return clip(self.rls.x[0], -0.25, 0.25), math.sqrt(self.rls.P[0, 0]) * self.rls.spread()
 
 
 def weights(P):
@@ -63,32 +64,63 @@ def through(f, x, P):
     return points - x, images - mean @ images, mean @ images, np.diag(covariance)
 
 
-def slope(zs):
-    curvature = Curvature(LeastSquares([0.0], [0.05], dynamic(0.98, 0.6, 3.0), True))
-    x, P = np.zeros(2), np.diag([SD**2, math.radians(5.0) ** 2])
-    noise, started, y, nis = SageHusa(SD**2, 0.998), False, 0.0, 0.0
-    inside = lambda theta: min(max(theta, -STEEPEST), STEEPEST)
-    for z in zs:
-        curvature.step(z, x[1])
-        rho = curvature.rho()
-        f = lambda x: np.array([x[0] + DT * (z.f - GRAVITY * np.sin(x[1])), x[1] + DT * rho * x[0]])
-        _, away, x, W = through(f, x, P)
-        P = away.T @ W @ away + Q
-        x[1] = inside(x[1])
-        if z.new:
-            if not started:
-                x[0], started = z.v, True
-            points, seen, expected, W = through(lambda x: x[:1], x, P)
-            S = seen.T @ W @ seen + noise.R
-            K = points.T @ W @ seen @ np.linalg.inv(S)
-            y = z.v - expected[0]
-            nis = y**2 / S[0, 0]
-            x, P = x + K[:, 0] * y, P - K @ S @ K.T
-            x[1] = inside(x[1])
-            noise.see(z.v - x[0], P[0, 0])
-        yield [x[1], x[0], y, nis, rho, curvature.rls.lam, math.sqrt(noise.R), math.sqrt(P[1, 1])]
+class CurvatureSlope:
+    def __init__(self):
+        self.curvature = Curvature(LeastSquares([0.0], [0.05], dynamic(0.98, 0.6, 3.0), True))
+        self.x, self.P = np.zeros(2), np.diag([SD**2, math.radians(5.0) ** 2])
+        self.noise, self.gate, self.started, self.saturated = SageHusa(SD**2, 0.998), Gate(), False, False
+
+    def mass(self):
+        return 0.5 * (Train.low + Train.high), (Train.high - Train.low) / math.sqrt(12.0)
+
+    def sample(self, now):
+        pass
+
+    def pause(self):
+        pass
+
+    def limit(self):
+        inside = clip(self.x[1], -STEEPEST, STEEPEST)
+        self.saturated, self.x[1] = self.saturated or inside != self.x[1], inside
+
+    def step(self, now):
+        self.ahead, self.ahead_sd = math.sin(now.att.b.x[TH]) - math.sin(now.effective[0]), now.effective[1]
+        self.bias_sd, v = now.bias_sd, now.z.v
+        force = now.z.force[0] - now.att.b.x[BX]
+        self.curvature.step(force, v, self.x[1])
+        rho, _ = self.curvature.rho()
+        f = lambda x: np.array([x[0] + DT * (force - GRAVITY * np.sin(x[1])), x[1] + DT * rho * x[0]])
+        self.gate.since += DT
+        _, away, self.x, W = through(f, self.x, self.P)
+        self.P, self.saturated = away.T @ W @ away + Q, False
+        self.limit()
+        if not self.started:
+            self.x[0], self.started = v, True
+        y = v - self.x[0]
+        passage = self.gate.judge(y**2 / (self.P[0, 0] + SD**2))
+        if passage == "reject":
+            return
+        if passage == "reopen":
+            self.P[0, 0] += y**2
+        points, seen, expected, W = through(lambda x: x[:1], self.x, self.P)
+        S = seen.T @ W @ seen + self.noise.R
+        K = points.T @ W @ seen @ np.linalg.inv(S)
+        self.x, self.P = self.x + K[:, 0] * (v - expected[0]), self.P - K @ S @ K.T
+        self.limit()
+        self.noise.see(v - self.x[0], self.P[0, 0])
+
+    def found(self):
+        sine = clip(math.sin(self.x[1]) - self.ahead, -math.sin(STEEPEST), math.sin(STEEPEST))
+        sd = math.sqrt(self.P[1, 1] + (self.bias_sd / (GRAVITY * math.cos(self.x[1]))) ** 2 + self.ahead_sd**2)
+        return math.asin(sine), sd
+
+    def grade(self):
+        return None if self.saturated else self.found()
 
 
 def oracle(table):
-    header = ["grade", "speed", "innovation", "nis", "curvature", "lambda", "wheel_speed_sd", "slope_filter_sd"]
-    return header, list(slope(readings(table, Rail)))[3::4]
+    method = CurvatureSlope()
+    own = lambda: [*method.curvature.rho(), method.curvature.rls.lam, math.sqrt(method.noise.R), *method.found()]
+    rows = run(Supervised(method, 1.0, 10.0, 1.0), own, table, {"alone"})
+    assert method.gate.met["reject"] and method.gate.met["reopen"], f"gate {method.gate.met}"
+    return [*HEADER, "curvature", "curvature_sd", "lambda", "wheel_speed_sd", "method_grade", "method_grade_sd"], rows

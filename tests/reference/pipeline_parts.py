@@ -100,17 +100,17 @@ def lag(dt, tau):
 class LowPass:
     """Two first-order sections, and the rate of the second."""
 
-    def __init__(self, hz):
-        self.tau, self.first, self.value, self.rate = 1.0 / (2.0 * math.pi * hz), None, 0.0, 0.0
+    def __init__(self, hz, dt=DT):
+        self.tau, self.dt, self.first, self.value, self.rate = 1.0 / (2.0 * math.pi * hz), dt, None, 0.0, 0.0
 
     def step(self, u):
         if self.first is None:
             self.first = self.value = u
             return
-        share = lag(DT, self.tau)
+        share = lag(self.dt, self.tau)
         self.first += share * (u - self.first)
         before, self.value = self.value, self.value + share * (self.first - self.value)
-        self.rate = (self.value - before) / DT
+        self.rate = (self.value - before) / self.dt
 
 
 class Samples:
@@ -182,6 +182,13 @@ class LeastSquares:
         """Variances, widened where residuals are too large or hang together, but not beyond the prior's."""
         return np.minimum(np.diag(self.P) * max(1.0, self.variance) * self.correlation(), self.prior)
 
+    def covariance(self):
+        """The whole covariance with these variances."""
+        factor = np.sqrt(self.widened() / np.diag(self.P))
+        widening = max(1.0, self.variance) * self.correlation()
+        shrink = factor / math.sqrt(widening)
+        return widening * shrink[:, None] * self.P * shrink[None, :]
+
     def other_load(self, share):
         """Forgets the first parameter and loosens the others by a share of their prior variances, up to these."""
         self.P[0, :] = self.P[:, 0] = 0.0
@@ -195,15 +202,15 @@ def dynamic(first, floor, sharpness):
 
 
 class LoadWatch:
-    """Two-sided cumulated sum (Page 1954) of residuals beyond 1.5 deviations; rings at 20."""
+    """Two-sided cumulated sum (Page 1954) of residuals beyond 1.5 deviations; rings at `level`."""
 
-    def __init__(self):
+    def __init__(self, level=20.0):
         self.up = self.down = 0.0
-        self.changes = 0
+        self.level, self.changes = level, 0
 
     def changed(self, n):
         self.up, self.down = max(0.0, self.up + n - 1.5), max(0.0, self.down - n - 1.5)
-        if max(self.up, self.down) <= 20.0:
+        if max(self.up, self.down) <= self.level:
             return False
         self.up = self.down = 0.0
         self.changes += 1
@@ -251,35 +258,3 @@ class Tracking:
         elif self.calm >= 20 or self.tie < 0.0:
             self.on = False
         return self.on
-
-
-class Bend:
-    """Single-track model: what a steady turn gives to and takes from the traction (docs/src/methods/guo_2024.md)."""
-
-    def __init__(self, car, cutoff):
-        self.car = car
-        self.now = np.zeros(5)
-        self.low_pass = [LowPass(cutoff) for _ in range(5)]
-
-    def step(self, z, mass):
-        car = self.car
-        self.now = np.zeros(5)
-        if z.v > 1.0:
-            L, v = car.front + car.rear, z.v
-            delta = min(max(z.steer, -0.7), 0.7)
-            rear_slip = mass * z.across * car.front / L / car.rear_stiffness
-            v_y = car.rear * z.yaw - v * rear_slip
-            F = traction(z.front, v, car)
-            side = (mass * z.across * car.rear / L - F * math.sin(delta)) / math.cos(delta)
-            along = F * math.cos(delta) - side * math.sin(delta)
-            by_mass = z.across * car.rear / L * math.tan(delta)
-            gained = along - F + mass * by_mass
-            self.now = np.array([gained, by_mass - v_y * z.yaw, v_y * z.yaw, delta, z.across])
-        for low_pass, value in zip(self.low_pass, self.now):
-            low_pass.step(value)
-
-    def filtered(self):
-        return [low_pass.value for low_pass in self.low_pass]
-
-    def force(self, mass):
-        return mass * self.now[1] - self.now[0]

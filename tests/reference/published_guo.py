@@ -1,5 +1,5 @@
 """`imm_stf`, `imm_stf_fixed`, `imm_stf_no_lateral`, `imm_ekf`, `imm_ekf_fixed`, `kinematic_stf`, `dynamic_stf`: Guo et al. 2024 as published,
-errata corrected, on the drive of `pipeline_guo`.
+errata corrected, on a recorded drive.
 
 Mass: ΔF η − J Δv̇ = m Δv̇ over samples 1/4 s apart (2 Hz), where |ΔF η| > 0.1 m₀ and |Δ(f − v̇)| < 0.2; η = |a_x|/√(a_x² + a_y²) while both are
 large. Slope: x = [v, a, i], z = [a + g i, v]; kinematic: a walks; dynamic: a = ((F η − F_w)/m − s f g − g i)/(1 + J/m).
@@ -11,10 +11,10 @@ import math
 import numpy as np
 from common import GRAVITY
 from pipeline_guo import mixture
-from pipeline_parts import DT, LeastSquares, Road, Samples, readings
+from pipeline_parts import DT, LeastSquares, Road, Samples, readings, record_road
 from published_parts import cut
 
-INPUT = "pipeline_guo"
+record = record_road
 M0 = 2230.0
 Q_V, Q_A, Q_I, FORCE_SD, ACCEL_SD, SPEED_SD, STAY = 1e-6, 0.3, 1e-4, 0.1, 0.02, 0.01, 0.95
 # mass0_kg 2230, q_i 1e-4, force_sd_mps2 0.1, accel_sd_mps2 0.02, wheel_speed_sd_mps 0.01, weakening 5, the rest by default.

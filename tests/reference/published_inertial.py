@@ -1,5 +1,5 @@
 """`dffrls_aukf`, `dffrls_ukf`, `dffrls_aekf_inclination`, `ffrls_aukf`, `rls_mff_aukf`: the DFFRLS-AUKF paper as published, errata corrected,
-on the drive of `pipeline_inertial`.
+on a recorded drive.
 
 Smoothing Y ← Y + m (ψ − Y) with m = 1 − exp(−mₙ fₛ dt), mₙ = 0.15, 0.35, 0.65 up to Γ = 0.06, 0.12 and beyond. Curvature by least squares,
 d(f − v̇)/dt = (g v cos θ) ρ [+ c], a sample each step, P₀ 0.05 (0.01) over 0.1 m/s³. Slope: v⁻ = v + dt (f − g sin θ), θ⁻ = θ + dt ρ v, z = v,
@@ -11,10 +11,10 @@ import math
 import numpy as np
 from common import GRAVITY
 from pipeline_inertial import through
-from pipeline_parts import DT, LowPass, Rail, readings
+from pipeline_parts import DT, LowPass, Rail, readings, record_rail
 from published_parts import Kalman, Noise, by_residual, cut, regression
 
-INPUT = "pipeline_inertial"
+record = record_rail
 Q, SD = np.diag([1e-4, 2e-5]) * DT, 0.005
 STEEPEST = math.pi / 3.0
 

@@ -1,5 +1,5 @@
-"""`dffrls_aekf`, `rls_ekf`, `ffrls`, `joint_ekf` and `resistance_dffrls`: Liu et al. 2023 as published, errata corrected, on the drive of
-`pipeline_liu`.
+"""`dffrls_aekf`, `rls_ekf`, `ffrls`, `joint_ekf` and `resistance_dffrls`: Liu et al. 2023 as published, errata corrected, on a recorded
+drive.
 
 Mass: y = [(F − J v̇)/m₀, −g √(1 + μ²)] · [m₀/M, χ₂], y = f of the accelerometer (ffrls: v̇ of the wheels, and χ₂ = sin(θ + atan μ)),
 λ = δ + (1 − δ) exp(−σ |e|). Slope: x = [v, θ], v̇ = (F/M − s μ g cos θ − g sin θ)/(1 + J/M). R from residuals. Resistance: eq. 8–15.
@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 from common import GRAVITY
-from pipeline_parts import DT, LowPass, Rail, Samples, readings
+from pipeline_parts import DT, LowPass, Rail, Samples, readings, record_rail
 from published_parts import Kalman, Noise, by_residual, cut, regression
 
-INPUT = "pipeline_liu"
+record = record_rail
 M0 = 15e3
 Q, SD = np.diag([1e-4, 3e-4]) * DT, 0.005
 STEEPEST = math.pi / 3.0

@@ -1,4 +1,4 @@
-"""`mmrls_sh_stf`: the patent CN 111507019 B as published (its formulas reconstructed), errata corrected, on the drive of `pipeline_patent`.
+"""`mmrls_sh_stf`: the patent CN 111507019 B as published (its formulas reconstructed), errata corrected, on a recorded drive.
 
 Mass: F_t − F_w = m a_e straight, F_tt = m a_e turning, a_e = s g f + f_imu + (J/m₀) v̇, F_tt = F_t cos δ − F_w − c α sin δ,
 α = δ − β − l_V ψ̇/v, β = l_H δ/L; λ = 1 − 0.05 · 0.98ᵗ; weights by exp(−tanh²(|e|/2σ)/2S)/√(2πS), S = 1 + h² P/σ².
@@ -9,10 +9,10 @@ import math
 
 import numpy as np
 from common import GRAVITY
-from pipeline_parts import DT, LeastSquares, LowPass, Road, Samples, readings, traction
+from pipeline_parts import DT, LeastSquares, LowPass, Road, Samples, readings, traction, record_road
 from published_parts import Kalman, Noise, cut
 
-INPUT = "pipeline_patent"
+record = record_road
 M0 = 2400.0
 SIGMA, GAMMA, RHO, BETA = 0.03, 4.0, 0.95, 1.5
 SPEED_SD, Q = 0.01, np.array([1e-4, 1e-5])
