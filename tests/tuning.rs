@@ -57,9 +57,10 @@ fn replay_gives_the_bits_of_the_run() {
         let columns = &recorder.columns;
         let estimator = registry::build(name, &columns.vehicle, []).unwrap();
         let mut replayed = Vec::new();
-        play(columns, Box::new(estimator), |batch| {
+        play(columns, name, Box::new(estimator), |batch| {
             replayed.extend_from_slice(batch);
-        });
+        })
+        .unwrap();
         valid += samples
             .iter()
             .filter(|x| x.mass_valid && x.slope_valid)

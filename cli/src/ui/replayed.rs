@@ -164,6 +164,7 @@ mod tests {
             expectations: Vec::new(),
             limits: Default::default(),
             integrity: Vec::new(),
+            weakened: Vec::new(),
             common: BTreeMap::new(),
         };
         let text = text(&summary, None, 0.5);
