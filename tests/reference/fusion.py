@@ -196,8 +196,9 @@ class Health:
 
 
 class Attitude:
-    def __init__(self, gyro, still=0.02):
+    def __init__(self, gyro, still=0.02, side=SHEET["side"], turn_walk=0.0):
         self.gyro, self.still, self.events = gyro, still, set()
+        self.side, self.turn_walk = side, turn_walk
         self.health, self.b = Health(self.events), None
         self.k, self.coast, self.quiet = np.zeros(2), 0.0, 0.0
         self.m = self.T = self.above = self.rest = 0.0
@@ -278,6 +279,8 @@ class Attitude:
         Q[[BX, BY, BZ]], Q[[GX, GY, GZ]] = p["bias_walk"] ** 2 * DT, p["gyro_walk"] ** 2 * DT
         Q[KA] = p["curve_sd"] ** 2 * (1.0 - left**2)
         Q[EW] = p["scale"] ** 2 / 2.0 * (1.0 - 1.0 / (1.0 + DT / 300.0) ** 2)
+        # a turn couples into the pitch what the roll is wrong by
+        Q[TH] += self.turn_walk * (w[2] - b.x[GZ]) ** 2 * DT if w is not None else 0.0
         F = jacobian(f, b.x)
         b.x, b.P = f(b.x), F @ b.P @ F.T + np.diag(Q)
 
@@ -339,7 +342,7 @@ class Attitude:
         across = lambda x: x[V] * (w[2] - x[GZ]) + G * np.sin(x[PH]) * np.cos(x[TH]) + x[BY] + turned
         upward = lambda x: (-x[V] * (w[1] - x[GY]) + G * np.cos(x[PH]) * np.cos(x[TH]) + x[BZ] + BELOW * (w[1] - x[GY]) ** 2 + nodded)
         R = [max(k * p["vrw"] ** 2, self.seen[i].walk() ** 2) / T for i, k in ((1, 25.0), (2, p["bounce"]))]
-        for i, (h, bias, R) in enumerate([(across, BY, R[0] + p["side"] ** 2), (upward, BZ, R[1])]):
+        for i, (h, bias, R) in enumerate([(across, BY, R[0] + self.side**2), (upward, BZ, R[1])]):
             y = means[1 + i] - b.x[bias]
             y, S = b.measure(h, R, y=y, huber=3.0)
             if y * y > 9.0 * S:
@@ -631,7 +634,7 @@ class Fusion:
         att.step(force, w, speeds)
         v = att.v
         bend = abs(att.yaw / v) if abs(v) > 0.1 else 0.0
-        readable = att.sum_sd < 0.02 and math.sqrt(att.b.P[V, V]) < 0.1
+        readable = att.sum_sd < 0.003 and math.sqrt(att.b.P[V, V]) < 0.1
         self.rail.step(v * DT, [math.sin(att.b.x[TH]) + att.b.x[BX] / G, bend] if readable else None)
         self.brake += DT / (0.3 + DT) * (brake - self.brake)
         forces = [rim_force(torque, v) for torque in torques]

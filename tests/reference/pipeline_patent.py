@@ -1,6 +1,6 @@
 """`mmrls_sh_stf_robust` (patent CN 111507019 B) in the core of `supervised_parts.py`, on a drive of the train of `fusion.py` on a road with bends.
 
-m the tare, ū₀, ū₁ the means of g sin θ under tare and load, with the core's bias taken off:
+m the tare, ū₀, ū₁ the means of u = g sin θ + b under tare and load:
     straight  (F − J v̇ − m (ū₀ − ū₁))/m₀ = a M/m₀, a = v̇ + ū₁ + s μ g c
     turning   (F + gained − J v̇ − m (ū₀ − ū₁))/m₀ = (a + taken) M/m₀, above 1° and 0.3 m/s²
     λ(k) = 1 − 0.05 · 0.98ᵏ;  ln Λ = −½ (ln 2πS + tanh²(|e|/2σ)/S), σ running deviation of e, S = 1 + a² P/r;  w = Λ_s/(Λ_s + Λ_t) within 0.02…0.98
@@ -74,10 +74,9 @@ class Mass:
         self.load, self.sums, self.bias_sd, self.valid = LoadWatch(5.0), np.zeros(2), 0.02, True
 
     def sample(self, now):
-        bias, self.bias_sd = now.bias
         u, doubt = now.whole(M0 * self.fused())
-        tare, load = (u - bias for u in now.u)
-        a, r = now.a + load + now.sign * Train.mu * GRAVITY * now.cosine(u - bias), 0.02**2 + doubt**2
+        tare, load = now.u
+        a, r = now.a + load + now.sign * Train.mu * GRAVITY * now.cosine(u), 0.02**2 + doubt**2
         force = now.F - Train.J * now.a - Train.tare * (tare - load)
         self.straight.update(force / M0, a, r)
         self.sums = self.straight.lam * self.sums + [a, a * a]
@@ -117,7 +116,7 @@ def oracle(table):
     mass, slope = Mass(), Slope(0.998, Tracking(0.95, 1.5, 50.0, 1.2), 1e-5)
     method = TwoStages(mass, slope)
     models = lambda: [M0 * found(mass.straight), M0 * found(mass.turning), mass.weight, mass.load.changes]
-    rows = run(Supervised(method, 1.0, 2.0, 1.0, Road), lambda: [*models(), *method.own(), slope.fading], table)
+    rows = run(Supervised(method, 1.0, 2.0, 1.0, Road), lambda: [*models(), *method.own(), slope.fading], table, {"without IMU"})
     assert mass.turns > 5 and mass.load.changes > 0 and 0 < slope.tracked < 1500, f"{mass.turns}, {mass.load.changes}, {slope.tracked}"
     header = [*HEADER, "straight", "turning", "weight", "load_changes", "wheel_speed_sd", "method_grade", "method_grade_sd", "fading"]
     return header, rows
