@@ -34,7 +34,7 @@ class Train:
 
 def record(rng):
     """Creeping on the level, a start, a wavy rail, bends, a stop under the brake, a return backwards. On the way: a spike of the gyro, a shock, a
-    wheel and then both that slip, a time in which |f| is not g, a gyro that drifts, a gyro that repeats itself."""
+    wheel and then both that slip, a push from the side, a time in which |f| is not g, a gyro that drifts, a gyro that repeats itself."""
     wanted = lambda t: np.interp(t, [1, 5, 8, 11, 38, 41, 44, 46, 60], [0, 0.12, 0.12, 0.8, 0.8, 0, 0, -0.7, -0.7]) * (1.0 + 0.15 * math.sin(0.5 * t))
     grade = lambda s: 0.0 if s < 3.0 else 0.06 * (1.0 - math.cos(0.4 * (s - 3.0)))
     bend = lambda s: 0.08 * (0.5 - 0.5 * math.cos(0.5 * s)) if s > 8.0 else 0.0
@@ -59,13 +59,15 @@ def record(rng):
         fx = a + G * math.sin(pitch) + 0.012 + white * n[0] - ARM * (yaw * yaw + turn * turn) + BELOW * (turn - turn0) / DT
         fy = v * yaw + ARM * (yaw - yaw0) / DT + 0.004 + 0.01 * n[1]
         fz = G * math.cos(pitch) - 0.008 + v * turn + BELOW * turn * turn + ARM * (turn - turn0) / DT + white * n[2]
-        gyro = np.array([rate * n[3] - math.sin(pitch) * yaw, -turn + rate * n[4], math.cos(pitch) * yaw + rate * n[5]])
+        gyro = np.array([rate * n[3] + math.sin(pitch) * yaw, -turn + rate * n[4], math.cos(pitch) * yaw + rate * n[5]])
         gyro += [2e-5, -3e-5, 1e-5]
         yaw0, turn0 = yaw, turn
         if k in (1200, 1301):
             gyro[1] += 0.4
         if 1500 <= k < 1506:
             fx, gyro[1] = fx + [3.0, -2.0, 4.0, -4.0, 1.0, -1.0][k - 1500], gyro[1] + [0.3, -0.2, 0.2, -0.3, 0.1, -0.1][k - 1500]
+        if 2000 <= k < 2015:
+            fy += 0.6
         if 2700 <= k < 2790:
             fz += 1.5
         if 3000 <= k < 3250:

@@ -203,7 +203,7 @@ class Supervised:
         behind = (means.behind + load * means.load_behind) / ETA / M
         if self.att.v < 0.0:
             self.blind = min(self.blind - self.att.v * DT, 10.0) if behind * BEHIND_SD > 0.002 else 0.0
-            self.met["goes back blind"] += self.blind > 0.0
+            self.met["goes back blind"] += self.blind > 0.1
         self.age += DT
         if self.age < 0.1 - 1e-6:
             return
