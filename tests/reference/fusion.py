@@ -89,11 +89,6 @@ def clip(x, low, high):
     return min(max(x, low), high)
 
 
-def unusual(sum_sd):
-    """The part of a standard deviation of sin θ + b/g that is beyond a calm instrument's."""
-    return math.sqrt(max(sum_sd**2 - 0.003**2, 0.0))
-
-
 class Belief:
     """Mean and covariance."""
 
@@ -504,8 +499,7 @@ class Block:
     def close(self, s, v, mass):
         single = lambda x: float(np.float32(x))
         inertia = max(2.0 * (self.noise / self.length) ** 2 - 2.5e-3**2, 0.0) * mass**2
-        grade = (mass * G * unusual(self.u)) ** 2
-        self.variance = single(sum(self.variance) / len(self.variance) ** 2 + inertia + grade)
+        self.variance = single(sum(self.variance) / len(self.variance) ** 2 + inertia)
         self.F, self.speed = single(np.mean(self.F)), single(self.v / self.length)
         noise = math.hypot(math.sqrt(2.0) * self.noise / self.length, G * self.u)
         self.regressor = min(math.floor(noise / 1e-4 + 0.5), 255) * 1e-4

@@ -13,7 +13,7 @@ import math
 import numpy as np
 from common import GRAVITY as G
 from common import jacobian
-from fusion import BX, DT, SHEET, TH, Attitude, Means, Rail, Train, V, clip, rim_force, unusual
+from fusion import BX, DT, SHEET, TH, Attitude, Means, Rail, Train, V, clip, rim_force
 from pipeline_parts import LowPass, SageHusa
 
 STANDSTILL, STEEPEST = 0.05, math.pi / 3.0
@@ -21,6 +21,11 @@ FRONT, ETA, BEHIND_SD = 0.4, 9.0, 0.02
 UNREAD, BLIND = 1e-3, 0.05  # rad per m of rail that was not read, and of the way gone back onto it
 GAIN_SD = math.sqrt(0.005**2 / 2.0 + 0.01**2 + 0.01**2)
 HEADER = ["mass", "mass_sd", "grade", "grade_sd", "effective", "effective_sd", "speed", "speed_sd", "innovation", "nis"]
+
+
+def unusual(sum_sd):
+    """The part of a standard deviation of sin θ + b/g that is beyond a calm instrument's."""
+    return math.sqrt(max(sum_sd**2 - 0.003**2, 0.0))
 
 
 class Rails:
