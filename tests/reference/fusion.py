@@ -34,7 +34,7 @@ class Train:
 
 def record(rng):
     """Creeping on the level, a start, a wavy rail, bends, a stop under the brake, a return backwards. On the way: a spike of the gyro, a shock, a
-    wheel and then both that slip, a time in which |f| is not g, a gyro that drifts, a gyro that repeats itself."""
+    wheel and then both that slip, a push from the side, a time in which |f| is not g, a gyro that drifts, a gyro that repeats itself."""
     wanted = lambda t: np.interp(t, [1, 5, 8, 11, 38, 41, 44, 46, 60], [0, 0.12, 0.12, 0.8, 0.8, 0, 0, -0.7, -0.7]) * (1.0 + 0.15 * math.sin(0.5 * t))
     grade = lambda s: 0.0 if s < 3.0 else 0.06 * (1.0 - math.cos(0.4 * (s - 3.0)))
     bend = lambda s: 0.08 * (0.5 - 0.5 * math.cos(0.5 * s)) if s > 8.0 else 0.0
@@ -59,13 +59,15 @@ def record(rng):
         fx = a + G * math.sin(pitch) + 0.012 + white * n[0] - ARM * (yaw * yaw + turn * turn) + BELOW * (turn - turn0) / DT
         fy = v * yaw + ARM * (yaw - yaw0) / DT + 0.004 + 0.01 * n[1]
         fz = G * math.cos(pitch) - 0.008 + v * turn + BELOW * turn * turn + ARM * (turn - turn0) / DT + white * n[2]
-        gyro = np.array([rate * n[3] - math.sin(pitch) * yaw, -turn + rate * n[4], math.cos(pitch) * yaw + rate * n[5]])
+        gyro = np.array([rate * n[3] + math.sin(pitch) * yaw, -turn + rate * n[4], math.cos(pitch) * yaw + rate * n[5]])
         gyro += [2e-5, -3e-5, 1e-5]
         yaw0, turn0 = yaw, turn
         if k in (1200, 1301):
             gyro[1] += 0.4
         if 1500 <= k < 1506:
             fx, gyro[1] = fx + [3.0, -2.0, 4.0, -4.0, 1.0, -1.0][k - 1500], gyro[1] + [0.3, -0.2, 0.2, -0.3, 0.1, -0.1][k - 1500]
+        if 2000 <= k < 2015:
+            fy += 0.6
         if 2700 <= k < 2790:
             fz += 1.5
         if 3000 <= k < 3250:
@@ -85,11 +87,6 @@ def record(rng):
 
 def clip(x, low, high):
     return min(max(x, low), high)
-
-
-def unusual(sum_sd):
-    """The part of a standard deviation of sin θ + b/g that is beyond a calm instrument's."""
-    return math.sqrt(max(sum_sd**2 - 0.003**2, 0.0))
 
 
 class Belief:
@@ -196,8 +193,9 @@ class Health:
 
 
 class Attitude:
-    def __init__(self, gyro, still=0.02):
+    def __init__(self, gyro, still=0.02, side=SHEET["side"], turn_walk=0.0):
         self.gyro, self.still, self.events = gyro, still, set()
+        self.side, self.turn_walk = side, turn_walk
         self.health, self.b = Health(self.events), None
         self.k, self.coast, self.quiet = np.zeros(2), 0.0, 0.0
         self.m = self.T = self.above = self.rest = 0.0
@@ -278,6 +276,8 @@ class Attitude:
         Q[[BX, BY, BZ]], Q[[GX, GY, GZ]] = p["bias_walk"] ** 2 * DT, p["gyro_walk"] ** 2 * DT
         Q[KA] = p["curve_sd"] ** 2 * (1.0 - left**2)
         Q[EW] = p["scale"] ** 2 / 2.0 * (1.0 - 1.0 / (1.0 + DT / 300.0) ** 2)
+        # a turn couples into the pitch what the roll is wrong by
+        Q[TH] += self.turn_walk * (w[2] - b.x[GZ]) ** 2 * DT if w is not None else 0.0
         F = jacobian(f, b.x)
         b.x, b.P = f(b.x), F @ b.P @ F.T + np.diag(Q)
 
@@ -339,7 +339,7 @@ class Attitude:
         across = lambda x: x[V] * (w[2] - x[GZ]) + G * np.sin(x[PH]) * np.cos(x[TH]) + x[BY] + turned
         upward = lambda x: (-x[V] * (w[1] - x[GY]) + G * np.cos(x[PH]) * np.cos(x[TH]) + x[BZ] + BELOW * (w[1] - x[GY]) ** 2 + nodded)
         R = [max(k * p["vrw"] ** 2, self.seen[i].walk() ** 2) / T for i, k in ((1, 25.0), (2, p["bounce"]))]
-        for i, (h, bias, R) in enumerate([(across, BY, R[0] + p["side"] ** 2), (upward, BZ, R[1])]):
+        for i, (h, bias, R) in enumerate([(across, BY, R[0] + self.side**2), (upward, BZ, R[1])]):
             y = means[1 + i] - b.x[bias]
             y, S = b.measure(h, R, y=y, huber=3.0)
             if y * y > 9.0 * S:
@@ -499,8 +499,7 @@ class Block:
     def close(self, s, v, mass):
         single = lambda x: float(np.float32(x))
         inertia = max(2.0 * (self.noise / self.length) ** 2 - 2.5e-3**2, 0.0) * mass**2
-        grade = (mass * G * unusual(self.u)) ** 2
-        self.variance = single(sum(self.variance) / len(self.variance) ** 2 + inertia + grade)
+        self.variance = single(sum(self.variance) / len(self.variance) ** 2 + inertia)
         self.F, self.speed = single(np.mean(self.F)), single(self.v / self.length)
         noise = math.hypot(math.sqrt(2.0) * self.noise / self.length, G * self.u)
         self.regressor = min(math.floor(noise / 1e-4 + 0.5), 255) * 1e-4
@@ -631,7 +630,7 @@ class Fusion:
         att.step(force, w, speeds)
         v = att.v
         bend = abs(att.yaw / v) if abs(v) > 0.1 else 0.0
-        readable = att.sum_sd < 0.02 and math.sqrt(att.b.P[V, V]) < 0.1
+        readable = att.sum_sd < 0.003 and math.sqrt(att.b.P[V, V]) < 0.1
         self.rail.step(v * DT, [math.sin(att.b.x[TH]) + att.b.x[BX] / G, bend] if readable else None)
         self.brake += DT / (0.3 + DT) * (brake - self.brake)
         forces = [rim_force(torque, v) for torque in torques]

@@ -145,7 +145,7 @@ def oracle(table):
     mass = Mass()
     models = Models(mass)
     own = lambda: [M0 * mass.rls.residual, *models.fading, *(math.asin(x[2]) for x, _ in models.beliefs), models.mu[-1]]
-    rows = run(Supervised(models, 2.0, 4.0, 0.5, Road), own, table, {"alone"})
+    rows = run(Supervised(models, 2.0, 4.0, 0.5, Road), own, table, {"alone", "without IMU"})
     assert mass.used > 10 and models.faded > 0, f"{mass.used} differences, {models.faded} steps of fading"
     assert models.deweighted and models.gates[0].met["reject"] and models.gates[0].met["reopen"], f"{models.deweighted}, {models.gates[0].met}"
     header = [*HEADER, "mass_residual", "kinematic_fading", "dynamic_fading", "kinematic_grade", "dynamic_grade", "dynamic_probability"]

@@ -121,6 +121,6 @@ class CurvatureSlope:
 def oracle(table):
     method = CurvatureSlope()
     own = lambda: [*method.curvature.rho(), method.curvature.rls.lam, math.sqrt(method.noise.R), *method.found()]
-    rows = run(Supervised(method, 1.0, 10.0, 1.0), own, table, {"alone"})
+    rows = run(Supervised(method, 1.0, 10.0, 1.0), own, table, {"alone", "goes back blind"})
     assert method.gate.met["reject"] and method.gate.met["reopen"], f"gate {method.gate.met}"
     return [*HEADER, "curvature", "curvature_sd", "lambda", "wheel_speed_sd", "method_grade", "method_grade_sd"], rows

@@ -80,7 +80,7 @@ def oracle(table):
     method = TwoStages(mass, slope)
     own = lambda: [mass.mu(pipeline.curvature), -mass.rls.x[2] / mass.found(), mass.load.changes, *method.own()]
     pipeline = Supervised(method, 1.0, 2.0, 1.5)
-    rows = run(pipeline, own, table)
+    rows = run(pipeline, own, table, {"goes back blind"})
     assert mass.acted == {True, False} and mass.load.changes > 0, f"{mass.acted}, {mass.load.changes} load changes"
     assert slope.gate.met["reject"] and slope.gate.met["reopen"], f"gate {slope.gate.met}"
     return [*HEADER, "running_resistance", "accel_bias", "load_changes", "wheel_speed_sd", "method_grade", "method_grade_sd"], rows

@@ -1,6 +1,6 @@
 """`resistance_dffrls_robust` (Liu et al. 2023, eq. 8–15) on the drive of `fusion.py`, in the core of `supervised_parts.py`.
 
-    (F − J v̇)/M − v̇ − u = s g c μ, M known, u the mean of g sin θ over the whole train, with the core's bias taken off; it has no grade of its own.
+    (F − J v̇)/M − v̇ − u = s g c μ, M known, u the mean of g sin θ + b over the whole train; it has no grade of its own.
 """
 
 import math
@@ -20,10 +20,9 @@ class Resistance:
         self.rls, self.load, self.bias_sd = LeastSquares([0.0], [0.5], dynamic(0.98, 0.995, 1.0), True), 0.0, 0.01
 
     def sample(self, now):
-        bias, self.bias_sd = now.bias
         u, doubt = now.whole(M)
-        y = (now.F - Train.J * now.a) / M - now.a - (u - bias)
-        self.rls.update(y, now.sign * GRAVITY * now.cosine(u - bias), 0.02**2 + doubt**2)
+        y = (now.F - Train.J * now.a) / M - now.a - u
+        self.rls.update(y, now.sign * GRAVITY * now.cosine(u), 0.02**2 + doubt**2)
         self.load = abs(now.F / (M * GRAVITY))
 
     def pause(self):
@@ -45,6 +44,6 @@ class Resistance:
 
 def oracle(table):
     method = Resistance()
-    rows = run(Supervised(method, 1.0, 2.0, 1.5), method.own, table, {"judged"})
+    rows = run(Supervised(method, 1.0, 2.0, 1.5), method.own, table, {"judged", "without IMU", "goes back blind"})
     assert abs(method.rls.x[0]) < 1.0 and method.rls.k > 40, f"{method.rls.x} by {method.rls.k} samples"
     return [*HEADER, "running_resistance", "running_resistance_sd", "lambda", "residual"], rows

@@ -13,25 +13,32 @@ import math
 import numpy as np
 from common import GRAVITY as G
 from common import jacobian
-from fusion import BX, DT, SHEET, TH, Attitude, Means, Rail, Train, V, clip, rim_force, unusual
+from fusion import BX, DT, SHEET, TH, Attitude, Means, Rail, Train, V, clip, rim_force
 from pipeline_parts import LowPass, SageHusa
 
 STANDSTILL, STEEPEST = 0.05, math.pi / 3.0
 FRONT, ETA, BEHIND_SD = 0.4, 9.0, 0.02
+UNREAD, BLIND = 1e-3, 0.05  # rad per m of rail that was not read, and of the way gone back onto it
 GAIN_SD = math.sqrt(0.005**2 / 2.0 + 0.01**2 + 0.01**2)
 HEADER = ["mass", "mass_sd", "grade", "grade_sd", "effective", "effective_sd", "speed", "speed_sd", "innovation", "nis"]
+
+
+def unusual(sum_sd):
+    """The part of a standard deviation of sin θ + b/g that is beyond a calm instrument's."""
+    return math.sqrt(max(sum_sd**2 - 0.003**2, 0.0))
 
 
 class Rails:
     """What a train on rails differs in from one on a road."""
 
-    standstill, drag = STANDSTILL, 0.0
+    standstill, drag, side, turn_walk = STANDSTILL, 0.0, SHEET["side"], 0.0
 
 
 class Road:
     """A train on a road; its first unit is steered."""
 
     standstill, drag, front, rear, rear_stiffness = 0.3, 0.5 * 1.2 * 4.0, 0.8, 0.9, 400e3
+    side, turn_walk = 5.0, 0.01**2 * 2.0
 
 
 class Reading:
@@ -46,7 +53,6 @@ class Reading:
         self.v = less if apart else 0.5 * (less + more)
         self.moving = abs(self.v) > way.standstill
         self.running = self.moving and brake <= 0.001
-        self.net = traction(self.torque, self.v) - way.drag * self.v * abs(self.v)
 
 
 def traction(torque, v):
@@ -86,11 +92,10 @@ class Sample:
         self.F, self.v, self.a, self.f = samples.force.value, samples.speed.value, samples.speed.rate, samples.f.value
         self.period, self.place = samples.period, place
 
-    def put_on(self, means, read_sd, bias, bend):
-        behind, ahead = G * BEHIND_SD / ETA, G * 0.032
+    def put_on(self, means, read_sd, bend):
         self.u = [G * means.S / Train.tare, G * means.load]
-        self.doubt = [(behind * means.behind + ahead * means.ahead) / Train.tare + G * read_sd, behind * means.load_behind + G * read_sd]
-        self.curvature, self.bias, self.bend, self.sign = means.bend, bias, bend, -1.0 if self.v < 0.0 else 1.0
+        self.doubt = [G * (UNREAD * metres + read_sd) for metres in ((means.behind + means.ahead) / Train.tare, means.load_behind)]
+        self.curvature, self.bend, self.sign = means.bend, bend, -1.0 if self.v < 0.0 else 1.0
 
     def whole(self, mass):
         """Mean of u and of its doubt over a train of this mass."""
@@ -109,8 +114,8 @@ class Samples:
         self.force, self.speed, self.f = (LowPass(cutoff, DT) for _ in range(3))
         self.rate, self.settle, self.running, self.since = rate, settle, 0.0, 0.0
 
-    def step(self, z, running):
-        for low_pass, u in [(self.force, z.net), (self.speed, z.v), (self.f, z.force[0])]:
+    def step(self, z, net, running):
+        for low_pass, u in [(self.force, net), (self.speed, z.v), (self.f, z.force[0])]:
             low_pass.step(u)
         self.running = self.running + DT if running else 0.0
         self.since += DT
@@ -131,11 +136,11 @@ class Supervised:
     """`method` has sample(sample), pause(), mass() → value and sd, step(now) and grade() → value and sd, or None while it has none."""
 
     def __init__(self, method, cutoff, rate, settle, way=Rails):
-        self.att, self.rail, self.method, self.samples = Attitude(True, 0.4 * way.standstill), Rail(), method, Samples(cutoff, rate, settle)
+        self.att, self.rail, self.method, self.samples = Attitude(True, 0.4 * way.standstill, way.side, way.turn_walk), Rail(), method, Samples(cutoff, rate, settle)
         self.way, self.bend = way, Bend(cutoff)
         self.read_sd, self.waiting, self.late, self.curvature = 0.0, [], 0.0, 0.0
-        self.age, self.sine, self.variance, self.square = 1.0, 0.0, 0.0, 1.0
-        self.met = {"waits": 0, "judged": 0, "alone": 0, "worse than calm": 0, "used": 0}
+        self.age, self.sine, self.variance, self.square, self.blind = 1.0, 0.0, 0.0, 1.0, 0.0
+        self.met = {"waits": 0, "judged": 0, "alone": 0, "worse than calm": 0, "used": 0, "goes back blind": 0, "without IMU": 0}
 
     def step(self, row):
         z, att = Reading(row, self.way), self.att
@@ -143,9 +148,9 @@ class Supervised:
             self.bend.step(z, self.method.mass()[0])
         att.step(z.force + np.array([self.bend.now[2], 0.0, 0.0]), z.rate, z.speeds)
         self.read()
+        net = sum(rim_force(torque, att.v)[0] for torque in z.torques) - self.way.drag * att.v * abs(att.v)
         sound = att.imu and abs(z.v) >= self.way.standstill and att.used > 0
-        running = z.running and sound
-        sample = self.next(z, running)
+        sample = self.next(z, net, z.running and sound)
         if sample is not None:
             self.take(sample)
         if not self.samples.settled():
@@ -153,8 +158,7 @@ class Supervised:
         self.look()
         now = Now()
         now.z, now.att, now.curvature, now.moving, now.running = z, att, self.curvature, z.moving, z.running
-        drag = self.way.drag * att.v * abs(att.v)
-        now.traction = sum(rim_force(torque, att.v)[0] for torque in z.torques) - drag if running else None
+        now.traction = net if z.running else None
         now.bend = self.bend
         now.effective, now.bias_sd = self.effective(), math.sqrt(att.b.P[BX, BX])
         self.method.step(now)
@@ -172,13 +176,13 @@ class Supervised:
             self.read_sd = max(unusual(att.sum_sd), self.read_sd * math.exp(-abs(att.v) * DT / 20.0))
             self.met["worse than calm"] += att.sum_sd > 0.003
 
-    def next(self, z, running):
+    def next(self, z, net, running):
         """The oldest sample whose rail has been read; any one while the train is not running."""
-        new = self.samples.step(z, running)
+        new = self.samples.step(z, net, running)
         self.late = clip(self.late + (z.v - self.samples.speed.value) * DT, -2.0, 2.0)
         if new:
             self.waiting.append(Sample(self.samples, self.rail.at - self.late))
-            if len(self.waiting) > 32:  # the oldest makes room
+            if len(self.waiting) > 24:  # the oldest makes room
                 return self.waiting.pop(0)
         if not self.waiting:
             return None
@@ -192,25 +196,27 @@ class Supervised:
         means = Means(self.rail, sample.place)
         self.curvature = means.bend
         assert sample.v >= 0.0 or means.behind <= 0.3 * Train.tare, "the drive does not go back onto rail that was not read"
-        att = self.att
-        sample.put_on(means, self.read_sd, [att.b.x[BX], math.sqrt(att.b.P[BX, BX])], self.bend.filtered())
+        sample.put_on(means, self.read_sd, self.bend.filtered())
         self.met["used"] += 1
         self.method.sample(sample)
 
     def look(self):
         """The effective grade over the rail that was read."""
-        self.age += DT
-        if self.age < 0.1 - 1e-6:
-            return
-        self.age = 0.0
         mass, sd = self.method.mass()
         means, M = Means(self.rail, self.rail.at), max(mass, Train.tare)
         load = max(mass - Train.tare, 0.0)
         behind = (means.behind + load * means.load_behind) / ETA / M
+        if self.att.v < 0.0:
+            self.blind = min(self.blind - self.att.v * DT, 10.0) if behind * BEHIND_SD > 0.002 else 0.0
+            self.met["goes back blind"] += self.blind > 0.1
+        self.age += DT
+        if self.age < 0.1 - 1e-6:
+            return
+        self.age = 0.0
         mean = (means.S + load * means.load) / M
         self.sine = mean - self.att.b.x[BX] / G
         ahead = means.ahead / M * (0.02 + 0.7 * abs(self.rail.gradient()))
-        self.variance = self.att.b.P[TH, TH] + self.read_sd**2 + ahead**2 + (behind * BEHIND_SD) ** 2
+        self.variance = self.att.b.P[TH, TH] + self.read_sd**2 + ahead**2 + (behind * BEHIND_SD) ** 2 + (BLIND * self.blind * min(behind, 1.0)) ** 2
         self.variance += ((means.load - mean) / M * sd) ** 2
 
     def effective(self):
@@ -230,9 +236,10 @@ class Supervised:
 
         def moved(grade, own):
             share = own / both
-            return grade[0] + share * off, (1.0 - share) * grade[1] + share * math.sqrt(max(both - own, 0.0))
+            return clip(grade[0] + share * off, -STEEPEST, STEEPEST), (1.0 - share) * grade[1] + share * math.sqrt(max(both - own, 0.0))
 
-        return moved(at_imu, min(at_imu[1] ** 2, variance)), moved(core, variance)
+        self.met["without IMU"] += not self.att.imu
+        return moved(at_imu, min(at_imu[1] ** 2, variance) if self.att.imu else 0.0), moved(core, variance)
 
 
 def run(pipeline, own, table, never=()):
