@@ -58,7 +58,7 @@ fn climb() -> Climb {
             return;
         }
         let z = f.measurements;
-        let grade = f.truth.grade_at_imu_rad;
+        let grade = f.truth.grade_effective_rad;
         by_survey = surveyed
             .step(z, f.command, z.t.s() - last_s, grade)
             .expect("step");

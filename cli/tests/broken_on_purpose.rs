@@ -73,7 +73,7 @@ fn a_stuck_sensor_is_red() {
     let stuck = "events: [{from_s: 12, sensor: imu, fault: stuck}]";
     red(
         |text| text.replace("events: []", stuck),
-        "dffrls_aekf_robust slope_rmse_deg_valid from 10 s",
+        "dffrls_aekf_robust slope_availability from 10 s",
     );
 }
 

@@ -1,5 +1,5 @@
-//! Whole pipelines against oracles of their own (`tests/reference/pipeline_*.py` and `published_*.py`): from the samples
-//! to the estimate, every fourth or tenth step of a recorded drive.
+//! Whole pipelines against oracles of their own (`tests/reference/pipeline_*.py` and `published_*.py`): from the
+//! samples to the estimate, every fourth or tenth step of a recorded drive.
 #![allow(clippy::unwrap_used)] // a test's panic is its verdict
 
 mod fusion_drive;
@@ -149,8 +149,8 @@ fn number(run: usize, rows: Vec<Vec<f64>>) -> impl Iterator<Item = Vec<f64>> {
         .map(move |row| [vec![run as f64], row].concat())
 }
 
-/// The supervised methods, in the core of a train, on the drive of `fusion.py` on a rail and that of `pipeline_patent.py`
-/// on a road.
+/// The supervised methods, in the core of a train, on the drive of `fusion.py` on a rail and that of
+/// `pipeline_patent.py` on a road.
 mod supervised {
     use super::*;
     use fusion_drive::{Drive, RAIL};

@@ -132,7 +132,10 @@ fn checks_of_the_real_logs() {
     assert_eq!(bad(&of(HUSKY, &[])), [""; 0]);
     let train = bad(&of(TRAIN, &[]));
     assert!(
-        train.iter().all(|w| w.starts_with("bias of the gyro")),
+        train.iter().all(|w| {
+            // Three pieces of 1.2 s are too short for what the checks ask for.
+            w.starts_with("bias of the gyro") || w.starts_with("samples of all channels")
+        }),
         "{train:?}"
     );
     let unit = bad(&of(HUSKY, &[("channels.specific_force.unit", "g")]));

@@ -171,7 +171,7 @@ mod tests {
         let row = text.lines().find(|l| l.contains("slope °")).unwrap();
         let words: Vec<&str> = row.split_whitespace().collect();
         let expected = [
-            "slope", "°", "0.250", "-0.125", "0.750", "1.500", "2.700", "90.00", "46.00",
+            "slope", "°", "0.250", "-0.125", "0.750", "1.500", "2.700", "90.0", "46.0",
         ];
         assert_eq!(words, expected, "{text}");
         assert!(

@@ -59,7 +59,7 @@ vertical:
   - {kind: arc, radius_m: 20, to_grade_deg: 8}
   - {kind: transition, length_m: 10, to_grade_deg: 5}
   - {kind: grade, length_m: 50}
-joints: {every_m: 3, kink_deg: 0.1, step_m: 0.0005}
+joints: {every_m: 3, kink_deg: 0.1, step_m: 0}
 ";
 
 /// A surveyed track, for `--set track=surveyed.yaml`.
@@ -102,7 +102,7 @@ pub const SENSORS: &str = "\
 version: 1
 source: A sample.
 accelerometer: {mount: imu_link, sampling: {rate_hz: 200}, errors: {noise_density: 0.001, range: [-50, 50]}}
-gyro: {mount: drive_1/imu_link, sampling: {rate_hz: 100}, misalignment_sd_deg: 0.5}
+gyro: {mount: drive_1/imu_link, sampling: {rate_hz: 100}, misalignment_sd_deg: 0.5, errors: {random_walk_of_integral: 5.8e-5}}
 wheel_speed: {sampling: {rate_hz: 125, jitter_ms: 1, latency_ms: 5, dropout: 0.01}, errors: {noise_sd: 0.005}}
 motor_torque: {sampling: {rate_hz: 250}}
 ";

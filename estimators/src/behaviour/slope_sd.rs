@@ -1,7 +1,8 @@
 //! Standard deviation of the grades over drawn worlds: not overconfident, and not absurdly wide.
 //!
-//! The inner filters of the methods have laws of their own, in which the world is their model. Here the instruments have
-//! biases and noise as the parameters say, the crane a resistance of its own, and a train of 18 m runs over waves.
+//! The inner filters of the methods have laws of their own, in which the world is their model. Here the instruments
+//! have biases and noise as the parameters say, the crane a resistance of its own, and a train of 18 m runs over
+//! waves.
 
 use super::*;
 use crate::api::signals::VehicleData;

@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | [`ExcitationGate`](excitation_gate::ExcitationGate) | `excitation_gate` | gives samples little weight while the regressor does not vary | all samples weigh alike |
 //! | [`LoadChangeDetector`](load_change::LoadChangeDetector) | `load_change_detector` | reopens the mass when residuals keep to one side | another load is learnt only by forgetting |
-//! | [`SlipDetector`](slip::SlipDetector) | `slip_detector` | a method's grade found with slipping wheels does not count | it does |
+//! | [`SlipDetector`](slip::SlipDetector) | `slip_detector` | slipping wheels end the grade of a method | it goes on |
 //! | rail memory ([`RailMemory`](crate::rail::rail_memory::RailMemory)) | `rail_memory` | means of the grade over where a long train rests | the train is a point |
 //! | [`GradeObservability`](observability::GradeObservability) | – | a grade carried on by dead reckoning is not valid | – |
 //! | [`InnovationGate`](crate::detect::innovation_gate::InnovationGate) | `innovation_gate` | keeps outliers out of the filters, and reopens | all measurements enter |

@@ -37,7 +37,7 @@ param_groups! {
     Params { attitude: AttitudeParams, balance: SwingBalanceParams, attitude_supervision: AttitudeSupervision, balance_supervision: SwingSupervision, integrity: Integrity }
 }
 
-/// How it reads its signals: a load that swings is weighed on rail read well.
+/// Limits of its core: a load that swings is weighed on rail read well.
 const SIGNALS: CoreSignals = CoreSignals {
     max_sum_sd: 0.003,
     bend_hz: 1.0,

@@ -12,7 +12,7 @@ use crate::detect::plausibility::Instruments;
 use crate::detect::validity::{Integrity, Source, Validity};
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::fusion::attitude::{Attitude, AttitudeFilter};
-use crate::fusion::swing_balance::block::{BlockInput, unusual_sd};
+use crate::fusion::swing_balance::block::BlockInput;
 use crate::fusion::swing_balance::params::SwingBalanceParams;
 use crate::fusion::swing_balance::torque_monitor::TorqueMonitor;
 use crate::models::force_balance::ForceBalance;
@@ -23,6 +23,8 @@ use crate::{Real, Time};
 
 /// Speed below which no horizontal curvature is read, m/s.
 const MIN_BEND_SPEED_MPS: Real = 0.1;
+/// Standard deviation of sin θ + b/g of a calm instrument.
+const CALM_SUM_SD: Real = 0.003;
 /// Way over which what was read worse than usual goes out of the means under a train, m.
 const READ_M: Real = 20.0;
 /// Standard deviation of the speed up to which the rail is read, m/s.
@@ -30,7 +32,7 @@ const MAX_SPEED_SD_MPS: Real = 0.1;
 /// Lag of the brake, s.
 const BRAKE_LAG_S: Real = 0.3;
 
-/// How the core reads its signals.
+/// Limits and filters of the core's signals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoreSignals {
     /// Standard deviation of sin θ + b/g up to which the rail is read.
@@ -168,7 +170,7 @@ impl TrainCore {
         }
     }
 
-    /// What the core alone estimates: grade at the IMU and speed.
+    /// Estimates of the core alone: grade at the IMU and speed.
     pub fn estimate(&self, t: Time) -> Estimate {
         let found = self.attitude.found();
         let (innovation, nis) = self.attitude.innovation();
@@ -232,6 +234,11 @@ impl TrainCore {
         let mount = self.attitude.mount_sd_rad();
         sqrt(mount * mount + self.read_sd * self.read_sd)
     }
+}
+
+/// The part of a standard deviation of sin θ + b/g that a calm instrument does not have.
+fn unusual_sd(sum_sd: Real) -> Real {
+    sqrt((sum_sd * sum_sd - CALM_SUM_SD * CALM_SUM_SD).max(0.0))
 }
 
 /// The layout by the drawings, scaled to the tare; without drawings an even spread that does not swing.

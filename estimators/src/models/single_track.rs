@@ -23,7 +23,7 @@
 use crate::Real;
 use crate::api::real::{PI, cos, sin};
 use crate::api::signals::{RoadVehicle, Vehicle};
-use crate::api::snapshot::{Blank, state};
+use crate::api::snapshot::{Archive, Blank, State, state};
 use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
 use crate::preprocess::front_end::Reading;
@@ -149,7 +149,16 @@ impl Blank for Bend {
 }
 
 state!(Bend { gained_n, taken_mps2, drift_mps2, steer_rad, across_mps2; });
-state!(Bends { now, filters; road });
+
+/// On a rail there is none, and nothing to keep.
+impl State for Bends {
+    fn visit(&mut self, archive: &mut Archive) {
+        if self.road.is_some() {
+            self.now.visit(archive);
+            self.filters.visit(archive);
+        }
+    }
+}
 
 #[cfg(test)]
 mod tests {

@@ -39,7 +39,7 @@ use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
 use crate::models::force_balance::ForceBalance;
 use crate::preprocess::front_end::Reading;
 use crate::supervised::differenced_rls::{DifferencedMass, DifferencedParams};
-use crate::supervised::pipeline::{Method, Step};
+use crate::supervised::pipeline::{Step, SupervisedMethod};
 use crate::supervised::sample::BalanceSample;
 
 params! {
@@ -335,7 +335,7 @@ impl SlopeModels {
     }
 }
 
-impl Method for SlopeModels {
+impl SupervisedMethod for SlopeModels {
     const INTERNALS: &'static [Internal] = &[
         Internal::new("kinematic_fading", "-"),
         Internal::new("dynamic_fading", "-"),

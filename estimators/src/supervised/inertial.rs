@@ -31,7 +31,7 @@ use crate::preprocess::conditioning::LearntNoise;
 use crate::preprocess::front_end::Reading;
 use crate::runner::copy_into;
 use crate::supervised::curvature_rls::Curvature;
-use crate::supervised::pipeline::{Method, Step};
+use crate::supervised::pipeline::{Step, SupervisedMethod};
 
 params! {
     /// Parameters of the inertial slope filter.
@@ -239,7 +239,7 @@ impl CurvatureSlope {
     }
 }
 
-impl Method for CurvatureSlope {
+impl SupervisedMethod for CurvatureSlope {
     const INTERNALS: &'static [Internal] = &[
         Internal::new("curvature_per_m", "1/m"),
         Internal::new("curvature_sd_per_m", "1/m"),

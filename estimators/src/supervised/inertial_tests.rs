@@ -45,7 +45,7 @@ fn steady(speed: Real, sine: Real) -> Reading {
     }
 }
 
-/// What the core knows beside the reading: grade at the IMU less the effective one (as sines) with its standard
+/// Knowledge of the core beside the reading: grade at the IMU less the effective one (as sines) with its standard
 /// deviation, bias of the accelerometer with its own.
 #[derive(Default)]
 struct Known {

@@ -86,8 +86,8 @@ pub struct MultiModelMass {
 }
 
 impl MultiModelMass {
-    /// Builds the mass estimator from the vehicle, the parameters and the standard deviation of the accelerometer's bias,
-    /// m/s² (`None`: that of the vehicle's sheet).
+    /// Builds the mass estimator from the vehicle, the parameters and the standard deviation of the accelerometer's
+    /// bias, m/s² (`None`: that of the vehicle's sheet).
     pub fn new(vehicle: &Vehicle, params: MultiModelParams, bias_sd_mps2: Option<Real>) -> Self {
         let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
         let rls = Rls::new(

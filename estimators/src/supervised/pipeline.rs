@@ -3,11 +3,11 @@
 //! 1. [core](crate::fusion::train_core): attitude and speed by instruments that have been checked, the rail that was
 //!    read, the traction of the motors
 //! 2. samples of the force balance behind a matched low-pass, which wait until the rail under the train has been read
-//! 3. the [`Method`]: mass by its regression, and if it has one a grade by its own filter
+//! 3. the [`SupervisedMethod`]: mass by its regression, and if it has one a grade by its own filter
 //! 4. effective grade: mean over the masses by the core, and by the method where the core does not know it better
 //!
-//! The method's grade is worth what it was worth while the core knew the grade: its standard deviation is widened by how
-//! far it was off then ([`MethodTrust`]).
+//! The method's grade is worth what it was worth while the core knew the grade: its standard deviation is widened by
+//! how far it was off then ([`MethodTrust`]).
 
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::estimator::Internal;
@@ -55,7 +55,7 @@ const BEHIND_SD_RAD: Real = 0.02;
 /// Mean distance of the tare behind the rail remembered up to which a sample is of use when going back, m.
 const MAX_BEHIND_M: Real = 0.3;
 
-/// What the core gives a method in a step.
+/// Signals of the core for a method in a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Step<'a> {
     /// Signals of the step.
@@ -82,7 +82,7 @@ pub struct Step<'a> {
 }
 
 /// A published method.
-pub trait Method: Copy + core::fmt::Debug + State {
+pub trait SupervisedMethod: Copy + core::fmt::Debug + State {
     /// Names of its internal quantities.
     const INTERNALS: &'static [Internal];
     /// True if it estimates the mass.
@@ -206,7 +206,7 @@ pub struct Supervised<M> {
     signals: Resampler,
     /// Samples, each with its place.
     waiting: RingBuffer<(ResampledSample, Place), WAITING>,
-    /// How far the train is ahead of where the delayed signals have it, m.
+    /// Distance of the train ahead of where the delayed signals have it, m.
     late_m: Real,
     /// Time since the last sample that the method used, s.
     since_s: Real,
@@ -219,9 +219,9 @@ pub struct Supervised<M> {
     status: AidStatus,
 }
 
-impl<M: Method> Supervised<M> {
-    /// Builds the estimator from the vehicle's nominal values, the parameters of the core, the corner of the low-pass of
-    /// the samples, their rate (Hz) and their settling time (s), and the method.
+impl<M: SupervisedMethod> Supervised<M> {
+    /// Builds the estimator from the vehicle's nominal values, the parameters of the core, the corner of the low-pass
+    /// of the samples, their rate (Hz) and their settling time (s), and the method.
     pub fn new(
         vehicle: &Vehicle,
         params: &CoreParams,
@@ -384,7 +384,7 @@ impl<M: Method> Supervised<M> {
     }
 }
 
-impl<M: Method> Pipeline for Supervised<M> {
+impl<M: SupervisedMethod> Pipeline for Supervised<M> {
     const INTERNALS: &'static [Internal] = M::INTERNALS;
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {

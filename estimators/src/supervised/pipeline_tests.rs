@@ -23,7 +23,7 @@ impl State for Recorder {
     fn visit(&mut self, _: &mut Archive) {}
 }
 
-impl Method for Recorder {
+impl SupervisedMethod for Recorder {
     const INTERNALS: &'static [Internal] = &[];
 
     fn sample(&mut self, sample: &BalanceSample) -> AidStatus {
@@ -66,7 +66,7 @@ impl Method for Recorder {
 struct Noted {
     /// Instant, s.
     t: Real,
-    /// How far its signals were behind the train, m.
+    /// Distance of its signals behind the train, m.
     late_m: Real,
     /// Doubt of what the instruments had read, m/s².
     read_mps2: Real,

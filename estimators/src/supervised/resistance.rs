@@ -3,8 +3,8 @@
 //!
 //! y = h μ,  y = (F − J v̇)/M − f,  h = sgn(v) g cos θ,  f = v̇ + g sin θ
 //!
-//! The paper takes the slope from a survey. The pipeline needs no map: the core reads the rail. What is not known shows in μ and is counted in
-//! its standard deviation:
+//! The paper takes the slope from a survey. The pipeline needs no map: the core reads the rail. What is not known
+//! shows in μ and is counted in its standard deviation:
 //!
 //! - the accelerometer's bias b: μ is off by −sgn(v) b/g (0.00978 m/s² is 0.001), and a run in the other direction by
 //!   as much the other way; in a survey an error of the slope does the same (0.1° is 0.0017)
@@ -33,7 +33,7 @@ use crate::preprocess::conditioning::ConditioningParams;
 use crate::preprocess::front_end::{FrontEnd, motion};
 use crate::preprocess::resampler::Resampler;
 use crate::runner::copy_into;
-use crate::supervised::pipeline::{CoreParams, Method, Step, Supervised, Supervision};
+use crate::supervised::pipeline::{CoreParams, Step, Supervised, SupervisedMethod, Supervision};
 use crate::supervised::sample::BalanceSample;
 use crate::{Error, Real};
 
@@ -133,7 +133,7 @@ impl Resistance {
     }
 }
 
-impl Method for Resistance {
+impl SupervisedMethod for Resistance {
     const INTERNALS: &'static [Internal] = &[
         Internal::new("running_resistance", "-"),
         Internal::new("running_resistance_sd", "-"),

@@ -27,8 +27,8 @@ pub struct BalanceSample {
 }
 
 impl BalanceSample {
-    /// The sample of a train with this tare whose rail has been read; `read_sd` is the standard deviation of the sine of
-    /// the grade read, beyond that of a calm instrument.
+    /// The sample of a train with this tare whose rail has been read; `read_sd` is the standard deviation of the sine
+    /// of the grade read, beyond that of a calm instrument.
     pub fn new(sample: ResampledSample, means: &TrainMeans, tare_kg: Real, read_sd: Real) -> Self {
         let tare_kg = tare_kg.max(1.0);
         let per_m = GRAVITY * UNREAD_RAD_PER_M;

@@ -1,5 +1,5 @@
-//! Mass by a regression, then slope by the force balance with that mass: the two stages of Liu et al. 2023 and of patent
-//! CN 111507019 B.
+//! Mass by a regression, then slope by the force balance with that mass: the two stages of Liu et al. 2023 and of
+//! patent CN 111507019 B.
 
 use crate::Real;
 use crate::api::aid::AidStatus;
@@ -14,7 +14,7 @@ use crate::detect::slip::SlipDetector;
 use crate::models::force_balance::{Drive, ForceBalance};
 use crate::runner::copy_into;
 use crate::supervised::force_balance_ekf::ForceBalanceEkf;
-use crate::supervised::pipeline::{Method, Step};
+use crate::supervised::pipeline::{Step, SupervisedMethod};
 use crate::supervised::sample::BalanceSample;
 
 params! {
@@ -159,7 +159,7 @@ impl<M: MassEstimator> TwoStage<M> {
     }
 }
 
-impl<M: MassEstimator + State + core::fmt::Debug> Method for TwoStage<M> {
+impl<M: MassEstimator + State + core::fmt::Debug> SupervisedMethod for TwoStage<M> {
     const INTERNALS: &'static [Internal] = {
         let [a, b, c, d, e, f] = *M::INTERNALS;
         &[

@@ -7,7 +7,7 @@ use crate::models::single_track::Bend;
 use crate::preprocess::front_end::{Reading, motion};
 use crate::supervised::pipeline::Step;
 
-/// What the core knows without error: attitude by the `grade_rad` of the rail, traction by the torque of the reading.
+/// A step of a core without error: attitude by the `grade_rad` of the rail, traction by the torque of the reading.
 pub fn attitude(reading: &Reading, grade_rad: Real) -> Attitude {
     Attitude {
         speed_mps: reading.speed_mps.unwrap_or(0.0),

@@ -202,8 +202,8 @@ pub struct World {
     pub speed_sd: Real,
     pub accel_sd: Real,
     pub torque_noise: Real,
-    /// Over what the tare is spread and between what the load hangs, m behind the instrument, nearest and farthest: both
-    /// 0 for a point.
+    /// Over what the tare is spread and between what the load hangs, m behind the instrument, nearest and farthest:
+    /// both 0 for a point.
     pub tare_span_m: [Real; 2],
     pub load_span_m: [Real; 2],
     /// Grade angle, rad, at a chainage, m.

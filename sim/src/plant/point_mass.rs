@@ -154,9 +154,10 @@ impl PointMass {
         t.running_resistance = if normal > 0.0 { against / normal } else { 0.0 };
         let r = Matrix3::from_columns(&[f.t, f.l, f.u]);
         let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(r));
-        // The frame turns with the curve: w = v (t × k) for its bending, and what the horizontal curvature adds about
-        // t.
-        let w_w = f.t.cross(&f.k) * self.v;
+        // The frame turns with the curve, w = v (t × k), and stays upright: the heading turns about the vertical, which
+        // on a grade is a roll rate too.
+        let heading_rate = self.v * t.curvature_horizontal_1pm;
+        let w_w = f.t.cross(&f.k) * self.v + f.t * (heading_rate * f.t.z);
         for &i in &self.mounts {
             t.mounts[i] = MountState {
                 v_w: f.t * self.v,

@@ -29,14 +29,6 @@ const LENGTH_STEP_S: Real = 2e-5;
 /// Share of the brake beyond which a block is of no use.
 pub const MAX_BRAKE: Real = 0.002;
 
-/// Standard deviation of sin θ + b/g that the model's noise covers.
-const CALM_SUM_SD: Real = 0.003;
-
-/// The part of a standard deviation of sin θ + b/g that the model's noise does not cover.
-pub fn unusual_sd(sum_sd: Real) -> Real {
-    sqrt((sum_sd * sum_sd - CALM_SUM_SD * CALM_SUM_SD).max(0.0))
-}
-
 fn steps(value: Real, step: Real) -> i16 {
     within(floor(value / step + 0.5), -32_000.0, 32_000.0) as i16
 }
@@ -175,11 +167,7 @@ impl BlockBuilder {
         let block = Block {
             place: rail.between(start, rail.here()),
             traction_n: stored(self.traction / count),
-            variance: stored(
-                self.variance / (count * count)
-                    + self.inertia_variance(z.mass_kg)
-                    + self.grade_variance(z.mass_kg),
-            ),
+            variance: stored(self.variance / (count * count) + self.inertia_variance(z.mass_kg)),
             speed_mps: stored(self.speed / self.length_s),
             noise: within(floor(self.regressor_noise() / NOISE_STEP + 0.5), 0.0, 255.0) as u8,
             acceleration: self.parts.map(|a| steps(a + shift, ACCELERATION_STEP)),
@@ -216,12 +204,6 @@ impl BlockBuilder {
             GRAVITY * self.sum_sd,
         );
         sqrt(2.0 * speed * speed + grade * grade)
-    }
-
-    /// Variance of the downhill force of `mass_kg` by a grade that was read worse than the model's noise covers, N².
-    fn grade_variance(&self, mass_kg: Real) -> Real {
-        let noise = mass_kg * GRAVITY * unusual_sd(self.sum_sd);
-        noise * noise
     }
 
     /// Variance of the force of inertia of `mass_kg` by the noise of the speed, beyond that which the model's noise
