@@ -10,7 +10,7 @@ const DT: f64 = 1e-3;
 /// Over crests, sags and bends at once: the integral of the rate over a step is the turn of the step.
 #[test]
 fn the_rate_of_the_point_mass_is_the_turn_of_its_frame() {
-    let train = train("single_drive_unit");
+    let train = train("dx80_176y");
     let o = options(&train, 40.0, 1.5);
     let mut plant = PointMass::new(train.clone(), asset_track("winding"), &o);
     let (mut off, mut turned): (f64, f64) = (0.0, 0.0);

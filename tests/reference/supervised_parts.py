@@ -182,7 +182,7 @@ class Supervised:
         self.late = clip(self.late + (z.v - self.samples.speed.value) * DT, -2.0, 2.0)
         if new:
             self.waiting.append(Sample(self.samples, self.rail.at - self.late))
-            if len(self.waiting) > 24:  # the oldest makes room
+            if len(self.waiting) > 20:  # the oldest makes room
                 return self.waiting.pop(0)
         if not self.waiting:
             return None

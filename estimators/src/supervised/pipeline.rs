@@ -47,7 +47,7 @@ params! {
 /// Standard deviation of sin θ + b/g up to which the rail is read: what is read badly is told with its doubt.
 const MAX_SUM_SD: Real = 0.02;
 /// Samples that may wait for rail.
-const WAITING: usize = 24;
+const WAITING: usize = 20;
 /// Longest way that the delay of the low-pass can make, m.
 const MAX_DELAY_M: Real = 2.0;
 /// Standard deviation of the grade 9 m behind the rail read, rad.
