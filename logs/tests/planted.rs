@@ -284,7 +284,7 @@ fn what_was_found_is_applied_and_judged_on_the_rest() {
             }
         };
         replay.run(&mut [&mut watch]).unwrap();
-        (sum / n as f64).sqrt().to_degrees()
+        (sum / n).sqrt().to_degrees()
     };
     let before = rmse();
     let map = log.map(&[("trim.until_s", "60")]);

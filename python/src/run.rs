@@ -190,10 +190,9 @@ pub(crate) fn replay(
         let map = Map::load_with(parts.path(), log.as_deref(), &changes)?;
         let options = ReplayOptions {
             estimators: parts.names(),
-            noise_from_log: map.noise().is_some(),
             ..ReplayOptions::default()
         };
-        let (simulation, _) = build(&map, &options, &parts.registry)?;
+        let simulation = build(&map, &options, &parts.registry)?.simulation;
         monorig_lab::verdicts::expected::check(&simulation.scenario)?;
         to_its_end(simulation, &changes, &parts.registry, false, &parts.fault)
     });

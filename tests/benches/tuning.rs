@@ -100,9 +100,10 @@ fn main() {
     for name in registry::NAMES {
         let all = rate(1, || {
             let estimator = registry::build(name, &columns.vehicle, []).expect("defaults");
-            play(&columns, Box::new(estimator), |batch| {
+            play(&columns, "tuned", Box::new(estimator), |batch| {
                 std::hint::black_box(batch);
-            });
+            })
+            .expect("a replay");
         });
         let each = 1e9 / all / columns.len() as f64;
         println!(

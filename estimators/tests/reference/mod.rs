@@ -27,6 +27,7 @@ impl Table {
     }
 
     /// The rows as arrays; the file must have just `WIDTH` columns.
+    #[allow(dead_code)]
     pub fn arrays<const WIDTH: usize>(&self) -> Vec<[f64; WIDTH]> {
         let rows = self.rows.iter();
         rows.map(|row| row.as_slice().try_into().unwrap()).collect()

@@ -56,7 +56,7 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
             &pitched.iter().map(|w| off(w)).collect::<Vec<_>>(),
         ));
     }
-    let straight = |w: &&ForceWindow| !(w.rate[2].abs() > STRAIGHT_RADPS);
+    let straight = |w: &&ForceWindow| w.rate[2].is_nan() || w.rate[2].abs() <= STRAIGHT_RADPS;
     let rolled: Vec<f64> = series
         .balance
         .iter()

@@ -119,8 +119,7 @@ fn put(text: &str, edit: &Edit) -> Option<String> {
 fn masked(text: &str) -> Vec<u8> {
     let mut mask = text.as_bytes().to_vec();
     let (mut quote, mut comment) = (None, false);
-    for i in 0..mask.len() {
-        let c = text.as_bytes()[i];
+    for (i, &c) in text.as_bytes().iter().enumerate() {
         let before = i
             .checked_sub(1)
             .and_then(|j| text.as_bytes().get(j))
@@ -172,7 +171,7 @@ fn indent(mask: &[u8], line: &Range<usize>) -> Option<usize> {
 }
 
 /// The value of a key or an entry of a list in a region.
-fn child(mask: &mut Vec<u8>, region: &Region, step: &PathStep) -> Option<Region> {
+fn child(mask: &mut [u8], region: &Region, step: &PathStep) -> Option<Region> {
     match region {
         Region::Scalar(_) => None,
         Region::Flow(range) => {
