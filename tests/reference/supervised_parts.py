@@ -19,7 +19,7 @@ from pipeline_parts import LowPass, SageHusa
 STANDSTILL, STEEPEST = 0.05, math.pi / 3.0
 FRONT, ETA, BEHIND_SD = 0.4, 9.0, 0.02
 UNREAD, BLIND = 1e-3, 0.05  # rad per m of rail that was not read, and of the way gone back onto it
-GAIN_SD = math.sqrt(0.005**2 / 2.0 + 0.01**2 + 0.01**2)
+GAIN_SD = math.sqrt(0.005**2 / 2.0 + 0.035**2 + 0.01**2)
 HEADER = ["mass", "mass_sd", "grade", "grade_sd", "effective", "effective_sd", "speed", "speed_sd", "innovation", "nis"]
 
 
@@ -170,6 +170,8 @@ class Supervised:
         """The rail under the unit."""
         att = self.att
         bend = abs(att.yaw / att.v) if abs(att.v) > 0.1 else 0.0
+        self.rail.doubt += max(math.sqrt(att.b.P[V, V]) - 0.02, 0.0) * DT
+        assert self.rail.doubt < 0.5, "the oracle never loses its place"
         readable = att.sum_sd < 0.02 and math.sqrt(att.b.P[V, V]) < 0.1
         self.rail.step(att.v * DT, [math.sin(att.b.x[TH]) + att.b.x[BX] / G, bend] if readable else None)
         if readable:
@@ -216,8 +218,11 @@ class Supervised:
         mean = (means.S + load * means.load) / M
         self.sine = mean - self.att.b.x[BX] / G
         ahead = means.ahead / M * (0.02 + 0.7 * abs(self.rail.gradient()))
-        self.variance = self.att.b.P[TH, TH] + self.read_sd**2 + ahead**2 + (behind * BEHIND_SD) ** 2 + (BLIND * self.blind * min(behind, 1.0)) ** 2
+        self.variance = self.att.b.P[TH, TH] + SHEET["mount"] ** 2 + self.read_sd**2 + ahead**2 + (behind * BEHIND_SD) ** 2 + (BLIND * self.blind * min(behind, 1.0)) ** 2
         self.variance += ((means.load - mean) / M * sd) ** 2
+        if self.rail.doubt > 0.02:
+            off = Means(self.rail, self.rail.at - self.rail.doubt)
+            self.variance += ((off.S + load * off.load) / M - mean) ** 2
 
     def effective(self):
         return clip(math.asin(self.sine), -STEEPEST, STEEPEST), math.sqrt(self.variance)

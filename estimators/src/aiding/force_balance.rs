@@ -12,7 +12,7 @@ use nalgebra::SVector;
 
 use crate::Real;
 use crate::aiding::Aid;
-use crate::api::real::GRAVITY;
+use crate::api::real::{GRAVITY, sqrt};
 use crate::models::swing::{SUBSTEPS, SwingBlock};
 use crate::models::swing_balance::{
     ANGLE, B, CV, D, ETA, LENGTH, MASS, N, QC, R0, RATE, SwingModel,
@@ -54,6 +54,8 @@ pub struct BlockNoise {
     pub mass_kg: Real,
     /// Variance of the traction, N².
     pub traction_variance: Real,
+    /// Standard deviation of the noise of the acceleration of a part, m/s².
+    pub part_noise_mps2: Real,
 }
 
 impl BlockForce<'_> {
@@ -105,6 +107,17 @@ impl BlockForce<'_> {
         self.by_angle() * swing.mean_angle([x[ANGLE], x[RATE]])
     }
 
+    /// Standard deviation of the load's mean acceleration by the noise of the parts' acceleration, m/s²: of the angle
+    /// that a random walk of the rate leads to, ∫∫, in the mean over a block T √(T³/20).
+    fn shaken_mps2(&self, part_noise_mps2: Real, x: &SVector<Real, N>) -> Real {
+        if !self.model.swings || part_noise_mps2 <= 0.0 {
+            return 0.0;
+        }
+        let T = self.substep_s * SUBSTEPS as Real;
+        let walk = part_noise_mps2 * sqrt(self.substep_s) / self.model.length_m(x);
+        self.by_angle() * walk * sqrt(T * T * T / 20.0)
+    }
+
     /// Regressor of the load without its resistance, a_L + g S*_L, m/s²: 0 at a steady speed on the level.
     pub fn load_regressor(&self, x: &SVector<Real, N>) -> Real {
         self.load_acceleration(x) + GRAVITY * self.means.load_deep
@@ -120,7 +133,8 @@ impl BlockForce<'_> {
         self.variance = noise.traction_variance
             + of(noise.model_sd_mps2 * noise.mass_kg)
             + of(ahead_rad * noise.mass_kg * GRAVITY)
-            + of(noise.swing_model_sd * hanging_kg * moved);
+            + of(noise.swing_model_sd * hanging_kg * moved)
+            + of(hanging_kg * self.shaken_mps2(noise.part_noise_mps2, x));
         self
     }
 }

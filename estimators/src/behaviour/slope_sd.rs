@@ -25,10 +25,13 @@ fn wave(s: Real) -> Real {
     4f64.to_radians() as Real * (0.3 * s).sin()
 }
 
-/// Adds what is drawn to the samples of a perfect IMU and of perfect wheels: biases of each axis, scale of each wheel.
+/// Adds what is drawn to the samples of a perfect IMU and of perfect wheels: pitch of the mount, biases of each axis,
+/// scale of each wheel.
 fn drawn(random: &mut Random) -> impl Fn(&mut Measurements, &mut Command) + use<> {
     let accelerometer = [0; 3].map(|_| 0.00978 * random.normal());
     let gyro = [0; 3].map(|_| 2.424e-6 * random.normal());
+    let mount = (0.2f64.to_radians() * f64::from(random.normal())) as Real;
+    let (cos, sin) = (mount.cos(), mount.sin());
     let scales = [0; 8].map(|_| 1.0 + 0.0033 * random.normal());
     move |z, _| {
         for (sample, bias) in [
@@ -36,6 +39,8 @@ fn drawn(random: &mut Random) -> impl Fn(&mut Measurements, &mut Command) + use<
             (&mut z.angular_rate_radps, gyro),
         ] {
             if let Some(sample) = sample {
+                let [x, y, z] = sample.value;
+                sample.value = [x * cos + z * sin, y, z * cos - x * sin];
                 let both = sample.value.iter_mut().zip(bias);
                 both.for_each(|(value, bias)| *value += bias);
             }

@@ -96,7 +96,7 @@ impl Pipeline for AttitudePipeline {
         if let Some(nis) = self.filter.new_nis() {
             self.validity.innovation(Source::WheelSpeed, nis, dt);
         }
-        let started = found.is_some();
+        let awake = found.is_some() && self.filter.is_awake();
         let found = found.unwrap_or_default();
         self.acceleration_mps2 +=
             lag(dt, self.lean.lean_lag_s) * (found.acceleration_mps2 - self.acceleration_mps2);
@@ -108,7 +108,7 @@ impl Pipeline for AttitudePipeline {
         let grade = |angle: Real| Value {
             value: angle - lean,
             sd,
-            valid: started,
+            valid: awake,
         };
         let estimate = Estimate {
             t,
@@ -116,13 +116,13 @@ impl Pipeline for AttitudePipeline {
             grade_rad: grade(self.filter.grade_at_imu_rad()),
             // The effective grade of a long train is another; nothing here finds it.
             effective_grade_rad: Value {
-                valid: started && self.point,
+                valid: awake && self.point,
                 ..grade(found.pitch_rad)
             },
             speed_mps: Value {
                 value: found.speed_mps,
                 sd: found.speed_sd_mps,
-                valid: started,
+                valid: awake,
             },
             innovation,
             nis,

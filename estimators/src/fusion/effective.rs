@@ -171,11 +171,20 @@ impl EffectiveGrade {
         self.sine = mean - attitude.bias_mps2 / GRAVITY + mass.eta_rad * behind + self.correction;
         let pitch = attitude.pitch_sd_rad;
         let blind = BLIND_RAD_PER_M * self.blind_m * behind.min(1.0);
+        let doubt_m = rail.doubt_m();
+        let by_place = match doubt_m > 0.0 {
+            true => {
+                let off = train.at(rail, rail.ahead(rail.here(), -doubt_m));
+                (off.tare_kg + mass.load_kg * off.load) / mass.mass_kg - mean
+            }
+            false => 0.0,
+        };
         let by_load = (means.load - mean) / mass.mass_kg * mass.load_sd_kg;
         self.variance = pitch * pitch
             + constant_sd_rad * constant_sd_rad
             + mass.unread_variance(&means, rail)
             + blind * blind
+            + by_place * by_place
             + by_load * by_load;
     }
 

@@ -88,6 +88,10 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
 impl RailFusion {
     fn fuse(&mut self, attitude: &Attitude, input: &BlockInput, dt: Real) {
         let rail = self.core.rail();
+        if self.core.has_lost_place() {
+            self.mass.lose_place(rail.behind_sd_rad());
+            self.effective = EffectiveGrade::default();
+        }
         let block = self.mass.step(input, rail, dt);
         if let Some(block) = block.filter(|_| self.force_fusion) {
             self.effective
@@ -104,16 +108,16 @@ impl RailFusion {
     }
 
     fn estimate(&mut self, t: Time, moving: bool) -> Estimate {
-        let started = self.core.is_started();
+        let awake = self.core.is_awake();
         let [mass, mass_sd] = self.mass.published();
         let total_mass_kg = Value {
             value: mass,
             sd: mass_sd,
-            valid: started && self.mass.is_known(),
+            valid: awake && self.mass.is_known(),
         };
         let estimate = Estimate {
             total_mass_kg,
-            effective_grade_rad: self.effective.value(started),
+            effective_grade_rad: self.effective.value(self.core.is_placed()),
             flags: Flags {
                 moving,
                 excited: self.mass.is_known(),
@@ -141,6 +145,8 @@ impl Pipeline for RailFusion {
         Internal::new("load_filter_sd_kg", "kg"),
         Internal::new("gyro_monitor", "-"),
         Internal::new("load_changes", "-"),
+        Internal::new("mean_residual", "-"),
+        Internal::new("torque_lag_s", "s"),
         Internal::new("read_sd", "-"),
         Internal::new("wheel_scale_sd", "-"),
         Internal::new("imu_arm_m", "m"),
@@ -182,6 +188,8 @@ impl Pipeline for RailFusion {
                 sqrt(mass.mass_variance),
                 self.core.attitude().monitor(),
                 self.mass.changes() as Real,
+                self.mass.lean(),
+                self.core.torque_lag_s(),
                 read_sd,
                 scale_sd,
                 arm_m,

@@ -21,21 +21,27 @@ use crate::preprocess::front_end::Reading;
 use crate::rail::rail_memory::RailMemory;
 use crate::{Real, Time};
 
+/// Wheels in use for each that is rejected from which those in use are the speed of the train.
+const MIN_AGREEING: usize = 3;
 /// Speed below which no horizontal curvature is read, m/s.
 const MIN_BEND_SPEED_MPS: Real = 0.1;
 /// Standard deviation of sin θ + b/g of a calm instrument.
 const CALM_SUM_SD: Real = 0.003;
 /// Way over which what was read worse than usual goes out of the means under a train, m.
 const READ_M: Real = 20.0;
+/// Standard deviation of sin θ + b/g up to which the rail is read: what is read badly is told with its doubt.
+const READ_SUM_SD: Real = 0.02;
 /// Standard deviation of the speed up to which the rail is read, m/s.
 const MAX_SPEED_SD_MPS: Real = 0.1;
+/// Standard deviation of the speed up to which the way run is measured, m/s.
+const SEEN_SPEED_SD_MPS: Real = 0.02;
 /// Lag of the brake, s.
 const BRAKE_LAG_S: Real = 0.3;
 
 /// Limits and filters of the core's signals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoreSignals {
-    /// Standard deviation of sin θ + b/g up to which the rail is read.
+    /// Standard deviation of sin θ + b/g up to which a block of the force balance is of use.
     pub max_sum_sd: Real,
     /// Corner of the low-pass of the signals of a bend of a road, Hz.
     pub bend_hz: Real,
@@ -58,6 +64,8 @@ pub struct TrainCore {
     /// Standard deviation of what was read under the train, beyond that of a calm instrument.
     read_sd: Real,
     started: bool,
+    /// True if this step has lost the place on the rail.
+    lost: bool,
     validity: Validity,
 }
 
@@ -91,6 +99,7 @@ impl TrainCore {
             brake: 0.0,
             read_sd: 0.0,
             started: false,
+            lost: false,
             validity: Validity::new(vehicle, integrity, uses),
         }
     }
@@ -108,17 +117,23 @@ impl TrainCore {
             *along += self.bends.now().drift_mps2;
         }
         let attitude = self.attitude.step(&channels, dt);
+        let starts = !self.started;
         self.started = attitude.is_some();
         let attitude = attitude?;
         let v = attitude.speed_mps;
+        let unseen_m = (attitude.speed_sd_mps - SEEN_SPEED_SD_MPS).max(0.0) * dt;
+        self.lost = self.rail.doubt(unseen_m);
+        if starts && (self.rail.is_known() || v.abs() > self.standstill_mps) {
+            self.rail.forget();
+            self.lost = true;
+        }
         let bend = if v.abs() > MIN_BEND_SPEED_MPS {
             (attitude.yaw_rate_radps / v).abs()
         } else {
             0.0
         };
         let u = sin(attitude.pitch_rad) + attitude.bias_mps2 / GRAVITY;
-        let readable =
-            attitude.sum_sd < self.max_sum_sd && attitude.speed_sd_mps < MAX_SPEED_SD_MPS;
+        let readable = attitude.sum_sd < READ_SUM_SD && attitude.speed_sd_mps < MAX_SPEED_SD_MPS;
         self.rail.step(v * dt, readable.then_some([u, bend]));
         if readable {
             let kept = self.read_sd * exp(-v.abs() * dt / READ_M);
@@ -141,10 +156,15 @@ impl TrainCore {
             mass_kg,
             acceleration_mps2: attitude.acceleration_mps2,
             traction,
+            traction_lag_s: self.torques.lag_s(),
+            seen_walk: self.attitude.seen_walk(),
             bend_per_m: bend,
             brake: self.brake,
-            sound: attitude.imu && !standing && (used > 0 || reading.new_speed_mps.is_none()),
-            slip: rejected > 0,
+            sound: attitude.imu
+                && attitude.sum_sd < self.max_sum_sd
+                && !standing
+                && (used > 0 || reading.new_speed_mps.is_none()),
+            slip: rejected * MIN_AGREEING > used,
             doubt: self.torques.doubt(),
         };
         Some((attitude, input))
@@ -179,12 +199,12 @@ impl TrainCore {
             grade_rad: Value {
                 value: self.attitude.grade_at_imu_rad(),
                 sd: self.attitude.grade_at_imu_sd_rad(),
-                valid: self.started,
+                valid: self.is_awake(),
             },
             speed_mps: Value {
                 value: found.speed_mps,
                 sd: found.speed_sd_mps,
-                valid: self.started,
+                valid: self.is_awake(),
             },
             innovation,
             nis,
@@ -197,9 +217,19 @@ impl TrainCore {
         self.validity.publish(estimate, mass)
     }
 
-    /// True once attitude and speed have started.
-    pub fn is_started(&self) -> bool {
-        self.started
+    /// True while there is an attitude and a speed of samples that still come.
+    pub fn is_awake(&self) -> bool {
+        self.started && self.attitude.is_awake()
+    }
+
+    /// True if there is also rail that was read.
+    pub fn is_placed(&self) -> bool {
+        self.is_awake() && self.rail.is_known()
+    }
+
+    /// True if the last step has lost the place on the rail: what was read before is forgotten.
+    pub fn has_lost_place(&self) -> bool {
+        self.lost
     }
 
     /// True if the vehicle moves by its wheels.
@@ -207,6 +237,11 @@ impl TrainCore {
         reading
             .speed_mps
             .is_some_and(|v| v.abs() > self.standstill_mps)
+    }
+
+    /// Time that the torques may be late, s.
+    pub fn torque_lag_s(&self) -> Real {
+        self.torques.lag_s()
     }
 
     /// The attitude filter.
@@ -249,4 +284,4 @@ pub fn layout(vehicle: &Vehicle) -> MassLayout {
     }
 }
 
-state!(TrainCore { validity, bends, attitude, rail, torques, brake, read_sd, started; standstill_mps, air, max_sum_sd });
+state!(TrainCore { validity, bends, attitude, rail, torques, brake, read_sd, started, lost; standstill_mps, air, max_sum_sd });

@@ -145,6 +145,8 @@ pub struct SwingInput {
     pub noise_mass_kg: Real,
     /// Amplitude of the swing squared, φ² + φ̇² L/g, rad².
     pub amplitude_rad2: Real,
+    /// Standard deviation of the noise of the acceleration of a part, m/s².
+    pub part_noise_mps2: Real,
     /// Length of the pendulum, m.
     pub length_m: Real,
     /// Variance by which the grade behind becomes another, rad².
@@ -225,9 +227,11 @@ impl Process<N> for SwingModel {
         let length = u.length_m.max(MIN_LENGTH_M);
         let damped = of(self.swing_damping) * u.amplitude_rad2 * dt;
         let keep = exp(-dt / FORCE_MEMORY_S);
+        let part_s = dt / SUBSTEPS as Real;
+        let walk = of(self.swing_walk) + of(u.part_noise_mps2 / length) * part_s;
         let mut Q = SMatrix::zeros();
-        Q[(ANGLE, ANGLE)] = damped + 0.1 * of(self.swing_walk) * dt;
-        Q[(RATE, RATE)] = damped * GRAVITY / length + of(self.swing_walk) * dt;
+        Q[(ANGLE, ANGLE)] = damped + 0.1 * walk * dt;
+        Q[(RATE, RATE)] = damped * GRAVITY / length + walk * dt;
         Q[(D, D)] = of(u.force_sd_n) * (1.0 - keep * keep);
         Q[(R0, R0)] = of(RESISTANCE_WALK * u.noise_mass_kg) * dt;
         Q[(ETA, ETA)] = u.new_grade_rad2;

@@ -63,6 +63,8 @@ pub struct Channels {
     pub motor_torque_nm: [Option<Real>; MAX_DRIVES],
     /// Motor torque commanded of each drive unit, N·m.
     pub commanded_torque_nm: [Real; MAX_DRIVES],
+    /// Age of the newest torque when it came, by its stamp, s.
+    pub torque_age_s: Real,
 }
 
 /// Signal front end of one estimator: input check, one sample and hold per channel, wheel-speed vote, sum of torques;
@@ -247,6 +249,9 @@ impl FrontEnd {
     ) -> bool {
         let now = z.t;
         let Checkpoint { torque, speed, .. } = before;
+        if let Some(stamp) = z.motor_torque_nm.iter().flatten().map(|s| s.t).max() {
+            self.output.reading.channels.torque_age_s = now.since(stamp);
+        }
         let new_torque = self.torque.take(&z.motor_torque_nm, torques, now, torque);
         let new_speed = self.speed.take(&z.wheel_speed_mps, speeds, now, speed);
         let fresh = [self.torque.fresh(now, dt), self.speed.fresh(now, dt)];

@@ -7,6 +7,9 @@
 //! Nodes are written by linear interpolation where the middle of the unit passes them. A node takes three bytes: u in
 //! steps of 2 × 10⁻⁵ (0.001°), curvature in steps of 0.001 1/m. The way run is a whole number of nodes and a rest,
 //! which stays exact however far a train runs.
+//!
+//! A way that nothing has measured well puts what was read before at a wrong distance. The memory keeps the standard
+//! deviation of that distance, and forgets the rail when it can no longer place it.
 
 use crate::Real;
 use crate::api::real::{floor, within};
@@ -22,6 +25,13 @@ const REVISIT: Real = 0.3;
 /// Way over which the gradient at the front end is taken, and over which it is taken to go on, m.
 const END_M: Real = 1.0;
 const ONWARD_M: Real = 3.0;
+
+/// Standard deviation of the distance to what was read from which it is forgotten, m; up to which it does not count, m.
+const MAX_DOUBT_M: Real = 0.5;
+const MIN_DOUBT_M: Real = 0.02;
+/// Standard deviation of the grade 9 m behind the rail read, rad: of a train that is switched on at a standstill, and of
+/// one that came to where it is unseen.
+const BEHIND_SD_RAD: [Real; 2] = [0.02, 0.3];
 
 /// A place on the way run: whole nodes and a rest of less than their distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -82,6 +92,10 @@ pub struct RailMemory {
     known: Option<[i64; 2]>,
     here: Place,
     last: Option<(Place, [Real; 2])>,
+    /// Standard deviation of the distance to what was read, m.
+    doubt_m: Real,
+    /// True if the train came to the first node unseen.
+    unseen: bool,
 }
 
 impl RailMemory {
@@ -93,6 +107,45 @@ impl RailMemory {
             known: None,
             here: Place::default(),
             last: None,
+            doubt_m: 0.0,
+            unseen: false,
+        }
+    }
+
+    /// Adds the standard deviation of a way, m, to that of the distance to what was read; returns true if the rail is
+    /// forgotten for it.
+    pub fn doubt(&mut self, way_sd_m: Real) -> bool {
+        self.doubt_m += way_sd_m;
+        let lost = self.doubt_m > MAX_DOUBT_M;
+        if lost {
+            self.forget();
+        }
+        lost
+    }
+
+    /// Forgets the rail: the train came to where it is unseen.
+    pub fn forget(&mut self) {
+        (self.known, self.last) = (None, None);
+        (self.doubt_m, self.unseen) = (0.0, true);
+    }
+
+    /// Returns true if there is rail that was read.
+    pub fn is_known(&self) -> bool {
+        self.known.is_some()
+    }
+
+    /// Standard deviation of the grade 9 m behind the rail read, rad.
+    pub fn behind_sd_rad(&self) -> Real {
+        let [seen, unseen] = BEHIND_SD_RAD;
+        if self.unseen { unseen } else { seen }
+    }
+
+    /// Standard deviation of the distance to what was read, m; 0 where it does not count.
+    pub fn doubt_m(&self) -> Real {
+        if self.doubt_m > MIN_DOUBT_M {
+            self.doubt_m
+        } else {
+            0.0
         }
     }
 
@@ -121,6 +174,8 @@ impl RailMemory {
     /// are filled by a straight line, once there is something to read again.
     pub fn step(&mut self, way_m: Real, now: Option<[Real; 2]>) {
         self.here = self.ahead(self.here, way_m);
+        // What was read before goes out of the memory as the train runs on.
+        self.doubt_m *= 1.0 - (way_m.abs() / (NODES as Real * self.pitch_m)).min(1.0);
         let Some(now) = now else { return };
         let (start, before) = self
             .last
@@ -248,12 +303,16 @@ impl State for RailMemory {
             known,
             here,
             last,
+            doubt_m,
+            unseen,
             pitch_m: _,
         } = self;
         nodes.visit(archive);
         known.visit(archive);
         here.visit(archive);
         last.visit(archive);
+        doubt_m.visit(archive);
+        unseen.visit(archive);
         let whole = |[low, high]: [i64; 2]| low <= high && high.saturating_sub(low) < NODES as i64;
         archive.require(known.is_none_or(whole));
     }

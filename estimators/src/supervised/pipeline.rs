@@ -44,14 +44,10 @@ params! {
     }
 }
 
-/// Standard deviation of sin θ + b/g up to which the rail is read: what is read badly is told with its doubt.
-const MAX_SUM_SD: Real = 0.02;
 /// Samples that may wait for rail.
 const WAITING: usize = 20;
 /// Longest way that the delay of the low-pass can make, m.
 const MAX_DELAY_M: Real = 2.0;
-/// Standard deviation of the grade 9 m behind the rail read, rad.
-const BEHIND_SD_RAD: Real = 0.02;
 /// Mean distance of the tare behind the rail remembered up to which a sample is of use when going back, m.
 const MAX_BEHIND_M: Real = 0.3;
 
@@ -251,7 +247,7 @@ impl<M: SupervisedMethod> Supervised<M> {
                 integrity,
                 (&torque, supervision.torque_monitor),
                 CoreSignals {
-                    max_sum_sd: MAX_SUM_SD,
+                    max_sum_sd: Real::MAX,
                     bend_hz: cutoff_hz,
                     gyro_check: false,
                 },
@@ -327,12 +323,13 @@ impl<M: SupervisedMethod> Supervised<M> {
     fn weigh(&mut self, reading: &Reading, attitude: &Attitude, traction: Option<Real>, dt: Real) {
         let mass = self.method.mass_kg();
         let load_kg = (mass.value - self.tare_kg).max(0.0);
+        let behind_sd_rad = self.core.rail().behind_sd_rad();
         let carried = MassOnRail {
             mass_kg: mass.value.max(self.tare_kg).max(1.0),
             load_kg,
             load_sd_kg: mass.sd,
             eta_rad: 0.0,
-            eta_variance: BEHIND_SD_RAD * BEHIND_SD_RAD,
+            eta_variance: behind_sd_rad * behind_sd_rad,
         };
         let core = &self.core;
         let constant_sd = core.constant_sd_rad();
@@ -393,6 +390,11 @@ impl<M: SupervisedMethod> Pipeline for Supervised<M> {
         if let Some((attitude, input)) = self.core.step(reading, self.method.mass_kg().value, dt) {
             let (_, running) = motion(reading, self.standstill_mps);
             let running = running && !input.doubt;
+            if self.core.has_lost_place() {
+                self.waiting = RingBuffer::new();
+                self.effective = EffectiveGrade::default();
+                self.method.pause();
+            }
             let force_n = input.traction.map(|[force, _]| force);
             if let Some(sample) = self.next(reading, force_n, running && input.sound, dt) {
                 nis = self.take(sample);
@@ -407,22 +409,22 @@ impl<M: SupervisedMethod> Pipeline for Supervised<M> {
             self.weigh(reading, &attitude, traction, dt);
         }
         self.core.supervise(reading, nis, dt);
-        let started = self.core.is_started();
+        let awake = self.core.is_awake();
         let mass = self.method.mass_kg();
         let gain_kg = self.gain_sd * mass.value;
         let [effective, at_imu] = self.grades;
         let estimate = Estimate {
             total_mass_kg: Value {
                 sd: sqrt(mass.sd * mass.sd + gain_kg * gain_kg),
-                valid: mass.valid && started,
+                valid: mass.valid && awake,
                 ..mass
             },
             grade_rad: Value {
-                valid: started,
+                valid: awake,
                 ..at_imu
             },
             effective_grade_rad: Value {
-                valid: started,
+                valid: self.core.is_placed(),
                 ..effective
             },
             flags: Flags {

@@ -348,6 +348,7 @@ fn accelerations(random: &mut Random) -> [Real; SUBSTEPS] {
 
 fn swing(random: &mut Random) {
     let u = SwingInput {
+        part_noise_mps2: 0.02,
         accelerations_mps2: accelerations(random),
         force_sd_n: 100.0,
         noise_mass_kg: 1e4,
@@ -375,6 +376,7 @@ fn block_force(random: &mut Random) {
         bend_per_m: 0.1 * random.uniform(),
     };
     let noise = BlockNoise {
+        part_noise_mps2: 0.02,
         model_sd_mps2: 0.0016,
         swing_model_sd: 0.015,
         mass_kg: 2e4,

@@ -69,6 +69,11 @@ const HUBER_SD: Real = 3.0;
 const COAST_S: [Real; 2] = [1.0, 8.0];
 /// Time without a sample after which wheels count as lost, s.
 const LOST_S: Real = 0.5;
+/// Time without any sample of accelerometer and wheels after which the vehicle may be anywhere: the filter starts anew,
+/// s.
+const PAUSE_S: Real = 2.0;
+/// Time without a gyro after which there is none, s.
+const NO_GYRO_S: Real = 5.0;
 /// Growth of the variance of the speed, m²/s² per s.
 const COAST: Real = 4e-4;
 const REOPEN: Real = 1.0;
@@ -115,10 +120,14 @@ pub struct AttitudeFilter {
     calibration: Calibration,
     model: AttitudeModel,
     standing_mps: Real,
+    road: bool,
     turn_walk: Real,
     started: bool,
     quiet_s: Real,
     coast_s: Real,
+    /// Time without a sample of accelerometer and wheels, and without one of the gyro, s.
+    silent_s: Real,
+    gyro_out_s: Real,
     belief: Gaussian<N>,
     health: ImuHealth,
     wheels: WheelGate,
@@ -162,10 +171,13 @@ impl AttitudeFilter {
                 noise: params.noise(vehicle.drives),
             },
             standing_mps: STANDING_SHARE * vehicle.standstill_mps(None),
+            road: vehicle.road.is_some(),
             turn_walk: params.turn_walk(vehicle),
             started: false,
             quiet_s: 0.0,
             coast_s: 0.0,
+            silent_s: 0.0,
+            gyro_out_s: NO_GYRO_S,
             belief: Gaussian::independent(SVector::zeros(), SVector::zeros()),
             health: ImuHealth::new(supervision.accelerometer_gate, supervision.spike_gate),
             wheels: WheelGate::new(vehicle.drives, wheel_sd, integrity.gate_sd, gated),
@@ -193,6 +205,7 @@ impl AttitudeFilter {
         reason = "indices of states are constants below N"
     )]
     pub fn step(&mut self, z: &Channels, dt: Real) -> Option<Attitude> {
+        self.listen(z, dt);
         if !self.started {
             self.start(z, dt)?;
         }
@@ -210,9 +223,35 @@ impl AttitudeFilter {
         Some(self.found)
     }
 
+    /// Counts the time without samples; the filter starts anew after a pause.
+    fn listen(&mut self, z: &Channels, dt: Real) {
+        let wheels = z.new_wheel_speed_mps.iter().any(Option::is_some);
+        if z.specific_force_mps2.is_none() && !wheels {
+            self.silent_s += dt;
+        } else {
+            self.started &= self.silent_s < PAUSE_S;
+            self.silent_s = 0.0;
+        }
+        self.gyro_out_s = match z.angular_rate_radps {
+            Some(_) => 0.0,
+            None => self.gyro_out_s + dt,
+        };
+    }
+
+    /// Returns true while samples come: without any the last output is nobody's.
+    pub fn is_awake(&self) -> bool {
+        self.started && self.silent_s < LOST_S
+    }
+
     /// Begins with the first samples.
     fn start(&mut self, z: &Channels, dt: Real) -> Option<()> {
-        self.belief = first_belief(z, dt, &self.params, self.bias_sd, self.standing_mps)?;
+        self.belief = first_belief(
+            z,
+            dt,
+            &self.params,
+            self.bias_sd,
+            (self.standing_mps, self.road),
+        )?;
         self.started = true;
         Some(())
     }
@@ -420,7 +459,7 @@ impl AttitudeFilter {
             pitch_rate_radps: rates.theta_dot,
             yaw_rate_radps,
             curvature_per_m: self.curvature.per_m(),
-            imu: imu.force_mps2.is_some() && (imu.rate_radps.is_some() || !self.supervision.gyro),
+            imu: imu.force_mps2.is_some() && (imu.rate_radps.is_some() || !self.has_gyro()),
             wheels: [ballot.used, ballot.rejected],
         };
         self.heading.step(
@@ -432,6 +471,11 @@ impl AttitudeFilter {
             },
             dt,
         );
+    }
+
+    /// Returns true if there is a gyro that may be used.
+    fn has_gyro(&self) -> bool {
+        self.supervision.gyro && self.gyro_out_s < NO_GYRO_S
     }
 
     /// Standard deviation of the speed but for the scale of the wheels, m/s.
@@ -460,6 +504,11 @@ impl AttitudeFilter {
     /// Test of the gyro monitor: square of the mean innovation of the wheels over its variance.
     pub fn monitor(&self) -> Real {
         self.monitor.test()
+    }
+
+    /// Velocity random walk of the accelerometer along the body as seen, m/s/√s; 0 if it is not learnt.
+    pub fn seen_walk(&self) -> Real {
+        self.window.seen_walk()
     }
 
     /// State and covariance.
@@ -493,10 +542,13 @@ impl State for AttitudeFilter {
             calibration: _,
             model: _,
             standing_mps: _,
+            road: _,
             turn_walk: _,
             started,
             quiet_s,
             coast_s,
+            silent_s,
+            gyro_out_s,
             belief,
             health,
             wheels,
@@ -514,6 +566,8 @@ impl State for AttitudeFilter {
         started.visit(archive);
         quiet_s.visit(archive);
         coast_s.visit(archive);
+        silent_s.visit(archive);
+        gyro_out_s.visit(archive);
         belief.visit_lower(archive);
         health.visit(archive);
         wheels.visit(archive);

@@ -12,7 +12,7 @@ params! {
         accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 1.0, "Standard deviation of the accelerometer's bias; not set: that of the vehicle's sheet, or 0.00978 (1 mg).";
         velocity_random_walk ["m/s/√s"] = 6.94e-4, 1e-8 => 1.0, "Velocity random walk of the accelerometer: its noise density over √2.";
         accel_bias_walk ["m/s²/√s"] = 1.5e-4, 0.0 => 0.1, "Random walk of the accelerometer's bias (warm-up).";
-        mount_sd_deg ["deg"] = 0.0, 0.0 => 10.0, "Standard deviation of the pitch of the IMU against its unit: it goes into the grade, nothing can see it.";
+        mount_sd_deg ["deg"] = 0.2, 0.0 => 10.0, "Standard deviation of the pitch of the IMU against its unit: it goes into the grade, nothing can see it.";
         gyro_bias_sd_radps ["rad/s"] = none, 0.0 => 0.1, "Standard deviation of the gyro's bias; not set: that of the vehicle's sheet, or 2.4e-6 (0.5 °/h).";
         gyro_bias_walk ["rad/s/√s"] = 0.0, 0.0 => 0.1, "Random walk of the gyro's bias.";
         angle_random_walk ["rad/√s"] = 4.072e-5, 1e-9 => 0.1, "Angle random walk of the gyro.";
@@ -23,7 +23,7 @@ params! {
         lateral_force_sd_mps2 ["m/s²"] = none, 1e-4 => 10.0, "Standard deviation of the lateral force's model (guide wheels, side slip); not set: 0.05 on a rail, 5 on a road, where the roll is that of the gyro.";
         turn_coupling_sd_rad ["rad"] = none, 0.0 => 0.2, "Standard deviation of the roll that couples a yaw rate into the pitch rate; not set: 0 on a rail, 0.01 on a road.";
         force_noise_factor ["-"] = 5.0, 1.0 => 1e3, "Factor on the variance of the vertical force's noise: bounce.";
-        curvature_sd_per_m ["1/m"] = 0.03, 0.0 => 1.0, "Standard deviation of the vertical curvature, for times without a gyro.";
+        curvature_sd_per_m ["1/m"] = 0.06, 0.0 => 1.0, "Standard deviation of the vertical curvature, for times without a gyro.";
         curvature_length_m ["m"] = 5.0, 0.1 => 1e4, "Way over which the curvature becomes another.";
     }
 }

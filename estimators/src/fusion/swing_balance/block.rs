@@ -23,6 +23,10 @@ const ACCELERATION_STEP: Real = 2e-4;
 /// Step of the noise kept, m/s², of which there are at most 255.
 const NOISE_STEP: Real = 1e-4;
 
+/// Noise of the acceleration of a part that the model's noise covers, m/s², and the step in which it is kept.
+const NOMINAL_PART_MPS2: Real = 0.01;
+const PART_STEP: Real = 2e-3;
+
 /// Step of the lengths kept, s.
 const LENGTH_STEP_S: Real = 2e-5;
 
@@ -48,6 +52,10 @@ pub struct BlockInput {
     pub acceleration_mps2: Real,
     /// Traction at the rims, N, and its variance; `None` if too few torques are known.
     pub traction: Option<[Real; 2]>,
+    /// Time that the traction may be late, s.
+    pub traction_lag_s: Real,
+    /// Velocity random walk of the accelerometer as seen, m/s/√s.
+    pub seen_walk: Real,
     /// Horizontal curvature without its sign, 1/m.
     pub bend_per_m: Real,
     /// Brake applied, 0…1.
@@ -74,6 +82,8 @@ pub struct Block {
     /// Standard deviation of the noise of the acceleration and of the sine of the grade times g, in steps of
     /// [`NOISE_STEP`].
     noise: u8,
+    /// Standard deviation of the noise of the acceleration of a part, in steps of [`PART_STEP`].
+    part_noise: u8,
     /// Acceleration in parts, in steps of [`ACCELERATION_STEP`].
     acceleration: [i16; SUBSTEPS],
     /// Length of a part, in steps of [`LENGTH_STEP_S`].
@@ -97,6 +107,12 @@ impl Block {
     /// Standard deviation of the noise of the load's regressor, m/s².
     pub fn noise_mps2(&self) -> Real {
         Real::from(self.noise) * NOISE_STEP
+    }
+
+    /// Standard deviation of the noise of the acceleration of a part, m/s², where it is beyond what the model's noise
+    /// covers; else 0.
+    pub fn part_noise_mps2(&self) -> Real {
+        Real::from(self.part_noise) * PART_STEP
     }
 
     /// Length of a part, s.
@@ -128,6 +144,13 @@ pub struct BlockBuilder {
     parts: [Real; SUBSTEPS],
     part_s: Real,
     part_way: Real,
+    /// Speed at the beginning of the part, m/s.
+    part_mps: Real,
+    /// Largest random walk of the accelerometer, m/s/√s, and time that the traction may be late, s.
+    seen_walk: Real,
+    lag_s: Real,
+    /// First and last traction, N.
+    tractions: Option<[Real; 2]>,
     length_s: Real,
 }
 
@@ -135,12 +158,19 @@ impl BlockBuilder {
     /// Takes a sample; returns a block when it is whole.
     pub fn take(&mut self, z: &BlockInput, rail: &RailMemory, dt: Real) -> Option<Block> {
         let (start, start_mps) = *self.started.get_or_insert((rail.here(), z.speed_mps));
+        if self.length_s == 0.0 {
+            self.part_mps = start_mps;
+        }
         self.speed += z.speed_mps * dt;
+        self.seen_walk = self.seen_walk.max(z.seen_walk);
+        self.lag_s = self.lag_s.max(z.traction_lag_s);
         self.noise = self.noise.max(z.speed_noise_mps);
         self.sum_sd = self.sum_sd.max(z.sum_sd);
         if let Some([traction, variance]) = z.traction {
             self.with_traction += 1;
             self.traction += traction;
+            let [first, _] = self.tractions.unwrap_or([traction; 2]);
+            self.tractions = Some([first, traction]);
             self.variance += variance;
         }
         self.brake = self.brake.max(z.brake);
@@ -153,9 +183,13 @@ impl BlockBuilder {
         if self.part_s < SUBSTEP_S - 1e-6 {
             return None;
         }
+        let by_speed = (z.speed_mps - self.part_mps) / self.part_s;
+        let [_, share] = self.part_noise();
         if let Some(part) = self.parts.get_mut(self.part) {
-            *part = self.part_way / self.part_s;
+            let by_force = self.part_way / self.part_s;
+            *part = by_force + share * (by_speed - by_force);
         }
+        self.part_mps = z.speed_mps;
         self.part += 1;
         (self.part_s, self.part_way) = (0.0, 0.0);
         if self.part < SUBSTEPS {
@@ -167,9 +201,17 @@ impl BlockBuilder {
         let block = Block {
             place: rail.between(start, rail.here()),
             traction_n: stored(self.traction / count),
-            variance: stored(self.variance / (count * count) + self.inertia_variance(z.mass_kg)),
+            variance: stored(
+                self.variance / (count * count)
+                    + self.inertia_variance(z.mass_kg)
+                    + self.late_variance(),
+            ),
             speed_mps: stored(self.speed / self.length_s),
             noise: within(floor(self.regressor_noise() / NOISE_STEP + 0.5), 0.0, 255.0) as u8,
+            part_noise: {
+                let [sd, _] = self.part_noise();
+                within(floor(sd / PART_STEP + 0.5), 0.0, 255.0) as u8
+            },
             acceleration: self.parts.map(|a| steps(a + shift, ACCELERATION_STEP)),
             substep: steps(self.length_s / SUBSTEPS as Real, LENGTH_STEP_S),
             outcome: self.outcome(),
@@ -206,6 +248,26 @@ impl BlockBuilder {
         sqrt(2.0 * speed * speed + grade * grade)
     }
 
+    /// Standard deviation of the noise of the acceleration of a part, m/s², 0 up to the nominal one, and the share that
+    /// the speed at its ends has in it beside the accelerometer, which is shaken.
+    fn part_noise(&self) -> [Real; 2] {
+        let by_force = self.seen_walk * self.seen_walk / SUBSTEP_S;
+        if by_force < NOMINAL_PART_MPS2 * NOMINAL_PART_MPS2 {
+            return [0.0; 2];
+        }
+        let speed = self.noise / SUBSTEP_S;
+        let by_speed = 2.0 * speed * speed;
+        let share = by_force / (by_force + by_speed);
+        [sqrt(share * by_speed), share]
+    }
+
+    /// Variance of the traction by the time that it may be late, N².
+    fn late_variance(&self) -> Real {
+        let [first, last] = self.tractions.unwrap_or_default();
+        let late = self.lag_s / self.length_s.max(SUBSTEP_S) * (last - first);
+        late * late
+    }
+
     /// Variance of the force of inertia of `mass_kg` by the noise of the speed, beyond that which the model's noise
     /// covers, N².
     fn inertia_variance(&self, mass_kg: Real) -> Real {
@@ -227,8 +289,8 @@ impl Blank for Place {
     }
 }
 
-state!(Block { place, traction_n, variance, speed_mps, noise, acceleration, substep, outcome; });
-state!(BlockBuilder { started, with_traction, traction, variance, speed, noise, sum_sd, brake, unsound, slip, doubt, part, parts, part_s, part_way, length_s; } where |this| this.part < SUBSTEPS);
+state!(Block { place, traction_n, variance, speed_mps, noise, part_noise, acceleration, substep, outcome; });
+state!(BlockBuilder { started, with_traction, traction, variance, speed, noise, sum_sd, brake, unsound, slip, doubt, part, parts, part_s, part_way, part_mps, seen_walk, lag_s, tractions, length_s; } where |this| this.part < SUBSTEPS);
 
 /// The figure as a block keeps it: single precision halves what a memory of blocks takes.
 #[allow(clippy::unnecessary_cast)] // not with double precision

@@ -15,7 +15,7 @@ use crate::filters::ekf;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::model::Process;
 use crate::models::swing_balance::{
-    ANGLE, B, LENGTH, MASS, N, Nominal, R0, RATE, SwingInput, SwingModel,
+    ANGLE, B, ETA, LENGTH, MASS, N, Nominal, R0, RATE, SwingInput, SwingModel,
 };
 use crate::rail::train_means::TrainMeans;
 
@@ -137,6 +137,53 @@ impl SwingBalance {
         self.noise_kg = mass_kg.unwrap_or(0.0);
     }
 
+    /// Carries a state over the length of a block, with the load on a grade of this cosine.
+    pub fn carried(&self, x: SVector<Real, N>, block: &Block, cos: Real) -> SVector<Real, N> {
+        let u = SwingInput {
+            accelerations_mps2: block.accelerations().map(|a| a * cos),
+            ..SwingInput::default()
+        };
+        self.model.f(&x, &u, block.length_s())
+    }
+
+    /// Innovation of a block that has not been taken, at the state `x`, N, and the variance of its noise without that
+    /// of the rail that was not read, N².
+    pub fn outlook(&self, x: &SVector<Real, N>, block: &Block, means: &TrainMeans) -> [Real; 2] {
+        let read = TrainMeans {
+            ahead_kgm: 0.0,
+            ..*means
+        };
+        let aid = self.aid(&self.model, block, &read);
+        [aid.innovation(x), aid.R()]
+    }
+
+    /// The measurement by a block.
+    fn aid<'a>(
+        &self,
+        model: &'a SwingModel,
+        block: &Block,
+        means: &'a TrainMeans,
+    ) -> BlockForce<'a> {
+        let p = &self.params;
+        let noise = BlockNoise {
+            model_sd_mps2: p.model_sd_mps2,
+            swing_model_sd: p.swing_model_sd,
+            mass_kg: self.noise_mass_kg(),
+            traction_variance: Real::from(block.variance),
+            part_noise_mps2: block.part_noise_mps2(),
+        };
+        BlockForce {
+            model,
+            means,
+            traction_n: Real::from(block.traction_n),
+            speed_mps: Real::from(block.speed_mps),
+            accelerations_mps2: block.accelerations(),
+            substep_s: block.substep_s(),
+            variance: 0.0,
+        }
+        .with_noise(&noise, &self.belief.x)
+    }
+
     /// Takes a block whose rail has been read: corrects by it if it is of use (`refusal` is `None`), and carries the
     /// state over its length.
     pub fn step(
@@ -162,23 +209,8 @@ impl SwingBalance {
         reason = "indices of states are constants below N"
     )]
     fn correct(&mut self, block: &Block, means: &TrainMeans) -> BlockCorrection {
-        let p = &self.params;
-        let noise = BlockNoise {
-            model_sd_mps2: p.model_sd_mps2,
-            swing_model_sd: p.swing_model_sd,
-            mass_kg: self.noise_mass_kg(),
-            traction_variance: Real::from(block.variance),
-        };
-        let mut aid = BlockForce {
-            model: &self.model,
-            means,
-            traction_n: Real::from(block.traction_n),
-            speed_mps: Real::from(block.speed_mps),
-            accelerations_mps2: block.accelerations(),
-            substep_s: block.substep_s(),
-            variance: 0.0,
-        }
-        .with_noise(&noise, &self.belief.x);
+        let model = self.model;
+        let mut aid = self.aid(&model, block, means);
         let of = |sd: Real| sd * sd;
         let share = (block.length_s() / EXCITATION_S).min(1.0);
         let moved = of(aid.load_regressor(&self.belief.x));
@@ -253,6 +285,7 @@ impl SwingBalance {
         let same = exp(-onto_m / ETA_MEMORY_M);
         u.length_m = self.model.length_m(x);
         u.noise_mass_kg = noisy;
+        u.part_noise_mps2 = block.part_noise_mps2();
         u.force_sd_n = noisy
             * (p.force_sd_mps2
                 + GRAVITY * turn * p.place_sd_m
@@ -288,6 +321,16 @@ impl SwingBalance {
         if factor > 1.0 {
             self.belief.scale_sd(MASS, factor);
         }
+    }
+
+    /// Opens what another place on the rail makes another: the grade behind with the standard deviation
+    /// `behind_sd_rad`, and the swing.
+    pub fn lose_place(&mut self, behind_sd_rad: Real) {
+        let [angle, rate] = NEW_SWING_SD;
+        for (i, sd) in [(ETA, behind_sd_rad), (ANGLE, angle), (RATE, rate)] {
+            self.belief.set_independent(i, 0.0, sd * sd);
+        }
+        (self.last_grade, self.last_behind_m) = (0.0, 0.0);
     }
 
     /// Takes another load for possible: the mass as at the start, the swing open, resistance and bias a little.

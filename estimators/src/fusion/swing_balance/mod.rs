@@ -16,6 +16,7 @@ pub mod torque_monitor;
 use nalgebra::SVector;
 
 use crate::Real;
+use crate::aiding::force_balance::ETA_M;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::{Archive, State, state};
@@ -48,6 +49,20 @@ const SETTLED_BLOCKS: u32 = 20;
 /// Time that the start search takes for a block, s: one for each sample at 100 Hz.
 const SEARCH_PERIOD_S: Real = 0.01;
 const MAX_SEARCH_BLOCKS: u32 = 10;
+
+/// Memory of the mean residual, s, and its size from which the mass is not valid: residuals that keep to one side come
+/// of another load, or of a model that is wrong.
+const LEAN_MEMORY_S: Real = 2.0;
+const MAX_LEAN: Real = 1.2;
+
+/// Standard deviations by which the force may jump from one block to the next, the sharpest curvature of a rail, rad/m,
+/// and blocks after a jump until its cause is found.
+const JUMP_SD: Real = 5.0;
+const MAX_TURN_RADPM: Real = 0.12;
+const SETTLING_BLOCKS: u64 = 3;
+/// Distance ahead of the rail read of the furthest mass at least, m.
+const MIN_AHEAD_M: Real = 0.5;
+
 /// The filter at the last block at which no residual hinted at another load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct RollBack {
@@ -103,6 +118,11 @@ pub struct SwingMass {
     /// True if the start has been searched since it was new.
     searched: bool,
     residuals: ScaledCusum,
+    /// Mean of the normalised residuals of late.
+    lean: Real,
+    /// Innovation of the newest block and its variance, and the block up to which a jump of it takes the mark.
+    outlook: Option<[Real; 2]>,
+    jumped: u64,
     builder: BlockBuilder,
     blocks: [Block; BLOCKS],
     /// Blocks written and taken since the start.
@@ -149,6 +169,9 @@ impl SwingMass {
             catch_up: 0,
             published: [0.0; 2],
             residuals: ScaledCusum::default(),
+            lean: 0.0,
+            outlook: None,
+            jumped: 0,
             builder: BlockBuilder::default(),
             blocks: [Block::default(); BLOCKS],
             written: 0,
@@ -168,6 +191,7 @@ impl SwingMass {
         self.new_nis = None;
         let new = self.builder.take(z, rail, dt);
         if let Some(block) = new {
+            self.watch(&block, rail);
             if let Some(place) = self.blocks.get_mut(slot(self.written)) {
                 *place = block;
             }
@@ -202,6 +226,39 @@ impl SwingMass {
             self.status = AidStatus::not_fused(AidOutcome::Rejected(Rejection::NotRunning));
         }
         new
+    }
+
+    /// Looks at a new block before its turn: a force that jumps from one block to the next is that of another load,
+    /// because the rail that has not been read cannot change so fast.
+    fn watch(&mut self, block: &Block, rail: &RailMemory) {
+        let v = Real::from(block.speed_mps);
+        let sound = block.outcome == AidOutcome::Fused && v.abs() > MIN_SPEED_MPS;
+        if !(self.searched && sound) {
+            self.outlook = None;
+            return;
+        }
+        let means = self.train.at(rail, block.place);
+        let mut x = self.filter.belief().x;
+        for number in self.taken..self.written {
+            x = self.filter.carried(x, &self.block(number), means.load_cos);
+        }
+        let now = self.filter.outlook(&x, block, &means);
+        let Some([last, last_variance]) = self.outlook.replace(now) else {
+            return;
+        };
+        let [y, variance] = now;
+        let unread_kg = 2.0 * means.ahead_kgm / means.ahead_m.max(MIN_AHEAD_M);
+        // The rail ahead turns, and so does the gradient at the end of what was read, which it is taken to go on by.
+        let turn_rad = MAX_TURN_RADPM * v.abs() * block.length_s() * (1.0 + means.ahead_m);
+        let behind_m = match means.behind_tare_kgm > 0.0 {
+            true => v.abs() * block.length_s() / ETA_M,
+            false => 0.0,
+        };
+        let behind_rad = sqrt(self.found.eta_variance) * behind_m;
+        let bent = GRAVITY * (unread_kg * turn_rad + self.mass_kg() * behind_rad);
+        if (y - last).abs() > JUMP_SD * sqrt(variance + last_variance) + bent {
+            self.jumped = self.written + SETTLING_BLOCKS;
+        }
     }
 
     /// Reason why a block is of no use; `None` if it is of use.
@@ -241,6 +298,10 @@ impl SwingMass {
             weighs,
         } = correction;
         self.status = status;
+        if is_used(&status) {
+            let share = block.length_s() / (LEAN_MEMORY_S + block.length_s());
+            self.lean += share * (normalised - self.lean);
+        }
         if is_used(&status) && weighs {
             self.used = self.used.saturating_add(1);
             self.new_nis = Some((normalised * normalised, block.length_s()));
@@ -374,6 +435,31 @@ impl SwingMass {
         self.changes = self.changes.saturating_add(1);
     }
 
+    /// Takes it that the train came unseen to where it is: the rail of the blocks kept is no longer known, the load may
+    /// swing, and the grade behind the rail read has the standard deviation `behind_sd_rad`.
+    pub fn lose_place(&mut self, behind_sd_rad: Real) {
+        let outcome = AidOutcome::Stale;
+        self.blocks
+            .iter_mut()
+            .for_each(|block| block.outcome = outcome);
+        self.builder = BlockBuilder::default();
+        self.taken = self.written;
+        if self.search.is_active() {
+            self.search.stop();
+            self.filter = self.roll_back.filter;
+            self.filter.reset_load();
+            (self.used, self.searched) = (0, false);
+        }
+        self.filter.lose_place(behind_sd_rad);
+        self.found = BalanceState::by(&self.filter);
+        self.residuals.clear();
+        self.roll_back = RollBack {
+            filter: self.filter,
+            next: self.taken,
+            spent: false,
+        };
+    }
+
     /// State of the balance.
     pub fn found(&self) -> &BalanceState {
         &self.found
@@ -417,7 +503,12 @@ impl SwingMass {
 
     /// Returns true if the mass has been measured for long enough.
     pub fn is_known(&self) -> bool {
-        self.searched
+        self.searched && self.lean.abs() < MAX_LEAN && self.taken >= self.jumped
+    }
+
+    /// Mean of the normalised residuals of late.
+    pub fn lean(&self) -> Real {
+        self.lean
     }
 
     /// Normalised innovation squared of the block that the last step has used, and its length, s.
@@ -475,6 +566,9 @@ impl State for SwingMass {
             search_from,
             searched,
             residuals,
+            lean,
+            outlook,
+            jumped,
             builder,
             blocks,
             written,
@@ -495,6 +589,9 @@ impl State for SwingMass {
         search_from.visit(archive);
         searched.visit(archive);
         residuals.visit(archive);
+        lean.visit(archive);
+        outlook.visit(archive);
+        jumped.visit(archive);
         builder.visit(archive);
         blocks.visit(archive);
         written.visit(archive);

@@ -12,7 +12,7 @@ params! {
         torque_noise ["-"] = 0.01, 0.0 => 1.0, "Standard deviation of a torque sample, as a share of it.";
         torque_noise_nm ["N·m"] = 0.2, 0.0 => 1e3, "Constant part of it.";
         torque_gain_sd ["-"] = 0.005, 0.0 => 0.2, "Standard deviation of the scale of one torque sensor: nothing can see it, it is added to the mass's.";
-        efficiency_sd ["-"] = 0.01, 0.0 => 0.2, "Standard deviation of the efficiency of the gears; as above.";
+        efficiency_sd ["-"] = 0.035, 0.0 => 0.2, "Standard deviation of the efficiency of the gears; as above.";
         radius_sd ["-"] = 0.01, 0.0 => 0.2, "Standard deviation of the wheels' radius (wear); as above.";
         resistance_sd ["-"] = 0.4, 0.0 => 2.0, "Standard deviation of the constant part of running resistance, as a share of all.";
         speed_resistance ["s/m"] = 0.03, 0.0 => 1.0, "Part of running resistance that grows with speed, as a share of all per m/s.";

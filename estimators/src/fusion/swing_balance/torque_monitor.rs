@@ -17,6 +17,11 @@ const LAG_S: Real = 0.3;
 const GATE_SD: Real = 6.0;
 /// Share of a step of the command that a motor with a lag of 0.07 s is behind it after that low-pass: e^(0.07/0.3) − 1.
 const DELAY: Real = 0.25;
+/// Lag behind the command that a motor may have, s, and the largest one that counts, s.
+const MOTOR_LAG_S: Real = 0.1;
+const MAX_LAG_S: Real = 1.0;
+/// Memory of the lag, s.
+const LAG_MEMORY_S: Real = 30.0;
 /// Share of the torque that drives may share it unequally by, beyond noise and gain.
 const UNEQUAL: Real = 0.02;
 
@@ -35,6 +40,10 @@ pub struct TorqueMonitor {
     commanded: f32,
     /// Recent change of the command that has not come through the low-pass yet, N·m.
     changing: f32,
+    /// Regression of what the torques are behind the command on its rate: sums of products and squares.
+    behind: [f32; 2],
+    /// Age of the torques by their stamps, s.
+    age_s: Real,
     used: u32,
     doubt: bool,
 }
@@ -52,6 +61,8 @@ impl TorqueMonitor {
             smooth: [0.0; MAX_DRIVES],
             commanded: 0.0,
             changing: 0.0,
+            behind: [0.0; 2],
+            age_s: 0.0,
             used: 0,
             doubt: false,
         }
@@ -71,6 +82,8 @@ impl TorqueMonitor {
             *smooth = stored(last + share * (torque.unwrap_or(last) - last));
         }
         let median = self.median(z);
+        self.age_s = z.torque_age_s;
+        self.observe_lag(median, (1.0 - share) * change / LAG_S, dt);
         let limit = self.limit(median);
         let (mut count, mut force, mut variance) = (0u32, 0.0, 0.0);
         let [relative, constant] = self.noise;
@@ -92,6 +105,35 @@ impl TorqueMonitor {
         }
         let all = self.drives as Real / Real::from(count as f32);
         Some([force * all, variance * all * all])
+    }
+
+    /// Takes how far the torques are behind the command while that changes by `rate_nmps`.
+    fn observe_lag(&mut self, median: Real, rate_nmps: Real, dt: Real) {
+        let off = Real::from(self.commanded) - median;
+        let share = dt / LAG_MEMORY_S;
+        let new = [off * rate_nmps, rate_nmps * rate_nmps];
+        for (sum, new) in self.behind.iter_mut().zip(new) {
+            let old = Real::from(*sum);
+            *sum = stored(old + share * (new - old));
+        }
+    }
+
+    /// Time that the torques may be late against the rest, s: by their stamps, or by how far they are behind the
+    /// command beyond what a motor is.
+    pub fn lag_s(&self) -> Real {
+        if !self.on {
+            return 0.0;
+        }
+        let [product, square] = self.behind.map(Real::from);
+        let constant = self.noise[1];
+        let floor = constant * constant;
+        let by_command = product / (square + floor) - MOTOR_LAG_S;
+        let by_stamp = if self.age_s <= MAX_LAG_S {
+            self.age_s
+        } else {
+            0.0
+        };
+        within(by_command.max(by_stamp), 0.0, MAX_LAG_S)
     }
 
     /// Returns true if the torques contradict the command.
@@ -137,7 +179,7 @@ impl TorqueMonitor {
     }
 }
 
-state!(TorqueMonitor { smooth, commanded, changing, used, doubt; on, drives, noise, gain_sd, per_nm, efficiency });
+state!(TorqueMonitor { smooth, commanded, changing, behind, age_s, used, doubt; on, drives, noise, gain_sd, per_nm, efficiency });
 
 #[cfg(test)]
 mod tests {
