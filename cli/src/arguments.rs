@@ -128,6 +128,39 @@ pub fn metric(name: &str) -> Result<String, String> {
     })
 }
 
+/// An estimator of a comparison: its name in the run and, if it was given, its type.
+#[derive(Clone, Debug)]
+pub struct NamedEstimator {
+    pub(crate) name: String,
+    pub(crate) is: Option<String>,
+}
+
+/// Reads an estimator, as NAME or NAME=TYPE.
+pub fn named(text: &str) -> Result<NamedEstimator, String> {
+    let (name, is) = match text.split_once('=') {
+        Some((name, is)) => (name, Some(is.trim().to_owned())),
+        None => (text, None),
+    };
+    let name = name.trim().to_owned();
+    match name.is_empty() || is.as_ref().is_some_and(String::is_empty) {
+        true => Err("write NAME or NAME=TYPE, such as tuned=dffrls_aekf_robust".into()),
+        false => Ok(NamedEstimator { name, is }),
+    }
+}
+
+/// A share as `5%` or `0.05`.
+pub fn share(text: &str) -> Result<f64, String> {
+    let (number, scale) = match text.trim().strip_suffix('%') {
+        Some(number) => (number, 0.01),
+        None => (text, 1.0),
+    };
+    let share = number.trim().parse::<f64>().map(|x| x * scale);
+    share
+        .ok()
+        .filter(|x| (0.0..=10.0).contains(x))
+        .ok_or_else(|| "write a share such as 5% or 0.05".to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -145,5 +178,12 @@ mod tests {
         ] {
             assert_eq!(at_most(n(8), told), n(jobs), "{told:?}");
         }
+    }
+
+    #[test]
+    fn shares_are_read() {
+        assert_eq!(share("5%"), Ok(0.05));
+        assert_eq!(share(" 0.1 "), Ok(0.1));
+        assert!(share("five").is_err() && share("-1%").is_err() && share("nan").is_err());
     }
 }

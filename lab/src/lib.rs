@@ -9,6 +9,7 @@
 //! | [`metrics`] | errors of every estimator, sample by sample, and the numbers that sum them up |
 //! | [`verdicts`] | a run in numbers, its expectations, estimators side by side |
 //! | [`batch`] | many runs on several threads: studies, shards, results that survive a kill |
+//! | [`stress`] | a battery of conditions for estimators, one at a time |
 //!
 //! The extras stand on the core.
 //!
@@ -31,6 +32,7 @@ pub mod metrics;
 pub mod recordings;
 pub mod replay;
 pub mod reports;
+pub mod stress;
 pub mod text;
 pub mod tuning;
 pub mod verdicts;

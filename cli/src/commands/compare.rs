@@ -1,6 +1,6 @@
 //! `monorig compare`: estimators side by side on the same runs.
 
-use crate::arguments::{Jobs, assignment, metric, seeds};
+use crate::arguments::{Jobs, NamedEstimator, assignment, metric, named, seeds};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::{csv, prepare};
 use crate::identity::identity;
@@ -93,30 +93,11 @@ const CSV_TITLES: &[&str] = &[
 
 /// Help of `--metrics`.
 const METRICS: &str = "Metrics to compare; without it mass_rmse_kg, mass_error_converged_rel_max, slope_rmse_deg, slope_mae_deg, mass_misleading_share, \
-     slope_misleading_share and, where the runs have a Cramér-Rao bound, slope_rmse_over_bound, effective_slope_rmse_over_bound, mass_rmse_over_bound";
+     mass_overconfident_share, slope_misleading_share, slope_overconfident_share and, where the runs have a Cramér-Rao bound, slope_rmse_over_bound, effective_slope_rmse_over_bound, mass_rmse_over_bound";
 
 /// Help of `--estimators`.
 const ESTIMATORS: &str =
     "Estimators to compare, by name or as NAME=TYPE; without it those of the scenario";
-
-/// An estimator to compare: its name in the run and, if it was given, its type.
-#[derive(Clone, Debug)]
-pub struct NamedEstimator {
-    name: String,
-    is: Option<String>,
-}
-
-fn named(text: &str) -> Result<NamedEstimator, String> {
-    let (name, is) = match text.split_once('=') {
-        Some((name, is)) => (name, Some(is.trim().to_owned())),
-        None => (text, None),
-    };
-    let name = name.trim().to_owned();
-    match name.is_empty() || is.as_ref().is_some_and(String::is_empty) {
-        true => Err("write NAME or NAME=TYPE, such as tuned=dffrls_aekf_robust".into()),
-        false => Ok(NamedEstimator { name, is }),
-    }
-}
 
 /// The changes to the scenario that add the estimators it does not have. One that it has under another type is an
 /// error.

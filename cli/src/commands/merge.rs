@@ -1,4 +1,4 @@
-//! `monorig merge`: the shards of a study or of a test put together.
+//! `monorig merge`: the shards of a study, of a test or of a stress battery put together.
 
 use crate::command::{Command, CommandOutcome, Program};
 use crate::identity::identity;
@@ -6,9 +6,12 @@ use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::prose::counted;
+use crate::ui::terminal;
 use crate::verdicts::lines;
+use crate::verdicts::stress::print_matrix;
 use crate::verdicts::study::print_results;
 use monorig_lab::batch::{self, test_shards};
+use monorig_lab::stress::{StressFile, merge_stress};
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use std::path::PathBuf;
 
@@ -19,11 +22,12 @@ use std::path::PathBuf;
     after_help = "Examples:
   monorig merge runs/spread/results.*-of-5.jsonl --into runs/spread/results.jsonl      shards of a study
   monorig merge shard-*.json --into verdicts.json                                      shards of `monorig test --shard K/N --json FILE`
+  monorig merge shard-*.json --into stress.json                                        shards of `monorig stress --shard K/N --json FILE`
 
 Shards of another program, of other files, or made on a machine that computes other bits are refused."
 )]
 pub struct MergeArgs {
-    /// Results of all shards of a study, or of a test
+    /// Results of all shards of a study, a test or a stress battery
     #[arg(required = true)]
     pub parts: Vec<PathBuf>,
     /// File the whole goes to
@@ -43,7 +47,14 @@ fn merge(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
         path.extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("json"))
     };
-    if task.parts.first().is_some_and(of_test) {
+    let first = task.parts.first();
+    if first.is_some_and(|path| StressFile::is_one(path)) {
+        let file = merge_stress(&task.parts, &task.into)?;
+        output::write(&task.into, &file.to_json())?;
+        print_matrix(&file, terminal::verbose())?;
+        return Ok(CommandOutcome::Held);
+    }
+    if first.is_some_and(of_test) {
         return merge_tests(task);
     }
     let runs = batch::merge(&task.parts, &task.into)?;

@@ -21,6 +21,7 @@ mod run;
 mod runs;
 mod schema;
 mod sensors;
+mod stress;
 mod study;
 mod test;
 mod tune;
@@ -34,6 +35,7 @@ pub(crate) const COMMANDS: &[CommandEntry] = &[
     CommandEntry::of::<compare::CompareArgs>(),
     CommandEntry::of::<bound::BoundArgs>(),
     CommandEntry::of::<study::StudyArgs>(),
+    CommandEntry::of::<stress::StressArgs>(),
     CommandEntry::of::<merge::MergeArgs>(),
     CommandEntry::of::<tune::TuneArgs>(),
     CommandEntry::of::<report::ReportArgs>(),

@@ -2,13 +2,13 @@
 
 mod baseline;
 mod figures;
-mod files;
 mod keep;
 
-use crate::arguments::{Expect, Jobs, assignment, metric, seeds, shard};
+use crate::arguments::{Expect, Jobs, assignment, metric, seeds, shard, share};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::out::prepare_out;
 use crate::files::prepare;
+use crate::files::scenarios::scenarios;
 use crate::identity::identity;
 use crate::ui::errors::{self, CliError};
 use crate::ui::interrupt;
@@ -75,7 +75,7 @@ pub struct TestArgs {
     #[arg(long, value_name = "FILE")]
     pub baseline: Option<PathBuf>,
     /// Share by which the mean over the seeds may be worse than in the baseline
-    #[arg(long, value_name = "SHARE", value_parser = baseline::share, default_value = "5%", requires = "baseline")]
+    #[arg(long, value_name = "SHARE", value_parser = share, default_value = "5%", requires = "baseline")]
     pub worse_than: f64,
     /// Print these metrics of every estimator over all runs: median, 95th percentile, largest
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = metric)]
@@ -126,7 +126,7 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
         prepare_out(folder)?;
     }
     let begun = Instant::now();
-    let paths = files::scenarios(&task.paths, task.filter.as_deref())?;
+    let paths = scenarios(&task.paths, task.filter.as_deref())?;
     // what is interrupted must not leave the reports of an earlier test behind
     for path in task.junit.iter().chain(&task.json) {
         output::clear(path)?;

@@ -4,6 +4,7 @@ use crate::files::prepare;
 use clap::ValueEnum;
 use monorig_lab::batch::{Plan, StudyFile};
 use monorig_lab::draw::RangesFile;
+use monorig_lab::stress::{Condition, ConditionFile};
 use monorig_lab::tuning::{TuningFile, name_check};
 use monorig_lab::verdicts::expected;
 use monorig_logs::drive::VehicleFile;
@@ -51,6 +52,8 @@ pub enum FileKind {
     Tuning,
     /// A scenario run many times with drawn values
     Study,
+    /// Changes to scenarios under which estimators are tried
+    Condition,
     /// Ranges that scenarios are drawn from
     Ranges,
     /// Quantities in the columns of a recorded log
@@ -209,6 +212,15 @@ pub const KINDS: &[FileFormat] = &[
         schema: || schema_for!(RangesFile),
         names: &[("/$defs/Settings/properties/is", TypeNames::Estimators)],
         check: |path, registry| RangesFile::load(path)?.check(path, registry),
+    },
+    FileFormat {
+        kind: FileKind::Condition,
+        name: "condition",
+        about: "changes to a scenario under which `monorig stress` tries estimators",
+        telling: &["condition", "group", "told_factor", "events"],
+        schema: || schema_for!(ConditionFile),
+        names: &[],
+        check: |path, _| Condition::load(path).map(drop),
     },
     FileFormat {
         kind: FileKind::Study,

@@ -7,4 +7,5 @@ pub(crate) mod out;
 pub(crate) mod prepare;
 pub(crate) mod report;
 pub(crate) mod results;
+pub(crate) mod scenarios;
 pub(crate) mod written;

@@ -2,6 +2,7 @@
 
 pub(crate) mod junit;
 pub(crate) mod lines;
+pub(crate) mod stress;
 pub(crate) mod study;
 
 use monorig_lab::verdicts::verdict::ScenarioVerdict;

@@ -21,7 +21,8 @@ mod vary;
 
 pub use held_against::StudyOfHeader;
 pub use merge::merge;
-pub use one_run::{RunSpec, run_one};
+pub(crate) use one_run::run_observed;
+pub use one_run::{Interrupted, RunSpec, run_one};
 pub use plan::Plan;
 pub(crate) use plan::{FORMAT, StudyHeader, VERSION};
 pub use pool::{in_order, map_in_order, refused_threads};

@@ -6,7 +6,7 @@ use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::Summary;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
-use monorig_sim::closed_loop::run;
+use monorig_sim::closed_loop::run::{self, Observer, StepFrame};
 use monorig_sim::config::file::Sets;
 use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::config::scenario::Scenario;
@@ -46,7 +46,18 @@ pub fn run_one(
     registry: &Registry,
     go_on: &dyn Fn() -> bool,
 ) -> Result<RunResult, Interrupted> {
-    let outcome = match catch_unwind(AssertUnwindSafe(|| simulate(spec, registry, go_on))) {
+    run_observed(spec, registry, go_on, &mut |_: &StepFrame<'_>| {})
+}
+
+/// Runs it with an observer more.
+pub(crate) fn run_observed(
+    spec: &RunSpec,
+    registry: &Registry,
+    go_on: &dyn Fn() -> bool,
+    more: &mut dyn Observer,
+) -> Result<RunResult, Interrupted> {
+    let simulated = || simulate(spec, registry, go_on, more);
+    let outcome = match catch_unwind(AssertUnwindSafe(simulated)) {
         Ok(Ok(None)) => return Err(Interrupted),
         Ok(Ok(Some(summary))) => Ok(summary),
         Ok(Err(e)) => Err(e.to_string()),
@@ -72,6 +83,7 @@ fn simulate(
     spec: &RunSpec,
     registry: &Registry,
     go_on: &dyn Fn() -> bool,
+    more: &mut dyn Observer,
 ) -> Result<Option<Summary>, Error> {
     let load = || Scenario::load_with(&spec.scenario, &spec.changes);
     let scenario = spec.inputs.during(load)?;
@@ -81,7 +93,9 @@ fn simulate(
         Some(reference) => SummaryObserver::against(reference),
         None => SummaryObserver::default(),
     };
-    let outcome = run::run(&mut simulation, &mut [&mut observer], &mut |_| go_on())?;
+    let outcome = run::run(&mut simulation, &mut [&mut observer, more], &mut |_| {
+        go_on()
+    })?;
     let summary = || observer.summary(&simulation.scenario, spec.seed, &outcome);
     Ok((!outcome.interrupted).then(summary))
 }

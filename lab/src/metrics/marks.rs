@@ -1,5 +1,5 @@
-//! Quality of an estimator's marks of validity: availability, integrity, continuity; and the share of samples that a
-//! reference tells anything of.
+//! Quality of an estimator's marks of validity: availability, integrity, overconfidence, continuity, recovery; and the
+//! share of samples that a reference tells anything of.
 //!
 //! Terms after the navigation of aircraft (RTCA DO-229; Stanford diagram: Tossaint et al. 2007).
 
@@ -10,7 +10,7 @@ use monorig_sim::config::scenario::IntegrityLimits;
 
 const HOUR_S: f64 = 3600.0;
 
-/// One of the four.
+/// One of them.
 pub(super) fn start(
     kind: Marks,
     quantity: Quantity,
@@ -25,6 +25,16 @@ pub(super) fn start(
             quantity,
             limits: *limits,
             share: Mean::default(),
+        }),
+        Marks::Overconfidence => Box::new(OverconfidentShare {
+            quantity,
+            k: limits.k,
+            share: Mean::default(),
+        }),
+        Marks::Recovery => Box::new(Recovery {
+            quantity,
+            limits: *limits,
+            since_s: f64::NAN,
         }),
         Marks::Continuity => Box::new(Losses::new(quantity)),
         Marks::Referenced => Box::new(ReferenceShare {
@@ -81,6 +91,53 @@ impl Accumulator<ErrorSample> for MisleadingShare {
 
     fn value(&self) -> f64 {
         self.share.value()
+    }
+}
+
+/// Of the same samples as [`MisleadingShare`]: whatever the size of the error.
+struct OverconfidentShare {
+    quantity: Quantity,
+    k: f64,
+    share: Mean,
+}
+
+impl Accumulator<ErrorSample> for OverconfidentShare {
+    fn add(&mut self, x: &ErrorSample) {
+        if self.quantity.is_judged(x) {
+            self.share
+                .add_bool(self.quantity.is_overconfident(x, self.k));
+        }
+    }
+
+    fn value(&self) -> f64 {
+        self.share.value()
+    }
+}
+
+/// Time from which every sample with a reference is marked valid and within the alert limit. NaN where the last one is
+/// not.
+struct Recovery {
+    quantity: Quantity,
+    limits: IntegrityLimits,
+    since_s: f64,
+}
+
+impl Accumulator<ErrorSample> for Recovery {
+    fn add(&mut self, x: &ErrorSample) {
+        if !self.quantity.has_reference(x) {
+            return;
+        }
+        let right = self.quantity.is_valid(x)
+            && self.quantity.error(x).abs() <= self.quantity.alert(&self.limits);
+        self.since_s = match right {
+            false => f64::NAN,
+            true if self.since_s.is_nan() => x.t_s,
+            true => self.since_s,
+        };
+    }
+
+    fn value(&self) -> f64 {
+        self.since_s
     }
 }
 
@@ -176,6 +233,8 @@ mod tests {
             let is = match kind {
                 Marks::Availability => 0.7,
                 Marks::Integrity => 2.0 / 7.0,
+                Marks::Overconfidence => 3.0 / 7.0,
+                Marks::Recovery => 8.0,
                 Marks::Continuity => 2.0 * 3600.0 / 9.0,
                 Marks::Referenced => 1.0,
             };
@@ -214,5 +273,43 @@ mod tests {
         };
         assert_eq!(of(Marks::Availability), 0.0);
         assert!(of(Marks::Integrity).is_nan() && of(Marks::Continuity).is_nan());
+        assert!(of(Marks::Overconfidence).is_nan() && of(Marks::Recovery).is_nan());
+    }
+
+    /// The protection level holds for an error of any size: 0.5 % of mass with a standard deviation of 0.1 % is
+    /// overconfident and does not mislead; without a standard deviation every valid sample is overconfident.
+    #[test]
+    fn overconfidence_knows_no_alert_limit() {
+        let of = |kind, sd: f64| {
+            let x = ErrorSample {
+                mass_rel: 0.005,
+                mass_nees: (0.005 / sd).powi(2),
+                mass_valid: true,
+                ..Default::default()
+            };
+            let mut marks = start(kind, Quantity::Mass, &IntegrityLimits::default());
+            marks.add(&x);
+            marks.value()
+        };
+        for (sd, share) in [(0.001, 1.0), (0.01, 0.0), (f64::NAN, 1.0), (0.0, 1.0)] {
+            assert_eq!(of(Marks::Overconfidence, sd), share, "{sd}");
+            assert_eq!(of(Marks::Integrity, sd), 0.0, "{sd}");
+        }
+    }
+
+    /// The reference's variance is in the normalised square: an error of 4 with 1 of the estimator is beyond three, with
+    /// 1 of the reference beside it it is not (4/√2 = 2.8).
+    #[test]
+    fn the_variance_of_the_reference_excuses() {
+        let of = |nees| {
+            let x = ErrorSample {
+                slope_nees: nees,
+                slope: 4.0 * DEGREE,
+                slope_valid: true,
+                ..Default::default()
+            };
+            Quantity::Slope.is_overconfident(&x, 3.0)
+        };
+        assert!(of(16.0) && !of(8.0));
     }
 }

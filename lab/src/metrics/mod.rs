@@ -76,6 +76,10 @@ pub(crate) enum Marks {
     Availability,
     /// Share of the valid samples that is misleading.
     Integrity,
+    /// Share of the valid samples that is beyond the protection level, whatever the size of the error.
+    Overconfidence,
+    /// Time from which the quantity stays valid and right to the end.
+    Recovery,
     /// Losses of validity per hour.
     Continuity,
     /// Share of samples that have a reference, whatever their marks.
@@ -160,9 +164,14 @@ impl Metric {
 
     /// True for a share: from 0 to 1.
     pub(crate) fn is_share(&self) -> bool {
-        let integrity = Marks::Integrity;
         matches!(self.best, Best::One | Best::InBand)
-            || matches!(self.of, Of::Marks { kind, .. } if kind == integrity)
+            || matches!(
+                self.of,
+                Of::Marks {
+                    kind: Marks::Integrity | Marks::Overconfidence,
+                    ..
+                }
+            )
     }
 
     /// True if only samples that the estimator marks valid count.

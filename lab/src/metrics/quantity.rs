@@ -110,6 +110,13 @@ impl Quantity {
         self.is_valid(x) && self.has_reference(x) && self.error(x).is_finite()
     }
 
+    /// True for an overconfident sample: marked valid, and its error exceeds k standard deviations (with that of the
+    /// reference), whatever its size; also without a standard deviation.
+    pub(crate) fn is_overconfident(self, x: &ErrorSample, k: f64) -> bool {
+        let nees = self.nees(x);
+        self.is_judged(x) && (nees.is_nan() || nees > k * k)
+    }
+
     /// True for a misleading sample: marked valid, and its error exceeds both the protection level and the alert limit.
     /// The protection level is k standard deviations, at most [`Quantity::max_protection`]; there is none without a
     /// standard deviation.

@@ -63,7 +63,9 @@ pub struct ErrorSample {
     pub(crate) mass_rel: f64,
     /// Estimate minus truth, total mass, kg.
     pub mass_kg: f64,
-    /// Its normalised square: (error / standard deviation)².
+    /// Reported standard deviation over truth, total mass.
+    pub(crate) mass_sd_rel: f64,
+    /// Normalised square of the error: (error / standard deviation)².
     pub mass_nees: f64,
     /// True where the estimator marks the mass valid.
     pub mass_valid: bool,
@@ -73,6 +75,10 @@ pub struct ErrorSample {
     pub(crate) slopes: [f64; 2],
     /// Estimate minus effective grade of the train, rad.
     pub slope_effective: f64,
+    /// Reported standard deviation of the slope, rad.
+    pub(crate) slope_sd: f64,
+    /// Reported standard deviation of the effective slope, rad.
+    pub(crate) effective_sd: f64,
     /// Normalised square of the slope's error, against the grade at the IMU.
     pub slope_nees: f64,
     /// True where the estimator marks the slope valid.
@@ -124,6 +130,9 @@ impl ErrorSample {
                 .map(f64::is_nan),
             mass_rel: mass / t.total_mass_kg,
             mass_kg: mass,
+            mass_sd_rel: e.total_mass_kg.sd / t.total_mass_kg,
+            slope_sd: e.grade_rad.sd,
+            effective_sd: e.effective_grade_rad.sd,
             mass_nees: normalised(mass, e.total_mass_kg.sd, t.mass_sd_kg),
             mass_valid: e.total_mass_kg.valid,
             slope,

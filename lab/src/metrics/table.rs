@@ -89,6 +89,10 @@ table! {
             = convergence();
         Mass "mass_bias" ["1", Zero] "mean error of the total mass over the total mass"
             = mean(|x: &ErrorSample| x.mass_rel);
+        Mass "mass_rmse_rel" ["1", Least] "root mean square error of the total mass over the total mass"
+            = rms(|x: &ErrorSample| x.mass_rel);
+        Mass "mass_sd_rel_mean" ["1", Least] "mean reported standard deviation of the mass over the total mass"
+            = mean(|x: &ErrorSample| x.mass_sd_rel);
         Mass "mass_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the mass; 1 when consistent"
             = mean(|x: &ErrorSample| x.mass_nees);
         Mass "mass_nees_in_band" ["1", InBand] "share of samples with a NEES of the mass within the 95 % band of χ²₁ (below 3.84); 0.95 when consistent, more when cautious"
@@ -109,6 +113,8 @@ table! {
             = rms(|x: &ErrorSample| x.slope_percent());
         Slope "slope_error_max_percent" ["%", Least] "largest error of the slope as roads state it"
             = max(|x: &ErrorSample| x.slope_percent());
+        Slope "slope_sd_mean_deg" ["°", Least] "mean reported standard deviation of the slope"
+            = mean(|x: &ErrorSample| x.slope_sd / DEGREE);
         Slope "slope_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the slope; 1 when consistent"
             = mean(|x: &ErrorSample| x.slope_nees);
         Slope "slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the slope within the 95 % band of χ²₁"
@@ -131,6 +137,8 @@ table! {
             = max(|x: &ErrorSample| x.slope_effective / DEGREE);
         EffectiveSlope "effective_slope_error_p95_deg" ["°", Least] "95th percentile of the absolute error of the effective slope"
             = p95(|x: &ErrorSample| x.slope_effective / DEGREE);
+        EffectiveSlope "effective_slope_sd_mean_deg" ["°", Least] "mean reported standard deviation of the effective slope"
+            = mean(|x: &ErrorSample| x.effective_sd / DEGREE);
         EffectiveSlope "effective_slope_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the effective slope; 1 when consistent"
             = mean(|x: &ErrorSample| x.effective_nees);
         EffectiveSlope "effective_slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the effective slope within the 95 % band of χ²₁"
@@ -149,6 +157,10 @@ table! {
             "availability: share of samples whose mass the estimator marks valid";
         Mass Integrity "mass_misleading_share" ["1", Least]
             "integrity: share of the valid samples with a reference whose error of the mass exceeds k standard deviations and the alert limit";
+        Mass Overconfidence "mass_overconfident_share" ["1", Least]
+            "overconfidence: share of the valid samples with a reference whose error of the mass exceeds k standard deviations, whatever its size";
+        Mass Recovery "mass_recovered_s" ["s", Least]
+            "recovery: time from which the mass stays valid and within its alert limit to the end";
         Mass Continuity "mass_losses_per_h" ["1/h", Least]
             "continuity: losses of the mass's validity per hour";
         Mass Referenced "mass_reference_share" ["1", One]
@@ -157,6 +169,10 @@ table! {
             "availability: share of samples whose slope the estimator marks valid";
         Slope Integrity "slope_misleading_share" ["1", Least]
             "integrity: share of the valid samples with a reference whose error of the slope exceeds k standard deviations and the alert limit";
+        Slope Overconfidence "slope_overconfident_share" ["1", Least]
+            "overconfidence: share of the valid samples with a reference whose error of the slope exceeds k standard deviations, whatever its size";
+        Slope Recovery "slope_recovered_s" ["s", Least]
+            "recovery: time from which the slope stays valid and within its alert limit to the end";
         Slope Continuity "slope_losses_per_h" ["1/h", Least]
             "continuity: losses of the slope's validity per hour";
         Slope Referenced "slope_reference_share" ["1", One]
@@ -165,6 +181,10 @@ table! {
             "availability: share of samples whose effective slope the estimator marks valid";
         EffectiveSlope Integrity "effective_slope_misleading_share" ["1", Least]
             "integrity: share of the valid samples with a reference whose error of the effective slope exceeds k standard deviations and the alert limit";
+        EffectiveSlope Overconfidence "effective_slope_overconfident_share" ["1", Least]
+            "overconfidence: share of the valid samples with a reference whose error of the effective slope exceeds k standard deviations, whatever its size";
+        EffectiveSlope Recovery "effective_slope_recovered_s" ["s", Least]
+            "recovery: time from which the effective slope stays valid and within its alert limit to the end";
         EffectiveSlope Continuity "effective_slope_losses_per_h" ["1/h", Least]
             "continuity: losses of the effective slope's validity per hour";
         EffectiveSlope Referenced "effective_slope_reference_share" ["1", One]

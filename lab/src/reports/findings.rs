@@ -50,6 +50,7 @@ pub(crate) fn integrity<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Opti
         &[
             "valid, % of all",
             "misleading, % of valid",
+            "overconfident, % of valid",
             "alert limit",
             "worst error",
             "its NEES",
@@ -77,6 +78,7 @@ pub(crate) fn integrity<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Opti
             judged.into(),
             Cell::number(100.0 * i.valid as f64 / i.samples as f64),
             share,
+            Cell::number(100.0 * i.overconfident as f64 / i.judged as f64),
             with_unit(i.alert).into(),
             i.worst
                 .map_or("–".to_owned(), |w| with_unit(w.error.abs()))

@@ -22,6 +22,7 @@ pub mod pair;
 mod parameters;
 pub mod plot;
 pub mod run;
+pub mod stress;
 pub mod study;
 pub mod table;
 

@@ -19,6 +19,9 @@ pub struct Integrity {
     pub(crate) judged: u64,
     /// Misleading samples: marked valid, and the error exceeds k reported standard deviations and the alert limit.
     pub(crate) misleading: u64,
+    /// Overconfident samples: marked valid, and the error exceeds k reported standard deviations, whatever its size.
+    #[serde(default)]
+    pub(crate) overconfident: u64,
     /// Alert limit: a share of the mass, or degrees.
     pub(crate) alert: f64,
     /// The misleading sample with the largest error.
@@ -85,6 +88,7 @@ impl Integrity {
                 valid: 0,
                 judged: 0,
                 misleading: 0,
+                overconfident: 0,
                 alert: quantity.alert(limits),
                 worst: None,
                 at_most: judged.then_some(limits.max_share),
@@ -104,6 +108,7 @@ impl Integrity {
         self.samples += 1;
         self.valid += u64::from(quantity.is_valid(x));
         self.judged += u64::from(quantity.is_judged(x));
+        self.overconfident += u64::from(quantity.is_overconfident(x, limits.k));
         if !quantity.is_misleading(x, limits) {
             return;
         }
@@ -139,6 +144,7 @@ impl Integrity {
     /// True if the counts can be those of samples.
     pub(crate) fn is_possible(&self) -> bool {
         self.misleading <= self.judged
+            && self.overconfident <= self.judged
             && self.judged <= self.valid
             && self.valid <= self.samples
             && self.worst.is_some() == (self.misleading > 0)
@@ -155,6 +161,7 @@ impl Integrity {
         self.valid += other.valid;
         self.judged += other.judged;
         self.misleading += other.misleading;
+        self.overconfident += other.overconfident;
         if other.severity() > self.severity() {
             self.worst = other.worst;
         }

@@ -543,6 +543,7 @@ mod tests {
             valid,
             judged: valid,
             misleading,
+            overconfident: misleading,
             alert: 0.1,
             worst: (misleading > 0).then_some(Misleading {
                 t_s: 12.1,

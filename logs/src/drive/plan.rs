@@ -487,9 +487,9 @@ fn vehicle(map: &Map) -> Result<(VehicleData, bool), Error> {
     let n = &map.file.nominal;
     let changes = NominalVehicle {
         tare_kg: n.tare_kg,
-        total_mass_guess_kg: None,
         running_resistance: n.running_resistance,
         wheel_radius_m: n.wheel_radius_m,
+        ..NominalVehicle::default()
     };
     let (mut v, tells_all) = match &map.file.vehicle {
         Some(name) => map.inputs.during(|| {

@@ -78,6 +78,7 @@ impl Moving {
             running_resistance: nominal
                 .running_resistance
                 .map_or(sheet.running_resistance, f64::from),
+            efficiency: nominal.efficiency.map_or(sheet.efficiency, f64::from),
             ..sheet
         }
     }

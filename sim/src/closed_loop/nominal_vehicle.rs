@@ -49,11 +49,15 @@ pub fn of_train(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
     let layout = train.mounts.get(imu).and_then(|mount| {
         let at_m = start_s + middle_x;
         let layout = mass_layout::of_train(train, at_m, mount.body, -mount.pose.translation.z)?;
+        let mut load = layout.load;
+        load.chain_m = nominal.chain_m.map_or(load.chain_m, f64::from);
         Some(MassLayout {
             load_share_of_resistance: (train.resistance.running_wheel / resistance).min(1.0),
+            load,
             ..layout
         })
     });
+    let told = !point && nominal.layout.unwrap_or(true);
     VehicleData {
         tare_kg: tare,
         drives: train.drives.len(),
@@ -61,14 +65,16 @@ pub fn of_train(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
             .wheel_radius_m
             .map_or(first.map_or(0.17, |d| d.wheel_radius_m), f64::from),
         gear_ratio: first.map_or(1.0, |d| d.gear_ratio),
-        efficiency: first.map_or(1.0, |d| d.efficiency_drive),
+        efficiency: nominal
+            .efficiency
+            .map_or(first.map_or(1.0, |d| d.efficiency_drive), f64::from),
         rotating_mass_kg: train.rotating_mass_kg(),
         running_resistance: nominal.running_resistance.map_or(resistance, f64::from),
         mass_range_kg: [0.5 * tare, tare + 1.5 * train.limits.max_load_kg],
         tare_span_m,
         load_span_m,
-        imu_arm_m,
-        layout: layout.filter(|_| !point),
+        imu_arm_m: nominal.imu_arm_m.map_or(imu_arm_m, f64::from),
+        layout: layout.filter(|_| told),
         accel_bias_sd_mps2: None,
         gyro_bias_sd_radps: None,
         road: None,

@@ -349,7 +349,8 @@ impl Document {
 
     fn error_at(&self, key: String, target: Target, message: String, help: String) -> Error {
         let by_set = self.sets.iter().filter(|(path, _)| {
-            key.strip_prefix(path.as_str())
+            let path = path.strip_suffix(set::APPEND).unwrap_or(path);
+            key.strip_prefix(path)
                 .is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
         });
         let by_set = by_set.last();

@@ -294,6 +294,18 @@ pub struct NominalVehicle {
     pub running_resistance: Option<NonNegative>,
     /// m.
     pub wheel_radius_m: Option<Positive>,
+    /// Share of motor power that reaches the rim when driving.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub efficiency: Option<Positive>,
+    /// Distance of the IMU ahead of the middle of its unit, m; of a train only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub imu_arm_m: Option<Finite>,
+    /// Length of the chains that the load hangs on, m; of a train only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chain_m: Option<NonNegative>,
+    /// False: where the masses of the train sit is not told; of a train only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layout: Option<bool>,
 }
 
 /// A box beside the rail.

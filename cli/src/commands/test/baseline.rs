@@ -175,29 +175,9 @@ fn is_worse(metric: &str, before: Option<f64>, now: Option<f64>, worse_than: f64
     }
 }
 
-/// A share as `5%` or `0.05`.
-pub fn share(text: &str) -> Result<f64, String> {
-    let (number, scale) = match text.trim().strip_suffix('%') {
-        Some(number) => (number, 0.01),
-        None => (text, 1.0),
-    };
-    let share = number.trim().parse::<f64>().map(|x| x * scale);
-    share
-        .ok()
-        .filter(|x| (0.0..=10.0).contains(x))
-        .ok_or_else(|| "write a share such as 5% or 0.05".to_owned())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn shares_are_read() {
-        assert_eq!(share("5%"), Ok(0.05));
-        assert_eq!(share(" 0.1 "), Ok(0.1));
-        assert!(share("five").is_err() && share("-1%").is_err() && share("nan").is_err());
-    }
 
     #[test]
     fn worse_is_more_of_an_error_and_less_of_a_share() {

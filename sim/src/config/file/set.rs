@@ -1,12 +1,16 @@
-//! `--set path=value`: change one value of a file before it is checked.
+//! `--set path=value`: change one value of a file before it is checked; `--set path[+]=value` adds one to a list.
 
 use super::locate::{Segment, segments};
 use serde_yaml::Value;
 
-/// Put `value` (YAML) at `path`; missing mappings on the way are made, list items must exist. The error is message and
-/// help.
+/// End of a path that adds a value to the list before it.
+pub(super) const APPEND: &str = "[+]";
+
+/// Put `value` (YAML) at `path`; missing mappings on the way are made, list items must exist. A path with `[+]` behind
+/// it adds the value to the list that it names, and makes the list if there is none. The error is message and help.
 pub(super) fn set(tree: &mut Value, path: &str, value: &str) -> Result<(), (String, String)> {
-    let steps = segments(path).ok_or_else(|| {
+    let list = path.strip_suffix(APPEND);
+    let steps = segments(list.unwrap_or(path)).ok_or_else(|| {
         (
             format!("`{path}` is not a path"),
             "paths look like `load.mass_kg` or `drive.speed[1].mps`".to_owned(),
@@ -47,12 +51,25 @@ pub(super) fn set(tree: &mut Value, path: &str, value: &str) -> Result<(), (Stri
                 list.get_mut(index).ok_or_else(|| {
                     (
                         format!("the list has {length} items, so there is no [{index}]"),
-                        "items count from 0; to add one, set the whole list".to_owned(),
+                        "items count from 0; [+] adds one".to_owned(),
                     )
                 })?
             }
         };
     }
-    *here = new;
+    if list.is_none() {
+        *here = new;
+        return Ok(());
+    }
+    if here.is_null() {
+        *here = Value::Sequence(Vec::new());
+    }
+    let items = here.as_sequence_mut().ok_or_else(|| {
+        (
+            "there is no list to add to".to_owned(),
+            "[+] stands behind the path of a list, such as `events[+]`".to_owned(),
+        )
+    })?;
+    items.push(new);
     Ok(())
 }

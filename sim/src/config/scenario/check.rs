@@ -103,6 +103,17 @@ fn vehicle(file: &ScenarioFile) -> Result<(), Wrong> {
     if !car {
         return Ok(());
     }
+    let told = &file.vehicle;
+    for (key, given) in [
+        ("imu_arm_m", told.imu_arm_m.is_some()),
+        ("chain_m", told.chain_m.is_some()),
+        ("layout", told.layout.is_some()),
+    ] {
+        if given {
+            let help = "leave it out: it is of a train";
+            return wrong(format!("vehicle.{key}"), "a car has none of it", help);
+        }
+    }
     let backwards = |v: f64| v < 0.0;
     if backwards(file.start.speed_mps.get()) {
         return wrong(

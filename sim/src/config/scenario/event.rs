@@ -175,7 +175,7 @@ impl Event {
     }
 
     /// When it first happens or begins, and when it ends, if it does, s; none for what happens at a place.
-    pub(crate) fn times_s(&self) -> Option<(f64, Option<f64>)> {
+    pub fn times_s(&self) -> Option<(f64, Option<f64>)> {
         match self {
             Event::LoadMass { at_s, .. }
             | Event::ClampPressure { at_s, .. }

@@ -1,0 +1,142 @@
+//! Page of a stress battery: the matrix at a glance, then every figure of each quantity.
+
+use crate::reports::page::{Page, Section};
+use crate::reports::table::{Cell, Table};
+use crate::stress::{Figures, MatrixCell, StressFile};
+use monorig_sim::config::scenario::IntegrityLimits;
+use std::collections::BTreeSet;
+
+/// Makes the page.
+pub fn report(file: &StressFile) -> Page {
+    let mut page = Page::new("Stress battery");
+    let scenarios = file.scenarios.iter();
+    let scenarios: Vec<String> = scenarios
+        .map(|(name, seeds)| format!("{name} ({} seeds)", seeds.len()))
+        .collect();
+    page.subtitle = format!(
+        "monorig {}; {}; {} runs",
+        file.monorig,
+        scenarios.join(", "),
+        file.runs.len()
+    );
+    let most = IntegrityLimits::default().max_share;
+    let bad = file.cells.iter().filter(|c| !c.is_good(most)).count();
+    page.banner = Some((
+        match bad {
+            0 => "No cell has misleading samples.".to_owned(),
+            n => format!("{n} of {} cells have misleading samples.", file.cells.len()),
+        },
+        bad == 0,
+    ));
+    page.sections.push(glance(file, most));
+    for (title, of) in [
+        ("Mass", Figure::of(|c| &c.mass, 100.0, "%")),
+        ("Slope", Figure::of(|c| &c.slope, 1.0, "°")),
+        (
+            "Effective slope",
+            Figure::of(|c| &c.effective_slope, 1.0, "°"),
+        ),
+    ] {
+        page.sections
+            .push(Section::new(title).table(of.table(file, most)));
+    }
+    page
+}
+
+/// Conditions in the order of their worst cell.
+fn conditions(file: &StressFile) -> Vec<&str> {
+    let mut seen = BTreeSet::new();
+    let all = file.cells.iter().map(|c| c.condition.as_str());
+    all.filter(|c| seen.insert(*c)).collect()
+}
+
+fn glance(file: &StressFile, most: f64) -> Section {
+    let mut titles = vec!["condition", "what it is"];
+    titles.extend(file.estimators.iter().map(String::as_str));
+    let mut table = Table::new(&titles, &[]);
+    table.caption = "Misleading share of the valid samples, %: mass / slope / effective slope; – where nothing is valid".into();
+    for condition in conditions(file) {
+        let words = file.row(condition).map_or("", |r| r.words.as_str());
+        let mut row: Vec<Cell> = vec![condition.into(), words.into()];
+        for estimator in &file.estimators {
+            let cell = find(file, condition, estimator);
+            row.push(cell.map_or_else(
+                || "–".into(),
+                |c| {
+                    let text = match c.broken {
+                        0 => three(c, |f| percent(f.misleading)),
+                        n => format!("{n} runs broke down"),
+                    };
+                    Cell::from(text).judged(c.is_good(most))
+                },
+            ));
+        }
+        table.row(row);
+    }
+    Section::new("At a glance").table(table)
+}
+
+fn find<'a>(file: &'a StressFile, condition: &str, estimator: &str) -> Option<&'a MatrixCell> {
+    let mut all = file.cells.iter();
+    all.find(|c| c.condition == condition && c.estimator == estimator)
+}
+
+/// A figure of the three quantities.
+fn three(cell: &MatrixCell, of: impl Fn(&Figures) -> String) -> String {
+    cell.quantities().map(of).join(" / ")
+}
+
+fn percent(share: Option<f64>) -> String {
+    share.map_or("–".into(), |x| format!("{:.1}", 100.0 * x))
+}
+
+/// One quantity of all cells, and the unit it is shown in.
+struct Figure {
+    of: fn(&MatrixCell) -> &Figures,
+    factor: f64,
+    unit: &'static str,
+}
+
+impl Figure {
+    fn of(of: fn(&MatrixCell) -> &Figures, factor: f64, unit: &'static str) -> Self {
+        Self { of, factor, unit }
+    }
+
+    fn table(&self, file: &StressFile, most: f64) -> Table {
+        let error = format!("RMSE, {}", self.unit);
+        let sd = format!("told sd, {}", self.unit);
+        let numbers = [
+            error.as_str(),
+            &sd,
+            "valid, %",
+            "misleading, %",
+            "overconfident, %",
+            "recovered after, s",
+        ];
+        let mut table = Table::new(&["condition", "estimator"], &numbers);
+        for cell in &file.cells {
+            let f = (self.of)(cell);
+            let number =
+                |x: Option<f64>, factor: f64| Cell::number(x.map_or(f64::NAN, |x| x * factor));
+            let judged = |x: Option<f64>| {
+                let shown = number(x, 100.0);
+                match x {
+                    Some(share) => shown.judged(share <= most),
+                    None => shown,
+                }
+            };
+            let recovery = f.recovery_s.map_or(Cell::from("never"), Cell::number);
+            table.row([
+                cell.condition.clone().into(),
+                cell.estimator.clone().into(),
+                number(f.error, self.factor),
+                number(f.sd, self.factor),
+                number(f.valid, 100.0),
+                judged(f.misleading),
+                judged(f.overconfident),
+                recovery,
+            ]);
+        }
+        table
+    }
+}

@@ -1,0 +1,86 @@
+//! A matrix held against an earlier one.
+
+use crate::stress::{Figures, MatrixCell, StressFile};
+
+/// A share that changes by more than this is another one.
+pub const SHARE_TOLERANCE: f64 = 0.01;
+
+/// A figure of a cell that is not what it was.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// Condition.
+    pub condition: String,
+    /// Estimator.
+    pub estimator: String,
+    /// Quantity and figure, such as `slope misleading`.
+    pub figure: String,
+    /// Before.
+    pub old: Option<f64>,
+    /// Now.
+    pub new: Option<f64>,
+    /// True if it became worse.
+    pub worse: bool,
+}
+
+/// Figures that have changed by more than is tolerated, the worse ones first: errors by more than the share
+/// `tolerance`, shares by more than [`SHARE_TOLERANCE`]. Cells that are in one of the matrices only are not compared.
+pub fn differences(old: &StressFile, new: &StressFile, tolerance: f64) -> Vec<Difference> {
+    let mut all = Vec::new();
+    for now in &new.cells {
+        let same =
+            |c: &&MatrixCell| (&c.condition, &c.estimator) == (&now.condition, &now.estimator);
+        let Some(before) = old.cells.iter().find(same) else {
+            continue;
+        };
+        let names = ["mass", "slope", "effective slope"];
+        let pairs = before.quantities().into_iter().zip(now.quantities());
+        for (name, (a, b)) in names.into_iter().zip(pairs) {
+            for (figure, old, new, worse) in changes(a, b, tolerance) {
+                all.push(Difference {
+                    condition: now.condition.clone(),
+                    estimator: now.estimator.clone(),
+                    figure: format!("{name} {figure}"),
+                    old,
+                    new,
+                    worse,
+                });
+            }
+        }
+        if before.broken != now.broken {
+            all.push(Difference {
+                condition: now.condition.clone(),
+                estimator: now.estimator.clone(),
+                figure: "runs that broke down".into(),
+                old: Some(before.broken as f64),
+                new: Some(now.broken as f64),
+                worse: now.broken > before.broken,
+            });
+        }
+    }
+    all.sort_by_key(|d| !d.worse);
+    all
+}
+
+type Change = (&'static str, Option<f64>, Option<f64>, bool);
+
+fn changes(a: &Figures, b: &Figures, tolerance: f64) -> Vec<Change> {
+    let mut all = Vec::new();
+    let share = |x: Option<f64>| x.unwrap_or(0.0);
+    for (figure, old, new, more_is_worse) in [
+        ("misleading", a.misleading, b.misleading, true),
+        ("overconfident", a.overconfident, b.overconfident, true),
+        ("valid", a.valid, b.valid, false),
+    ] {
+        let grown = share(new) - share(old);
+        if grown.abs() > SHARE_TOLERANCE {
+            all.push((figure, old, new, (grown > 0.0) == more_is_worse));
+        }
+    }
+    // where nothing was valid there is no error to compare: what is valid now counts among the shares
+    if let (Some(old), Some(new)) = (a.error, b.error)
+        && (new - old).abs() > tolerance * old
+    {
+        all.push(("error", Some(old), Some(new), new > old));
+    }
+    all
+}

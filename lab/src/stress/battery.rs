@@ -1,0 +1,336 @@
+//! A battery: the runs of scenarios without and under each of the conditions.
+
+use crate::batch::made_from::MadeFrom;
+use crate::batch::{Interrupted, RunSpec, Shard, run_observed};
+use crate::stress::header::StressHeader;
+use crate::stress::print::Print;
+use crate::stress::{Condition, NOMINAL, Row, StressRun};
+use crate::verdicts::expected;
+use monorig_estimators::api::signals::VehicleData;
+use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::closed_loop::{Simulation, resolved};
+use monorig_sim::config::file::{Sets, input_error};
+use monorig_sim::config::input_files::InputFiles;
+use monorig_sim::config::scenario::{FeedForward, Scenario};
+use monorig_sim::error::Error;
+use monorig_sim::record::identity::Identity;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// An estimator that is wanted: its name and, if it was given, its type.
+pub type Wanted = (String, Option<String>);
+
+/// A checked battery.
+pub struct Battery {
+    conditions: Vec<Condition>,
+    scenarios: Vec<Base>,
+    estimators: Vec<String>,
+    cases: Vec<Case>,
+    inputs: InputFiles,
+    /// Conditions that a scenario cannot have, with the reason.
+    left_out: Vec<String>,
+}
+
+/// A scenario that conditions are applied to.
+struct Base {
+    path: PathBuf,
+    name: String,
+    /// Changes that all of its runs have.
+    changes: Vec<(String, String)>,
+    seeds: Vec<u64>,
+    /// The vehicle that estimators are told without a condition.
+    vehicle: VehicleData,
+    resolved: Value,
+}
+
+/// A run.
+struct Case {
+    condition: Option<usize>,
+    scenario: usize,
+    seed: u64,
+}
+
+impl Battery {
+    /// Reads scenarios and checks each of them under every condition by building its simulation. `sets` are changes to
+    /// all scenarios. Every file that a run may need is read here and never again. A condition that some of the
+    /// scenarios cannot have is left out of these; one that none can have is an error.
+    pub fn load(
+        scenarios: &[PathBuf],
+        conditions: Vec<Condition>,
+        estimators: &[Wanted],
+        sets: &[(String, String)],
+        registry: &Registry,
+    ) -> Result<Self, Error> {
+        let inputs = InputFiles::default();
+        let of_files = inputs.clone();
+        inputs.during(|| {
+            let scenarios = scenarios
+                .iter()
+                .map(|path| Base::load(path, estimators, sets, registry))
+                .collect::<Result<Vec<_>, Error>>()?;
+            let names = match estimators {
+                [] => scenarios.iter().flat_map(Base::estimators).collect(),
+                named => named.iter().map(|(name, _)| name.clone()).collect(),
+            };
+            let mut battery = Self {
+                conditions,
+                scenarios,
+                estimators: names,
+                cases: Vec::new(),
+                inputs: of_files,
+                left_out: Vec::new(),
+            };
+            battery.estimators.sort();
+            battery.estimators.dedup();
+            battery.plan(registry)?;
+            battery.inputs.seal();
+            Ok(battery)
+        })
+    }
+
+    /// Lists the runs: without a condition, then under each.
+    fn plan(&mut self, registry: &Registry) -> Result<(), Error> {
+        for condition in std::iter::once(None).chain((0..self.conditions.len()).map(Some)) {
+            let mut refused = None;
+            let before = self.cases.len();
+            for (scenario, base) in self.scenarios.iter().enumerate() {
+                let under = condition.and_then(|i| self.conditions.get(i));
+                if let Some(under) = under
+                    && let Err(e) = base.check(under, registry)
+                {
+                    self.left_out
+                        .push(format!("{} of {}: {e}", under.name, base.name));
+                    refused = Some(under.refused(&base.name, &e));
+                    continue;
+                }
+                let seeds = base.seeds.iter();
+                self.cases.extend(seeds.map(|seed| Case {
+                    condition,
+                    scenario,
+                    seed: *seed,
+                }));
+            }
+            if let Some(e) = refused.filter(|_| self.cases.len() == before) {
+                return Err(e);
+            }
+        }
+        Ok(())
+    }
+
+    /// Conditions that a scenario cannot have, with the reason.
+    pub fn left_out(&self) -> &[String] {
+        &self.left_out
+    }
+
+    /// Names of the estimators, in the order of the alphabet.
+    pub fn estimators(&self) -> &[String] {
+        &self.estimators
+    }
+
+    /// Names of the scenarios with their seeds.
+    pub fn scenarios(&self) -> BTreeMap<String, Vec<u64>> {
+        let all = self.scenarios.iter();
+        all.map(|s| (s.name.clone(), s.seeds.clone())).collect()
+    }
+
+    /// Rows of the matrix: the nominal one, then the conditions.
+    pub fn rows(&self) -> Vec<Row> {
+        let nominal = Row {
+            condition: NOMINAL.into(),
+            group: None,
+            words: "nothing is wrong".into(),
+            over_s: 0.0,
+        };
+        let of = |c: &Condition| Row {
+            condition: c.name.clone(),
+            group: Some(c.group()),
+            words: c.words().into(),
+            over_s: c.over_s(),
+        };
+        let rows = self.conditions.iter().map(of);
+        std::iter::once(nominal).chain(rows).collect()
+    }
+
+    /// Number of runs.
+    pub fn runs(&self) -> u64 {
+        self.cases.len() as u64
+    }
+
+    /// Name of the condition of a case.
+    fn name_of(&self, case: &Case) -> &str {
+        let condition = case.condition.and_then(|i| self.conditions.get(i));
+        condition.map_or(NOMINAL, |c| c.name.as_str())
+    }
+
+    /// True if this is the run of this index, whatever came of it.
+    pub(crate) fn is_run(&self, index: u64, run: &StressRun) -> bool {
+        let case = usize::try_from(index).ok().and_then(|i| self.cases.get(i));
+        case.is_some_and(|case| {
+            let scenario = self.scenarios.get(case.scenario);
+            run.index == index
+                && run.seed == case.seed
+                && run.condition == self.name_of(case)
+                && scenario.is_some_and(|s| s.name == run.scenario)
+        })
+    }
+
+    /// Makes the run of this index. None if there is none.
+    pub fn run(
+        &self,
+        index: u64,
+        registry: &Registry,
+        go_on: &dyn Fn() -> bool,
+    ) -> Result<Option<StressRun>, Interrupted> {
+        let case = usize::try_from(index).ok().and_then(|i| self.cases.get(i));
+        let Some((case, base)) = case.and_then(|c| Some((c, self.scenarios.get(c.scenario)?)))
+        else {
+            return Ok(None);
+        };
+        let condition = case.condition.and_then(|i| self.conditions.get(i));
+        let spec = RunSpec {
+            index,
+            scenario: base.path.clone(),
+            changes: base.sets(condition),
+            inputs: self.inputs.clone(),
+            seed: case.seed,
+            draws: BTreeMap::new(),
+            reference: None,
+        };
+        let mut print = Print::default();
+        let result = run_observed(&spec, registry, go_on, &mut print)?;
+        Ok(Some(StressRun::of(
+            self.name_of(case),
+            print.text(),
+            result,
+        )))
+    }
+
+    /// The first line of its results, made by this program.
+    pub fn header(&self, shard: Shard, monorig: &Identity) -> StressHeader {
+        let conditions: BTreeMap<&str, Value> = self
+            .conditions
+            .iter()
+            .map(|c| (c.name.as_str(), json!(c.file)))
+            .collect();
+        let scenarios: Vec<Value> = self
+            .scenarios
+            .iter()
+            .map(|s| json!({"name": s.name, "seeds": s.seeds, "scenario": s.resolved}))
+            .collect();
+        let resolved = json!({ "estimators": self.estimators, "conditions": conditions, "scenarios": scenarios });
+        let folder = self.scenarios.first().and_then(|s| s.path.parent());
+        let inputs = self.inputs.digests(folder.unwrap_or(Path::new("")));
+        StressHeader {
+            format: "monorig stress".into(),
+            runs: self.runs(),
+            shard,
+            made_from: MadeFrom::new(monorig, inputs, resolved),
+        }
+    }
+}
+
+impl Base {
+    fn load(
+        path: &Path,
+        estimators: &[Wanted],
+        sets: &[(String, String)],
+        registry: &Registry,
+    ) -> Result<Self, Error> {
+        let plain = Scenario::load(path, sets)?;
+        if plain.file.estimators.is_empty() && estimators.is_empty() {
+            let help = "name some with --estimators, or in the scenario";
+            return Err(input_error(
+                path,
+                "estimators",
+                "there is no estimator to try",
+                help,
+            ));
+        }
+        let mut changes = sets.to_vec();
+        changes.extend(side_by_side(&plain, estimators)?);
+        let scenario =
+            Scenario::load_with(path, &Sets::new(&changes).written_in("monorig stress"))?;
+        expected::check(&scenario)?;
+        let resolved = resolved(&scenario, registry);
+        let seeds = scenario.seeds().to_vec();
+        let simulation =
+            Simulation::build(scenario, registry, seeds.first().copied().unwrap_or(1))?;
+        Ok(Self {
+            path: path.into(),
+            name: simulation.scenario.name.clone(),
+            changes,
+            seeds,
+            vehicle: simulation.vehicle.data(),
+            resolved,
+        })
+    }
+
+    /// Names of the estimators of the scenario.
+    fn estimators(&self) -> Vec<String> {
+        let all = self.resolved.pointer("/parameters/estimators");
+        let names = all
+            .and_then(Value::as_object)
+            .into_iter()
+            .flat_map(|m| m.keys());
+        names.cloned().collect()
+    }
+
+    /// Changes of a run.
+    fn sets(&self, condition: Option<&Condition>) -> Sets {
+        let mut changes = self.changes.clone();
+        let Some(condition) = condition else {
+            return Sets::new(&changes).written_in("monorig stress");
+        };
+        changes.extend(condition.changes(&self.vehicle));
+        Sets::new(&changes).written_in(&condition.file_name())
+    }
+
+    /// Checks the scenario under a condition.
+    fn check(&self, condition: &Condition, registry: &Registry) -> Result<(), Error> {
+        let scenario = Scenario::load_with(&self.path, &self.sets(Some(condition)))?;
+        let seed = self.seeds.first().copied().unwrap_or(1);
+        Simulation::build(scenario, registry, seed).map(drop)
+    }
+}
+
+/// The changes that put estimators side by side: all see the same measurements, so that none of them is in the loop.
+/// Where the feed-forward of the controller came from an estimate it comes from the truth. Expectations are of the
+/// scenario without a condition, and go.
+fn side_by_side(
+    scenario: &Scenario,
+    estimators: &[Wanted],
+) -> Result<Vec<(String, String)>, Error> {
+    let mut changes = vec![
+        ("in_loop".to_owned(), "null".to_owned()),
+        ("expect".to_owned(), "[]".to_owned()),
+        ("known_failures".to_owned(), "[]".to_owned()),
+        ("integrity.reference_only".to_owned(), "[]".to_owned()),
+    ];
+    if scenario.file.drive.controller.feedforward == FeedForward::Estimate {
+        changes.push(("drive.controller.feedforward".into(), "truth".into()));
+    }
+    if estimators.is_empty() {
+        return Ok(changes);
+    }
+    let mut wanted = serde_json::Map::new();
+    for (name, is) in estimators {
+        let settings = match scenario.file.estimators.get(name) {
+            Some(there) if is.as_ref().is_none_or(|is| is == there.type_name(name)) => json!(there),
+            Some(there) => {
+                return Err(scenario.error(
+                    format!("estimators.{name}"),
+                    format!("`{name}` is {} in this scenario", there.type_name(name)),
+                    "another name before the `=`",
+                ));
+            }
+            None => match is {
+                Some(is) => json!({ "is": is }),
+                None => json!({}),
+            },
+        };
+        wanted.insert(name.clone(), settings);
+    }
+    changes.push(("estimators".into(), Value::Object(wanted).to_string()));
+    Ok(changes)
+}

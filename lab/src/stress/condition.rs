@@ -1,0 +1,216 @@
+//! Conditions: files that say what is wrong in a run.
+
+use crate::stress::NOMINAL;
+use monorig_estimators::api::signals::VehicleData;
+use monorig_sim::config::checked::{Positive, Version1};
+use monorig_sim::config::file::{Document, input_error, name_of};
+use monorig_sim::config::scenario::Event;
+use monorig_sim::error::Error;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A condition file: changes to a scenario.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ConditionFile {
+    /// Format version, 1.
+    pub(crate) version: Version1,
+    /// The condition in a line.
+    pub(crate) condition: String,
+    /// Part of the drive that is not as it should be.
+    pub(crate) group: Group,
+    /// Changes to the scenario, by path as in `--set`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) set: BTreeMap<String, serde_json::Value>,
+    /// Values that estimators and controller are told of the vehicle, as factors of those they are told without the
+    /// condition.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) told_factor: BTreeMap<Told, Positive>,
+    /// Events that are added to those of the scenario.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) events: Vec<Event>,
+}
+
+/// Part of a drive.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum Group {
+    /// Values told of the vehicle.
+    Told,
+    /// Instruments.
+    Instruments,
+    /// Delivery of the samples.
+    Delivery,
+    /// Rail.
+    Rail,
+    /// Train, load and drive.
+    Train,
+}
+
+/// A value told of the vehicle.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Told {
+    /// Mass of the empty train.
+    TareKg,
+    /// Radius of the wheels.
+    WheelRadiusM,
+    /// Efficiency of the drives.
+    Efficiency,
+    /// Running-resistance coefficient.
+    RunningResistance,
+    /// Length of the load's chains.
+    ChainM,
+}
+
+impl Told {
+    /// The key under `vehicle`, and the value that is told without a condition; none if it is not told.
+    fn value(self, v: &VehicleData) -> (&'static str, Option<f64>) {
+        match self {
+            Self::TareKg => ("tare_kg", Some(v.tare_kg)),
+            Self::WheelRadiusM => ("wheel_radius_m", Some(v.wheel_radius_m)),
+            Self::Efficiency => ("efficiency", Some(v.efficiency)),
+            Self::RunningResistance => ("running_resistance", Some(v.running_resistance)),
+            Self::ChainM => ("chain_m", v.layout.map(|layout| layout.load.chain_m)),
+        }
+    }
+}
+
+/// A condition and the file it is from.
+#[derive(Clone, Debug)]
+pub struct Condition {
+    /// Name: that of the file.
+    pub name: String,
+    pub(crate) file: ConditionFile,
+    document: Document,
+}
+
+impl Condition {
+    /// Reads a file.
+    pub fn load(path: &Path) -> Result<Self, Error> {
+        let document = Document::read(path)?;
+        let file: ConditionFile = document.parse()?;
+        if file.condition.trim().is_empty() {
+            let help = "a line, such as `the wheels are worn by 3 %`";
+            return Err(document.error("condition", "a condition says what it is", help));
+        }
+        let name = name_of(path)?;
+        if name == NOMINAL {
+            let help = "another name for the file";
+            let message = format!("`{NOMINAL}` is the name of the row without a condition");
+            return Err(document.error("", message, help));
+        }
+        for (i, event) in file.events.iter().enumerate() {
+            event
+                .sensor_fault()
+                .map_err(|e| document.error(format!("events[{i}].{}", e.key), e.message, e.help))?;
+        }
+        Ok(Self {
+            name,
+            file,
+            document,
+        })
+    }
+
+    /// Reads all files of these folders: by group, then by name.
+    pub fn load_all(folders: &[PathBuf]) -> Result<Vec<Self>, Error> {
+        let mut all: Vec<Self> = Vec::new();
+        for folder in folders {
+            let refused = |source| Error::Io {
+                path: folder.clone(),
+                source,
+            };
+            let mut files = Vec::new();
+            for entry in std::fs::read_dir(folder).map_err(refused)? {
+                let path = entry.map_err(refused)?.path();
+                files.extend(
+                    path.extension()
+                        .is_some_and(|e| e == "yaml")
+                        .then_some(path),
+                );
+            }
+            files.sort();
+            if files.is_empty() {
+                let help = "a folder with files *.yaml; see `monorig schema condition`";
+                return Err(input_error(folder, "", "there is no condition in it", help));
+            }
+            for path in files {
+                let new = Self::load(&path)?;
+                if let Some(there) = all.iter().find(|c| c.name == new.name) {
+                    let message = format!("{} has this name too", there.document.path().display());
+                    return Err(new.document.error("", message, "another name for the file"));
+                }
+                all.push(new);
+            }
+        }
+        all.sort_by(|a, b| (a.file.group, &a.name).cmp(&(b.file.group, &b.name)));
+        Ok(all)
+    }
+
+    /// The condition in a line.
+    pub fn words(&self) -> &str {
+        self.file.condition.trim()
+    }
+
+    /// Part of the drive that is not as it should be.
+    pub fn group(&self) -> Group {
+        self.file.group
+    }
+
+    /// True if this text is in its name, or is its group.
+    pub fn is_called(&self, text: &str) -> bool {
+        let group = serde_json::to_value(self.file.group);
+        self.name.contains(text) || group.is_ok_and(|g| g == text)
+    }
+
+    /// File name.
+    pub(crate) fn file_name(&self) -> String {
+        let name = self.document.path().file_name().unwrap_or_default();
+        name.to_string_lossy().into_owned()
+    }
+
+    /// Time from which on nothing new happens: the last begin or end of its events, s; 0 without any.
+    pub fn over_s(&self) -> f64 {
+        let times = self.file.events.iter().filter_map(Event::times_s);
+        times.fold(0.0, |last: f64, (from, to)| last.max(to.unwrap_or(from)))
+    }
+
+    /// Its changes to a scenario whose estimators are told this vehicle.
+    pub(crate) fn changes(&self, vehicle: &VehicleData) -> Vec<(String, String)> {
+        let set = self.file.set.iter();
+        let mut all: Vec<_> = set.map(|(path, v)| (path.clone(), v.to_string())).collect();
+        for (told, factor) in &self.file.told_factor {
+            let (key, value) = told.value(vehicle);
+            // a point has no chains
+            if let Some(value) = value {
+                all.push((format!("vehicle.{key}"), (value * factor.get()).to_string()));
+            }
+        }
+        for event in &self.file.events {
+            let event = serde_json::to_string(event).unwrap_or_default();
+            all.push(("events[+]".to_owned(), event));
+        }
+        all
+    }
+
+    /// An error of a scenario under this condition, at the key of the file that it is about.
+    pub(crate) fn refused(&self, scenario: &str, e: &Error) -> Error {
+        let (key, said, help) = match e {
+            Error::Input(e) => (e.key.as_str(), e.message.clone(), e.help.clone()),
+            e => ("", e.to_string(), "what the scenario can have".to_owned()),
+        };
+        let place = match key {
+            _ if key.starts_with("events") => "events",
+            _ if key.starts_with("vehicle") && self.file.set.is_empty() => "told_factor",
+            _ => "set",
+        };
+        let message = format!("{scenario} cannot be run under this condition: {key}: {said}");
+        self.document.error(place, message, help)
+    }
+}

@@ -1,0 +1,202 @@
+//! The matrix: what every estimator comes to under every condition, over all scenarios and seeds.
+
+use crate::stress::{Group, NOMINAL, StressRun};
+use serde::{Deserialize, Serialize};
+use std::cmp::Ordering;
+
+/// Metrics of each quantity in the order of [`Figures`].
+pub(crate) const FIGURES: [[&str; 6]; 3] = [
+    [
+        "mass_rmse_rel_valid",
+        "mass_sd_rel_mean_valid",
+        "mass_availability",
+        "mass_misleading_share",
+        "mass_overconfident_share",
+        "mass_recovered_s",
+    ],
+    [
+        "slope_rmse_deg_valid",
+        "slope_sd_mean_deg_valid",
+        "slope_availability",
+        "slope_misleading_share",
+        "slope_overconfident_share",
+        "slope_recovered_s",
+    ],
+    [
+        "effective_slope_rmse_deg_valid",
+        "effective_slope_sd_mean_deg_valid",
+        "effective_slope_availability",
+        "effective_slope_misleading_share",
+        "effective_slope_overconfident_share",
+        "effective_slope_recovered_s",
+    ],
+];
+
+/// A row of the matrix: a condition, or none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Name.
+    pub condition: String,
+    /// Part of the drive that is not as it should be; none of the nominal row.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<Group>,
+    /// The condition in a line.
+    pub words: String,
+    /// Time from which on nothing new happens, s.
+    pub over_s: f64,
+}
+
+/// Figures of a quantity, over valid samples from 5 s on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Figures {
+    /// Root mean square error: a share of the mass, or degrees; none where nothing is valid.
+    pub error: Option<f64>,
+    /// Mean reported standard deviation, in the same unit.
+    pub sd: Option<f64>,
+    /// Share of samples that are marked valid.
+    pub valid: Option<f64>,
+    /// Share of the valid samples that misleads.
+    pub misleading: Option<f64>,
+    /// Share of the valid samples beyond k standard deviations.
+    pub overconfident: Option<f64>,
+    /// Time from the end of the condition's events until valid and within the alert limit for good, s: the longest of
+    /// all runs; none where one of them never comes there.
+    pub recovery_s: Option<f64>,
+}
+
+/// A cell: an estimator under a condition.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MatrixCell {
+    /// Condition.
+    pub condition: String,
+    /// Estimator.
+    pub estimator: String,
+    /// Runs that came to their end.
+    pub runs: usize,
+    /// Runs that did not.
+    pub broken: usize,
+    /// Runs in which the estimators were given something else than without the condition.
+    pub changed: usize,
+    /// Mass.
+    pub mass: Figures,
+    /// Slope.
+    pub slope: Figures,
+    /// Effective slope.
+    pub effective_slope: Figures,
+}
+
+impl MatrixCell {
+    /// Mass, slope and effective slope.
+    pub fn quantities(&self) -> [&Figures; 3] {
+        [&self.mass, &self.slope, &self.effective_slope]
+    }
+
+    /// The largest of a figure of the three quantities; 0 where none could be measured.
+    fn largest(&self, of: impl Fn(&Figures) -> Option<f64>) -> f64 {
+        let all = self.quantities().into_iter().filter_map(of);
+        all.fold(0.0, f64::max)
+    }
+
+    /// True if no more than this share of the valid samples of a quantity misleads.
+    pub fn is_good(&self, most: f64) -> bool {
+        self.broken == 0 && self.largest(|f| f.misleading) <= most
+    }
+}
+
+/// The matrix, worst cells first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Matrix {
+    /// Cells.
+    pub cells: Vec<MatrixCell>,
+}
+
+impl Matrix {
+    /// Makes a cell of each row and estimator from the runs. The nominal cells come first; the others follow by their
+    /// misleading share, then by their overconfident share, then by the valid share that the condition costs.
+    pub fn of(rows: &[Row], estimators: &[String], runs: &[StressRun]) -> Self {
+        let cell = |row: &Row, estimator: &String| cell(row, estimator, runs);
+        let cells = rows.iter();
+        let mut cells: Vec<MatrixCell> = cells
+            .flat_map(|row| estimators.iter().map(move |e| cell(row, e)))
+            .collect();
+        let nominal: Vec<MatrixCell> = cells
+            .iter()
+            .filter(|c| c.condition == NOMINAL)
+            .cloned()
+            .collect();
+        let lost = |c: &MatrixCell| {
+            let nominal = nominal.iter().find(|n| n.estimator == c.estimator);
+            let pairs = nominal.into_iter().flat_map(|n| {
+                n.quantities()
+                    .map(|f| f.valid)
+                    .into_iter()
+                    .zip(c.quantities().map(|f| f.valid))
+            });
+            let lost = pairs.map(|(n, c)| n.unwrap_or(0.0) - c.unwrap_or(0.0));
+            lost.fold(0.0, f64::max)
+        };
+        let worse = |a: &MatrixCell, b: &MatrixCell| -> Ordering {
+            let nominal = (b.condition == NOMINAL).cmp(&(a.condition == NOMINAL));
+            let of = |f: fn(&Figures) -> Option<f64>| b.largest(f).total_cmp(&a.largest(f));
+            nominal
+                .then(b.broken.cmp(&a.broken))
+                .then(of(|f| f.misleading))
+                .then(of(|f| f.overconfident))
+                .then(lost(b).total_cmp(&lost(a)))
+        };
+        cells.sort_by(worse);
+        Self { cells }
+    }
+}
+
+fn cell(row: &Row, estimator: &str, runs: &[StressRun]) -> MatrixCell {
+    let here = || runs.iter().filter(|r| r.condition == row.condition);
+    let whole: Vec<&StressRun> = here().filter(|r| r.error.is_none()).collect();
+    let nominal = |r: &StressRun| {
+        let same = |n: &&StressRun| {
+            n.condition == NOMINAL && (&n.scenario, n.seed) == (&r.scenario, r.seed)
+        };
+        runs.iter().find(same).map(|n| n.given.clone())
+    };
+    let changed = whole
+        .iter()
+        .filter(|r| nominal(r).is_some_and(|n| n != r.given));
+    let [mass, slope, effective_slope] =
+        FIGURES.map(|metrics| figures(row, estimator, &metrics, &whole));
+    MatrixCell {
+        condition: row.condition.clone(),
+        estimator: estimator.to_owned(),
+        runs: whole.len(),
+        broken: here().count() - whole.len(),
+        changed: changed.count(),
+        mass,
+        slope,
+        effective_slope,
+    }
+}
+
+/// Figures over runs. Those over valid samples are weighted with the valid share: over samples if the runs are equally
+/// long.
+fn figures(row: &Row, estimator: &str, metrics: &[&str; 6], runs: &[&StressRun]) -> Figures {
+    let [error, sd, valid, misleading, overconfident, recovered] =
+        metrics.map(|metric| move |r: &StressRun| r.figure(estimator, metric));
+    let over_valid = |of: &dyn Fn(&StressRun) -> Option<f64>| {
+        let values = runs.iter().filter_map(|r| Some((valid(r)?, of(r)?)));
+        let (weight, sum) =
+            values.fold((0.0, 0.0), |(w, s), (valid, x)| (w + valid, s + valid * x));
+        (weight > 0.0).then(|| sum / weight)
+    };
+    let shares: Vec<f64> = runs.iter().filter_map(|r| valid(r)).collect();
+    let recovery = runs
+        .iter()
+        .map(|r| Some((recovered(r)? - row.over_s).max(0.0)));
+    let longest = recovery.collect::<Option<Vec<f64>>>();
+    Figures {
+        error: over_valid(&|r| error(r).map(|x| x * x)).map(f64::sqrt),
+        sd: over_valid(&sd),
+        valid: (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64),
+        misleading: over_valid(&misleading),
+        overconfident: over_valid(&overconfident),
+        recovery_s: longest.and_then(|all| all.into_iter().reduce(f64::max)),
+    }
+}
