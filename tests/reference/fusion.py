@@ -204,7 +204,7 @@ class Attitude:
         self.seen = [NoiseSeen() for _ in range(4)]
         self.curvature, self.ways, self.way, self.arm = 0.0, [None] * 4, 0.0, 0.0
         self.turn, self.heading, self.heading_sd = 0, 0.0, 0.0
-        self.y = self.nis = 0.0
+        self.y, self.nis, self.torques = 0.0, 0.0, 0.0
 
     def start(self, force, speeds):
         p, v = SHEET, float(np.mean(speeds))
@@ -290,6 +290,7 @@ class Attitude:
         each = speeds / (1.0 + self.k)
         inside = each[np.abs(each - expected) <= limit]
         used, rejected = len(inside), len(each) - len(inside)
+        self.slipping = np.sum((np.abs(each - expected) > limit) & ((each - expected) * self.torques > 0.0))
         if used == 0:
             self.events.add("no wheel")
             self.coast += DT
@@ -645,6 +646,7 @@ class Fusion:
 
     def step(self, force, w, speeds, torques, brake):
         att, balance = self.att, self.balance
+        att.torques = torques
         att.step(force, w, speeds)
         v = att.v
         bend = abs(att.yaw / v) if abs(v) > 0.1 else 0.0
@@ -654,7 +656,7 @@ class Fusion:
         self.rail.step(v * DT, [math.sin(att.b.x[TH]) + att.b.x[BX] / G, bend] if readable else None)
         self.brake += DT / (0.3 + DT) * (brake - self.brake)
         forces = [rim_force(torque, v) for torque in torques]
-        good = att.imu and att.sum_sd < 0.003 and abs(np.mean(speeds)) >= 0.05 and att.used > 0 and 3 * att.rejected <= att.used
+        good = att.imu and att.sum_sd < 0.003 and abs(np.mean(speeds)) >= 0.05 and att.used > 0 and att.slipping == 0
         if self.block is None:
             self.block = Block(self.rail.at, v)
         if self.block.take(sum(F for F, _ in forces), sum(s for _, s in forces), att, self.brake, good):

@@ -77,6 +77,9 @@ pub struct Ballot {
     pub used: usize,
     /// Wheels beyond the gate.
     pub rejected: usize,
+    /// Those of them that are ahead of the train while driven, or behind it while braked: they slip. The others are
+    /// broken.
+    pub slipping: usize,
     /// Mean of those in use, m/s; without any the one nearest to the prediction.
     pub speed_mps: Real,
     /// Largest difference of two in use, m/s.
@@ -121,7 +124,7 @@ impl WheelGate {
     pub fn control(
         &mut self,
         belief: &Gaussian<N>,
-        new_mps: &[Option<Real>; MAX_DRIVES],
+        (new_mps, torque_nm): (&[Option<Real>; MAX_DRIVES], &[Option<Real>; MAX_DRIVES]),
         (below_m, pitch_rate): (Real, LinearPitchRate),
         dt: Real,
     ) -> (Control<Wheels>, Ballot) {
@@ -134,7 +137,8 @@ impl WheelGate {
         let predicted = wheels.h(&belief.x);
         let spread = SPREAD * predicted;
         let variance = belief.P[(V, V)] + wheels.variance + spread * spread;
-        let ballot = self.vote(new_mps, predicted, self.gate_sd * sqrt(variance));
+        let limit = self.gate_sd * sqrt(variance);
+        let ballot = self.vote(new_mps, torque_nm, predicted, limit);
         wheels.speed_mps = ballot.speed_mps;
         wheels.variance /= ballot.used.max(1) as Real;
         if ballot.rejected == 0
@@ -149,10 +153,17 @@ impl WheelGate {
         }
     }
 
-    fn vote(&self, new_mps: &[Option<Real>; MAX_DRIVES], predicted: Real, limit: Real) -> Ballot {
-        let (mut used, mut rejected, mut sum) = (0, 0, 0.0);
+    fn vote(
+        &self,
+        new_mps: &[Option<Real>; MAX_DRIVES],
+        torque_nm: &[Option<Real>; MAX_DRIVES],
+        predicted: Real,
+        limit: Real,
+    ) -> Ballot {
+        let (mut used, mut rejected, mut slipping, mut sum) = (0, 0, 0, 0.0);
         let (mut low, mut high, mut nearest) = (Real::MAX, Real::MIN, Real::MAX);
-        for (sample, scale) in new_mps.iter().zip(&self.scale).take(self.drives) {
+        let units = new_mps.iter().zip(&self.scale).zip(torque_nm);
+        for ((sample, scale), torque) in units.take(self.drives) {
             let Some(v) = sample.map(|v| v / (1.0 + scale)) else {
                 continue;
             };
@@ -161,6 +172,8 @@ impl WheelGate {
             }
             if self.gated && (v - predicted).abs() > limit {
                 rejected += 1;
+                let driven = torque.unwrap_or(v - predicted) * (v - predicted) > 0.0;
+                slipping += usize::from(driven);
                 continue;
             }
             (used, sum) = (used + 1, sum + v);
@@ -169,6 +182,7 @@ impl WheelGate {
         Ballot {
             used,
             rejected,
+            slipping,
             speed_mps: match (used, rejected) {
                 (0, 0) => 0.0,
                 (0, _) => nearest,

@@ -91,6 +91,7 @@ impl RailFusion {
         if self.core.has_lost_place() {
             self.mass.lose_place(rail.behind_sd_rad());
             self.effective = EffectiveGrade::default();
+            return;
         }
         let block = self.mass.step(input, rail, dt);
         if let Some(block) = block.filter(|_| self.force_fusion) {

@@ -21,8 +21,6 @@ use crate::preprocess::front_end::Reading;
 use crate::rail::rail_memory::RailMemory;
 use crate::{Real, Time};
 
-/// Wheels in use for each that is rejected from which those in use are the speed of the train.
-const MIN_AGREEING: usize = 3;
 /// Speed below which no horizontal curvature is read, m/s.
 const MIN_BEND_SPEED_MPS: Real = 0.1;
 /// Standard deviation of sin θ + b/g of a calm instrument.
@@ -117,13 +115,14 @@ impl TrainCore {
             *along += self.bends.now().drift_mps2;
         }
         let attitude = self.attitude.step(&channels, dt);
-        let starts = !self.started;
         self.started = attitude.is_some();
         let attitude = attitude?;
         let v = attitude.speed_mps;
         let unseen_m = (attitude.speed_sd_mps - SEEN_SPEED_SD_MPS).max(0.0) * dt;
         self.lost = self.rail.doubt(unseen_m);
-        if starts && (self.rail.is_known() || v.abs() > self.standstill_mps) {
+        if self.attitude.has_just_started()
+            && (self.rail.is_known() || v.abs() > self.standstill_mps)
+        {
             self.rail.forget();
             self.lost = true;
         }
@@ -145,7 +144,7 @@ impl TrainCore {
             .torques
             .traction(&reading.channels, v, dt)
             .map(|[force, variance]| [force - drag, variance]);
-        let [used, rejected] = attitude.wheels;
+        let [used, slipping] = attitude.wheels;
         let standing = reading
             .speed_mps
             .is_some_and(|v| v.abs() < self.standstill_mps);
@@ -164,7 +163,7 @@ impl TrainCore {
                 && attitude.sum_sd < self.max_sum_sd
                 && !standing
                 && (used > 0 || reading.new_speed_mps.is_none()),
-            slip: rejected * MIN_AGREEING > used,
+            slip: slipping > 0,
             doubt: self.torques.doubt(),
         };
         Some((attitude, input))

@@ -63,8 +63,10 @@ pub struct Channels {
     pub motor_torque_nm: [Option<Real>; MAX_DRIVES],
     /// Motor torque commanded of each drive unit, N·m.
     pub commanded_torque_nm: [Real; MAX_DRIVES],
-    /// Age of the newest torque when it came, by its stamp, s.
-    pub torque_age_s: Real,
+    /// Age of the newest torque and of the newest specific force when they came, by their stamps, s.
+    pub age_s: [Real; 2],
+    /// Time since the last step by the clock, s.
+    pub since_s: Real,
 }
 
 /// Signal front end of one estimator: input check, one sample and hold per channel, wheel-speed vote, sum of torques;
@@ -88,6 +90,8 @@ struct Own {
     sampled: Option<Time>,
     standing: bool,
     check: InputCheck,
+    /// Instant of the last step.
+    now: Option<Time>,
     /// Specific force forward, to the left and upwards.
     force: VectorHold,
     /// Rates of roll, pitch and yaw.
@@ -149,6 +153,7 @@ impl FrontEnd {
                 force: VectorHold::default(),
                 rate: VectorHold::default(),
                 steering: SampleHold::default(),
+                now: None,
             },
             torque: DriveHold::new(drives),
             speed: DriveHold::new(drives),
@@ -206,6 +211,12 @@ impl FrontEnd {
         before: &mut Checkpoint,
     ) -> &Reading {
         let now = z.t;
+        let before_s = self
+            .own
+            .now
+            .replace(now)
+            .map_or(0.0, |last| now.since(last));
+        self.output.reading.channels.since_s = before_s;
         let new = self.take_imu(z);
         self.condition_imu(new, dt);
         self.own.steering.take(z.steering_angle_rad, now);
@@ -235,6 +246,10 @@ impl FrontEnd {
             },
         );
         let new_force = self.own.force.take(z.specific_force_mps2, z.t);
+        if let Some(sample) = z.specific_force_mps2 {
+            let [_, force] = &mut self.output.reading.channels.age_s;
+            *force = z.t.since(sample.t);
+        }
         [new_force, self.own.rate.take(rate, z.t)]
     }
 
@@ -250,7 +265,8 @@ impl FrontEnd {
         let now = z.t;
         let Checkpoint { torque, speed, .. } = before;
         if let Some(stamp) = z.motor_torque_nm.iter().flatten().map(|s| s.t).max() {
-            self.output.reading.channels.torque_age_s = now.since(stamp);
+            let [torque, _] = &mut self.output.reading.channels.age_s;
+            *torque = now.since(stamp);
         }
         let new_torque = self.torque.take(&z.motor_torque_nm, torques, now, torque);
         let new_speed = self.speed.take(&z.wheel_speed_mps, speeds, now, speed);
@@ -415,6 +431,7 @@ impl State for FrontEnd {
         visit_built(&mut own.conditioning, archive);
         own.sampled.visit(archive);
         own.standing.visit(archive);
+        own.now.visit(archive);
         own.check.visit(archive);
         torque.visit(archive);
         speed.visit(archive);

@@ -76,10 +76,15 @@ impl RunningEstimator {
             self.reason = reason;
         }
         self.refused += 1;
+        self.go_stale();
+        Ok(())
+    }
+
+    /// Takes the marks of the last estimate away: nothing new has come for too long.
+    pub(crate) fn go_stale(&mut self) {
         for value in values(&mut self.estimate) {
             value.valid = false;
         }
-        Ok(())
     }
 
     /// Steps it refused, with the first reason, if any.

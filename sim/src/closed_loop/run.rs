@@ -2,6 +2,7 @@
 
 use super::end::Ended;
 pub use super::end::Outcome;
+use super::estimators::RunningEstimator;
 pub use super::observer::{Observer, StepFrame};
 use super::simulation::Simulation;
 use crate::control::{Perception, Reference};
@@ -70,7 +71,15 @@ pub struct Steps {
     command: Command,
     made: u64,
     last_sample_s: f64,
+    /// Mean time between samples, s.
+    gap_s: f64,
 }
+
+/// Time without any sample after which an estimate is stale: at least, s, and in mean gaps between samples.
+const STALE_S: f64 = 0.5;
+const STALE_GAPS: f64 = 4.0;
+/// Gaps that their mean looks back on.
+const GAP_MEMORY: f64 = 16.0;
 
 impl Steps {
     /// The outcome, once the run is over.
@@ -109,10 +118,15 @@ impl Steps {
         causes.step(s.plant.as_mut(), &command)?;
         self.made += 1;
         let z = s.measure()?;
+        let t_s = s.plant.truth().t_s;
+        let waited_s = t_s - self.last_sample_s;
+        let patience_s = STALE_S.max(STALE_GAPS * self.gap_s);
         if z.any() {
-            let t_s = s.plant.truth().t_s;
-            s.estimate(&z, &command, t_s - self.last_sample_s)?;
+            s.estimate(&z, &command, waited_s)?;
             self.last_sample_s = t_s;
+            self.gap_s += (waited_s.min(patience_s) - self.gap_s) / GAP_MEMORY;
+        } else if waited_s > patience_s {
+            s.estimators.iter_mut().for_each(RunningEstimator::go_stale);
         }
         s.show(observers, &z, &command, &seen.reference, &seen.perception)
     }

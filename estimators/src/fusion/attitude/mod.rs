@@ -72,6 +72,10 @@ const LOST_S: Real = 0.5;
 /// Time without any sample of accelerometer and wheels after which the vehicle may be anywhere: the filter starts anew,
 /// s.
 const PAUSE_S: Real = 2.0;
+/// Time after a start in motion in which wheels may slip unseen, s, and the standard deviation of the pitch that this
+/// makes, rad/√s.
+const OPENING_S: Real = 3.0;
+const OPENING_RAD: Real = 0.06;
 /// Time without a gyro after which there is none, s.
 const NO_GYRO_S: Real = 5.0;
 /// Growth of the variance of the speed, m²/s² per s.
@@ -107,7 +111,7 @@ pub struct Attitude {
     pub curvature_per_m: Real,
     /// True if accelerometer and gyro are in use now.
     pub imu: bool,
-    /// Wheels in use now, and wheels that the gate has rejected.
+    /// Wheels in use now, and wheels that slip.
     pub wheels: [usize; 2],
 }
 
@@ -123,11 +127,15 @@ pub struct AttitudeFilter {
     road: bool,
     turn_walk: Real,
     started: bool,
+    /// True if this step has started the filter.
+    starts: bool,
     quiet_s: Real,
     coast_s: Real,
     /// Time without a sample of accelerometer and wheels, and without one of the gyro, s.
     silent_s: Real,
     gyro_out_s: Real,
+    /// Time for which the pitch stays open after a start in motion, s.
+    opening_s: Real,
     belief: Gaussian<N>,
     health: ImuHealth,
     wheels: WheelGate,
@@ -174,10 +182,12 @@ impl AttitudeFilter {
             road: vehicle.road.is_some(),
             turn_walk: params.turn_walk(vehicle),
             started: false,
+            starts: false,
             quiet_s: 0.0,
             coast_s: 0.0,
             silent_s: 0.0,
             gyro_out_s: NO_GYRO_S,
+            opening_s: 0.0,
             belief: Gaussian::independent(SVector::zeros(), SVector::zeros()),
             health: ImuHealth::new(supervision.accelerometer_gate, supervision.spike_gate),
             wheels: WheelGate::new(vehicle.drives, wheel_sd, integrity.gate_sd, gated),
@@ -206,6 +216,7 @@ impl AttitudeFilter {
     )]
     pub fn step(&mut self, z: &Channels, dt: Real) -> Option<Attitude> {
         self.listen(z, dt);
+        self.starts = false;
         if !self.started {
             self.start(z, dt)?;
         }
@@ -229,7 +240,7 @@ impl AttitudeFilter {
         if z.specific_force_mps2.is_none() && !wheels {
             self.silent_s += dt;
         } else {
-            self.started &= self.silent_s < PAUSE_S;
+            self.started &= self.silent_s.max(z.since_s) < PAUSE_S;
             self.silent_s = 0.0;
         }
         self.gyro_out_s = match z.angular_rate_radps {
@@ -243,7 +254,16 @@ impl AttitudeFilter {
         self.started && self.silent_s < LOST_S
     }
 
+    /// Returns true if the last step has started the filter, for the first time or after a pause.
+    pub fn has_just_started(&self) -> bool {
+        self.starts
+    }
+
     /// Begins with the first samples.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     fn start(&mut self, z: &Channels, dt: Real) -> Option<()> {
         self.belief = first_belief(
             z,
@@ -252,7 +272,9 @@ impl AttitudeFilter {
             self.bias_sd,
             (self.standing_mps, self.road),
         )?;
-        self.started = true;
+        (self.started, self.starts) = (true, true);
+        let moves = self.belief.x[V].abs() > self.standing_mps;
+        self.opening_s = if moves { OPENING_S } else { 0.0 };
         Some(())
     }
 
@@ -275,6 +297,10 @@ impl AttitudeFilter {
             speed_mps: self.belief.x[V],
         };
         let rates = self.model.predict(&mut self.belief, &input, dt);
+        if self.opening_s > 0.0 {
+            self.opening_s -= dt;
+            self.belief.P[(THETA, THETA)] += OPENING_RAD * OPENING_RAD * dt;
+        }
         let [_, _, yaw_rate] = rates.body_radps.unwrap_or_default();
         self.belief.P[(THETA, THETA)] += self.turn_walk * yaw_rate * yaw_rate * dt;
         self.calibration
@@ -305,9 +331,12 @@ impl AttitudeFilter {
     fn aid_by_wheels(&mut self, z: &Channels, rates: &AttitudeRates, dt: Real) -> Ballot {
         self.is_new = false;
         let lever = (self.model.lever.below_m, rates.pitch_rate());
-        let (wheels, ballot) = self
-            .wheels
-            .control(&self.belief, &z.new_wheel_speed_mps, lever, dt);
+        let (wheels, ballot) = self.wheels.control(
+            &self.belief,
+            (&z.new_wheel_speed_mps, &z.motor_torque_nm),
+            lever,
+            dt,
+        );
         if let (Control::New(wheels), true) = (&wheels, ballot.used > 0) {
             self.coast_s = 0.0;
             // The variance of the speed with that of the wheels' scale is on the safe side.
@@ -460,7 +489,7 @@ impl AttitudeFilter {
             yaw_rate_radps,
             curvature_per_m: self.curvature.per_m(),
             imu: imu.force_mps2.is_some() && (imu.rate_radps.is_some() || !self.has_gyro()),
-            wheels: [ballot.used, ballot.rejected],
+            wheels: [ballot.used, ballot.slipping],
         };
         self.heading.step(
             &HeadingInput {
@@ -545,10 +574,12 @@ impl State for AttitudeFilter {
             road: _,
             turn_walk: _,
             started,
+            starts,
             quiet_s,
             coast_s,
             silent_s,
             gyro_out_s,
+            opening_s,
             belief,
             health,
             wheels,
@@ -564,10 +595,12 @@ impl State for AttitudeFilter {
             status,
         } = self;
         started.visit(archive);
+        starts.visit(archive);
         quiet_s.visit(archive);
         coast_s.visit(archive);
         silent_s.visit(archive);
         gyro_out_s.visit(archive);
+        opening_s.visit(archive);
         belief.visit_lower(archive);
         health.visit(archive);
         wheels.visit(archive);

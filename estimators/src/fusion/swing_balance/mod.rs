@@ -57,7 +57,7 @@ const MAX_LEAN: Real = 1.2;
 
 /// Standard deviations by which the force may jump from one block to the next, the sharpest curvature of a rail, rad/m,
 /// and blocks after a jump until its cause is found.
-const JUMP_SD: Real = 5.0;
+const JUMP_SD: Real = 8.0;
 const MAX_TURN_RADPM: Real = 0.12;
 const SETTLING_BLOCKS: u64 = 3;
 /// Distance ahead of the rail read of the furthest mass at least, m.

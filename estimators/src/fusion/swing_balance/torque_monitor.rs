@@ -42,7 +42,7 @@ pub struct TorqueMonitor {
     changing: f32,
     /// Regression of what the torques are behind the command on its rate: sums of products and squares.
     behind: [f32; 2],
-    /// Age of the torques by their stamps, s.
+    /// Difference of the ages of torques and specific force by their stamps, s.
     age_s: Real,
     used: u32,
     doubt: bool,
@@ -82,7 +82,8 @@ impl TorqueMonitor {
             *smooth = stored(last + share * (torque.unwrap_or(last) - last));
         }
         let median = self.median(z);
-        self.age_s = z.torque_age_s;
+        let [torque_s, force_s] = z.age_s;
+        self.age_s = (torque_s - force_s).abs();
         self.observe_lag(median, (1.0 - share) * change / LAG_S, dt);
         let limit = self.limit(median);
         let (mut count, mut force, mut variance) = (0u32, 0.0, 0.0);
