@@ -19,7 +19,7 @@ COLUMNS = ["t", "fx", "fy", "fz", "p", "q", "r", "torque1", "torque2", "speed1",
 V, TH, PH, BX, BY, BZ, GX, GY, EW, KA, GZ = range(11)
 ARM, BELOW = 0.3, 0.5
 SHEET = dict(vrw=6.94e-4, bias=0.00978, bias_walk=1.5e-4, gyro=2.424e-6, gyro_walk=0.0, arw=4.072e-5, wheel=0.005, scale=0.0033,
-             speed_walk=0.002, roll_walk=2e-4, side=0.05, bounce=5.0, curve_sd=0.06, mount=math.radians(0.2), curve_length=5.0, gate=5.0)
+             speed_walk=0.002, roll_walk=2e-4, side=0.05, bounce=5.0, curve_sd=0.03, mount=math.radians(0.2), curve_length=5.0, gate=5.0)
 
 
 class Train:

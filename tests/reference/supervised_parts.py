@@ -162,7 +162,7 @@ class Supervised:
         now.bend = self.bend
         now.effective, now.bias_sd = self.effective(), math.sqrt(att.b.P[BX, BX])
         self.method.step(now)
-        grade, effective = self.weigh(now.effective)
+        grade, effective = ((angle, math.hypot(sd, SHEET["mount"])) for angle, sd in self.weigh(now.effective))
         mass, sd = self.method.mass()
         return [mass, math.hypot(sd, GAIN_SD * mass), *grade, *effective, att.v, math.sqrt(att.b.P[V, V]), att.y, att.nis]
 
@@ -218,7 +218,7 @@ class Supervised:
         mean = (means.S + load * means.load) / M
         self.sine = mean - self.att.b.x[BX] / G
         ahead = means.ahead / M * (0.02 + 0.7 * abs(self.rail.gradient()))
-        self.variance = self.att.b.P[TH, TH] + SHEET["mount"] ** 2 + self.read_sd**2 + ahead**2 + (behind * BEHIND_SD) ** 2 + (BLIND * self.blind * min(behind, 1.0)) ** 2
+        self.variance = self.att.b.P[TH, TH] + self.read_sd**2 + ahead**2 + (behind * BEHIND_SD) ** 2 + (BLIND * self.blind * min(behind, 1.0)) ** 2
         self.variance += ((means.load - mean) / M * sd) ** 2
         if self.rail.doubt > 0.02:
             off = Means(self.rail, self.rail.at - self.rail.doubt)
@@ -229,7 +229,7 @@ class Supervised:
 
     def weigh(self, core):
         """Grade at the IMU and effective grade, each with its standard deviation."""
-        at_imu, method = (clip(self.att.grade, -STEEPEST, STEEPEST), self.att.grade_sd), self.method.grade()
+        at_imu, method = (clip(self.att.grade, -STEEPEST, STEEPEST), math.sqrt(self.att.grade_sd**2 - SHEET["mount"] ** 2)), self.method.grade()
         if method is None:
             self.met["alone"] += 1
             return at_imu, core

@@ -171,6 +171,11 @@ impl MethodTrust {
     }
 }
 
+/// The part of a standard deviation that does not come of another one.
+fn without(sd: Real, other: Real) -> Real {
+    sqrt((sd * sd - other * other).max(0.0))
+}
+
 state!(MethodTrust { square; } where |this| this.square >= 0.0);
 
 /// Groups of parameters of every supervised method.
@@ -332,17 +337,13 @@ impl<M: SupervisedMethod> Supervised<M> {
             eta_variance: behind_sd_rad * behind_sd_rad,
         };
         let core = &self.core;
-        let constant_sd = core.constant_sd_rad();
+        // The doubt of the mount is no reason to trust the method: it is added to the grades at the end.
+        let mount_sd = core.attitude().mount_sd_rad();
+        let read_sd = core.read_sd();
         self.effective
             .go(attitude.speed_mps * dt, &self.train, &carried, core.rail());
-        self.effective.step(
-            attitude,
-            constant_sd,
-            &self.train,
-            &carried,
-            core.rail(),
-            dt,
-        );
+        self.effective
+            .step(attitude, read_sd, &self.train, &carried, core.rail(), dt);
         let by_core = self.effective.value(true);
         let [bias_sd_mps2, ..] = core.attitude().reading();
         let (moving, running) = motion(reading, self.standstill_mps);
@@ -367,17 +368,21 @@ impl<M: SupervisedMethod> Supervised<M> {
         let attitude = self.core.attitude();
         let at_imu = Value {
             value: attitude.grade_at_imu_rad(),
-            sd: attitude.grade_at_imu_sd_rad(),
+            sd: without(attitude.grade_at_imu_sd_rad(), mount_sd),
             valid: true,
         };
         // Without samples of the IMU its errors are no longer those of the rail read before.
         let common_sd = match self.core.attitude().found().imu {
-            true => attitude.grade_at_imu_sd_rad(),
+            true => at_imu.sd,
             false => 0.0,
         };
-        self.grades = self
+        let grades = self
             .trust
             .weigh([by_core, at_imu], common_sd, by_method, dt);
+        self.grades = grades.map(|grade| Value {
+            sd: sqrt(grade.sd * grade.sd + mount_sd * mount_sd),
+            ..grade
+        });
     }
 }
 

@@ -23,7 +23,7 @@ params! {
         lateral_force_sd_mps2 ["m/s²"] = none, 1e-4 => 10.0, "Standard deviation of the lateral force's model (guide wheels, side slip); not set: 0.05 on a rail, 5 on a road, where the roll is that of the gyro.";
         turn_coupling_sd_rad ["rad"] = none, 0.0 => 0.2, "Standard deviation of the roll that couples a yaw rate into the pitch rate; not set: 0 on a rail, 0.01 on a road.";
         force_noise_factor ["-"] = 5.0, 1.0 => 1e3, "Factor on the variance of the vertical force's noise: bounce.";
-        curvature_sd_per_m ["1/m"] = 0.06, 0.0 => 1.0, "Standard deviation of the vertical curvature, for times without a gyro.";
+        curvature_sd_per_m ["1/m"] = 0.03, 0.0 => 1.0, "Standard deviation of the vertical curvature, for times without a gyro.";
         curvature_length_m ["m"] = 5.0, 0.1 => 1e4, "Way over which the curvature becomes another.";
     }
 }

@@ -22,6 +22,8 @@ const MOTOR_LAG_S: Real = 0.1;
 const MAX_LAG_S: Real = 1.0;
 /// Memory of the lag, s.
 const LAG_MEMORY_S: Real = 30.0;
+/// Memory of the mean age of samples, s.
+const AGE_MEMORY_S: Real = 5.0;
 /// Share of the torque that drives may share it unequally by, beyond noise and gain.
 const UNEQUAL: Real = 0.02;
 
@@ -42,7 +44,7 @@ pub struct TorqueMonitor {
     changing: f32,
     /// Regression of what the torques are behind the command on its rate: sums of products and squares.
     behind: [f32; 2],
-    /// Difference of the ages of torques and specific force by their stamps, s.
+    /// Mean difference of the ages of torques and specific force by their stamps, s.
     age_s: Real,
     used: u32,
     doubt: bool,
@@ -83,7 +85,7 @@ impl TorqueMonitor {
         }
         let median = self.median(z);
         let [torque_s, force_s] = z.age_s;
-        self.age_s = (torque_s - force_s).abs();
+        self.age_s += dt / (AGE_MEMORY_S + dt) * (torque_s - force_s - self.age_s);
         self.observe_lag(median, (1.0 - share) * change / LAG_S, dt);
         let limit = self.limit(median);
         let (mut count, mut force, mut variance) = (0u32, 0.0, 0.0);
@@ -129,11 +131,9 @@ impl TorqueMonitor {
         let constant = self.noise[1];
         let floor = constant * constant;
         let by_command = product / (square + floor) - MOTOR_LAG_S;
-        let by_stamp = if self.age_s <= MAX_LAG_S {
-            self.age_s
-        } else {
-            0.0
-        };
+        // Clocks that are further apart are set differently.
+        let age_s = self.age_s.abs();
+        let by_stamp = if age_s <= MAX_LAG_S { age_s } else { 0.0 };
         within(by_command.max(by_stamp), 0.0, MAX_LAG_S)
     }
 
