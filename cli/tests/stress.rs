@@ -128,7 +128,7 @@ fn what_has_become_worse_fails() {
     assert_eq!(dir.monorig(&loose).0, Some(0));
 }
 
-/// What is wrong with a condition is told with file, line and what would be right.
+/// A mistake in a condition is told with file, line and what would be right.
 #[test]
 fn a_wrong_condition_is_refused_where_it_is_wrong() {
     for (text, line, told, help) in [
@@ -160,7 +160,7 @@ fn a_wrong_condition_is_refused_where_it_is_wrong() {
             "version: 1\ncondition: x\ngroup: told\ntold_factor: {tare_kg: -1}\n",
             4,
             "-1",
-            "above 0",
+            "above zero",
         ),
         (
             "version: 1\ncondition: x\ngroup: rail\nevents:\n  - {from_s: 1, sensor: imu, fault: scale}\n",

@@ -4,7 +4,7 @@
 
 use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements};
 use monorig_lab::batch::in_order;
-use monorig_lab::stress::{Battery, Condition, Matrix, NOMINAL, StressRun, Wanted};
+use monorig_lab::stress::{Battery, Condition, Matrix, NOMINAL, StressRun, WantedEstimator};
 use monorig_sim::closed_loop::registry::Registry;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -54,7 +54,7 @@ fn sets(all: &[(&str, &str)]) -> Vec<(String, String)> {
         .collect()
 }
 
-fn wanted(names: &[&str]) -> Vec<Wanted> {
+fn wanted(names: &[&str]) -> Vec<WantedEstimator> {
     names.iter().map(|n| ((*n).to_owned(), None)).collect()
 }
 

@@ -5,6 +5,9 @@ use monorig_sim::closed_loop::run::StepFrame;
 /// Errors are taken in silence, too, once no sample has arrived for so long, s.
 const SILENT_S: f64 = 0.5;
 
+/// The pace is known once samples have come for so long, s.
+const KNOWN_S: f64 = 1.0;
+
 /// Decides at which steps errors are taken: wherever a sample arrived, so that the estimators made a step. While none
 /// arrives the last estimates stand, marked as they were, and errors are taken at the mean pace of the steps before:
 /// who uses an estimate then is misled by it as at any other time.
@@ -32,9 +35,10 @@ impl Pace {
             (self.last_s, self.taken_s) = (t_s, t_s);
             return true;
         }
-        let interval_s = (self.last_s - self.first_s) / (self.steps - 1.0);
-        // before the second sample there is no pace: the interval is not a number or infinite
-        let due = t_s - self.last_s >= SILENT_S && t_s - self.taken_s >= interval_s - 1e-9;
+        let known_s = self.last_s - self.first_s;
+        let interval_s = known_s / (self.steps - 1.0);
+        let silent = known_s >= KNOWN_S && t_s - self.last_s >= SILENT_S;
+        let due = silent && t_s - self.taken_s >= interval_s - 1e-9;
         if due {
             self.taken_s = t_s;
         }
