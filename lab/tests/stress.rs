@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 monorig_estimators::params! {
     /// Parameters of the boaster.
-    BoasterParams { mass_kg ["kg"] = 50e3, 1.0 => 1e6, "The mass it always reports."; }
+    BoasterParams { mass_kg ["kg"] = 200e3, 1.0 => 1e6, "The mass it always reports."; }
 }
 
 /// Marks the same wrong values valid all the time, with small standard deviations.
