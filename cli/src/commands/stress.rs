@@ -14,7 +14,7 @@ use crate::verdicts::stress::{compared, print_matrix};
 use monorig_lab::batch::{Shard, in_order};
 use monorig_lab::reports::stress::report;
 use monorig_lab::stress::{
-    Battery, Condition, StressFile, StressHeader, StressRun, StressStore, Wanted,
+    Battery, Condition, StressFile, StressHeader, StressRun, StressStore, WantedEstimator,
 };
 use monorig_sim::closed_loop::registry::Registry;
 use std::path::{Path, PathBuf};
@@ -160,7 +160,7 @@ fn battery(task: &StressArgs, registry: &Registry) -> Result<Battery, CliError> 
     }
     let mut sets = task.sets.clone();
     sets.extend(task.seeds.iter().map(|s| ("seeds".to_owned(), s.clone())));
-    let wanted: Vec<Wanted> = task
+    let wanted: Vec<WantedEstimator> = task
         .estimators
         .iter()
         .map(|e| (e.name.clone(), e.is.clone()))

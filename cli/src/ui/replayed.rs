@@ -8,9 +8,9 @@ use monorig_lab::verdicts::findings::of_summaries;
 use monorig_lab::verdicts::summary::Summary;
 use std::collections::BTreeMap;
 
-/// A row: title, metrics of RMSE, bias, largest error, NEES, misleading share, overconfident share, availability and
-/// reference share, factor of the errors.
-type Row = (&'static str, [&'static str; 8], f64);
+/// A row: title, metrics of RMSE, bias, largest error, NEES, misleading share, availability and reference share, factor
+/// of the errors.
+type Row = (&'static str, [&'static str; 7], f64);
 
 const ROWS: [Row; 3] = [
     (
@@ -21,7 +21,6 @@ const ROWS: [Row; 3] = [
             "mass_error_rel_max",
             "mass_nees_mean",
             "mass_misleading_share",
-            "mass_overconfident_share",
             "mass_availability",
             "mass_reference_share",
         ],
@@ -35,7 +34,6 @@ const ROWS: [Row; 3] = [
             "slope_error_max_deg",
             "slope_nees_mean",
             "slope_misleading_share",
-            "slope_overconfident_share",
             "slope_availability",
             "slope_reference_share",
         ],
@@ -49,7 +47,6 @@ const ROWS: [Row; 3] = [
             "effective_slope_error_max_deg",
             "effective_slope_nees_mean",
             "effective_slope_misleading_share",
-            "effective_slope_overconfident_share",
             "effective_slope_availability",
             "effective_slope_reference_share",
         ],
@@ -92,7 +89,6 @@ fn estimators(summary: &Summary, mass_kg: Option<f64>) -> String {
         "max",
         "NEES",
         "misled %",
-        ">3 sd %",
         "valid %",
         "known %",
     ];
@@ -100,16 +96,7 @@ fn estimators(summary: &Summary, mass_kg: Option<f64>) -> String {
         let of = |metric: &str| values.get(metric).copied().flatten();
         let shown = |x: Option<f64>, factor: f64| x.map_or("-".to_owned(), |x| number(x * factor));
         let row = |(what, metrics, factor): &Row| {
-            let [
-                rmse,
-                bias,
-                max,
-                nees,
-                misleading,
-                overconfident,
-                valid,
-                known,
-            ] = metrics;
+            let [rmse, bias, max, nees, misleading, valid, known] = metrics;
             // the error of the mass over the mass that the reference has; of one that changes there is none
             let relative = |metric: &str| mass_kg.and_then(|kg| Some(of(metric)? / kg));
             let rms = match rmse.is_empty() {
@@ -125,7 +112,6 @@ fn estimators(summary: &Summary, mass_kg: Option<f64>) -> String {
                     shown(of(max), *factor),
                     shown(of(nees), 1.0),
                     shown(of(misleading), 100.0),
-                    shown(of(overconfident), 100.0),
                     shown(of(valid), 100.0),
                     shown(Some(reference), 100.0),
                 ]
@@ -158,7 +144,6 @@ mod tests {
             ("slope_error_max_deg", 0.75),
             ("slope_nees_mean", 1.5),
             ("slope_misleading_share", 0.027),
-            ("slope_overconfident_share", 0.031),
             ("slope_availability", 0.9),
             ("slope_reference_share", 0.46),
             ("mass_reference_share", 0.0),
@@ -186,7 +171,7 @@ mod tests {
         let row = text.lines().find(|l| l.contains("slope °")).unwrap();
         let words: Vec<&str> = row.split_whitespace().collect();
         let expected = [
-            "slope", "°", "0.250", "-0.125", "0.750", "1.500", "2.700", "3.100", "90.0", "46.0",
+            "slope", "°", "0.250", "-0.125", "0.750", "1.500", "2.700", "90.0", "46.0",
         ];
         assert_eq!(words, expected, "{text}");
         assert!(

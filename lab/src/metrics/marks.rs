@@ -297,8 +297,8 @@ mod tests {
         }
     }
 
-    /// The reference's variance is in the normalised square: an error of 4 with 1 of the estimator is beyond three, with
-    /// 1 of the reference beside it it is not (4/√2 = 2.8).
+    /// The reference's variance is in the normalised square: an error of 4 with a standard deviation of 1 is beyond
+    /// three; with 1 of the reference beside it it is not (4/√2 = 2.8).
     #[test]
     fn the_variance_of_the_reference_excuses() {
         let of = |nees| {

@@ -11,6 +11,7 @@ pub(crate) mod lagged;
 mod marks;
 mod of_estimator;
 mod of_run;
+mod pace;
 mod percentile;
 mod quantity;
 pub mod series;
@@ -19,6 +20,7 @@ mod table;
 mod window;
 mod windowed;
 
+pub(crate) use pace::Pace;
 pub(crate) use quantity::Quantity;
 pub(crate) use statistics::{Accumulator, Running};
 pub use table::METRICS;

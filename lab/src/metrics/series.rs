@@ -1,6 +1,7 @@
 //! Errors of every estimator, sample by sample.
 
 use crate::bound::{BoundSample, RunningBound};
+use crate::metrics::Pace;
 use crate::metrics::lagged::GradeAtMiddle;
 use monorig_estimators::api::signals::Estimate;
 use monorig_sim::closed_loop::Simulation;
@@ -256,6 +257,8 @@ pub struct ErrorSeries {
     pub(crate) bound: Option<RunningBound>,
     /// Grade under the middle of the unit.
     pub(crate) middle: Option<GradeAtMiddle>,
+    /// Steps at which errors are taken.
+    pub(crate) pace: Pace,
 }
 
 impl ErrorSeries {
@@ -292,7 +295,7 @@ impl Observer for ErrorSeries {
             bound.step(f.truth);
             bound.now()
         });
-        if !f.sampled {
+        if !self.pace.takes(f) {
             return Ok(());
         }
         if self.estimators.is_empty() {

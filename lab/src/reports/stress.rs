@@ -30,11 +30,11 @@ pub fn report(file: &StressFile) -> Page {
     ));
     page.sections.push(glance(file, most));
     for (title, of) in [
-        ("Mass", Figure::of(|c| &c.mass, 100.0, "%")),
-        ("Slope", Figure::of(|c| &c.slope, 1.0, "°")),
+        ("Mass", QuantityTable::of(|c| &c.mass, 100.0, "%")),
+        ("Slope", QuantityTable::of(|c| &c.slope, 1.0, "°")),
         (
             "Effective slope",
-            Figure::of(|c| &c.effective_slope, 1.0, "°"),
+            QuantityTable::of(|c| &c.effective_slope, 1.0, "°"),
         ),
     ] {
         page.sections
@@ -91,13 +91,13 @@ fn percent(share: Option<f64>) -> String {
 }
 
 /// One quantity of all cells, and the unit it is shown in.
-struct Figure {
+struct QuantityTable {
     of: fn(&MatrixCell) -> &Figures,
     factor: f64,
     unit: &'static str,
 }
 
-impl Figure {
+impl QuantityTable {
     fn of(of: fn(&MatrixCell) -> &Figures, factor: f64, unit: &'static str) -> Self {
         Self { of, factor, unit }
     }

@@ -61,9 +61,9 @@ pub fn differences(old: &StressFile, new: &StressFile, tolerance: f64) -> Vec<Di
     all
 }
 
-type Change = (&'static str, Option<f64>, Option<f64>, bool);
+type FigureChange = (&'static str, Option<f64>, Option<f64>, bool);
 
-fn changes(a: &Figures, b: &Figures, tolerance: f64) -> Vec<Change> {
+fn changes(a: &Figures, b: &Figures, tolerance: f64) -> Vec<FigureChange> {
     let mut all = Vec::new();
     let share = |x: Option<f64>| x.unwrap_or(0.0);
     for (figure, old, new, more_is_worse) in [

@@ -4,7 +4,7 @@ use crate::batch::made_from::MadeFrom;
 use crate::batch::{Interrupted, RunSpec, Shard, run_observed};
 use crate::stress::header::StressHeader;
 use crate::stress::print::Print;
-use crate::stress::{Condition, NOMINAL, Row, StressRun};
+use crate::stress::{Condition, ConditionRow, NOMINAL, StressRun};
 use crate::verdicts::expected;
 use monorig_estimators::api::signals::VehicleData;
 use monorig_sim::closed_loop::registry::Registry;
@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// An estimator that is wanted: its name and, if it was given, its type.
-pub type Wanted = (String, Option<String>);
+pub type WantedEstimator = (String, Option<String>);
 
 /// A checked battery.
 pub struct Battery {
@@ -58,7 +58,7 @@ impl Battery {
     pub fn load(
         scenarios: &[PathBuf],
         conditions: Vec<Condition>,
-        estimators: &[Wanted],
+        estimators: &[WantedEstimator],
         sets: &[(String, String)],
         registry: &Registry,
     ) -> Result<Self, Error> {
@@ -135,14 +135,14 @@ impl Battery {
     }
 
     /// Rows of the matrix: the nominal one, then the conditions.
-    pub fn rows(&self) -> Vec<Row> {
-        let nominal = Row {
+    pub fn rows(&self) -> Vec<ConditionRow> {
+        let nominal = ConditionRow {
             condition: NOMINAL.into(),
             group: None,
             words: "nothing is wrong".into(),
             over_s: 0.0,
         };
-        let of = |c: &Condition| Row {
+        let of = |c: &Condition| ConditionRow {
             condition: c.name.clone(),
             group: Some(c.group()),
             words: c.words().into(),
@@ -233,7 +233,7 @@ impl Battery {
 impl Base {
     fn load(
         path: &Path,
-        estimators: &[Wanted],
+        estimators: &[WantedEstimator],
         sets: &[(String, String)],
         registry: &Registry,
     ) -> Result<Self, Error> {
@@ -299,7 +299,7 @@ impl Base {
 /// scenario without a condition, and go.
 fn side_by_side(
     scenario: &Scenario,
-    estimators: &[Wanted],
+    estimators: &[WantedEstimator],
 ) -> Result<Vec<(String, String)>, Error> {
     let mut changes = vec![
         ("in_loop".to_owned(), "null".to_owned()),

@@ -27,7 +27,7 @@ pub struct ConditionFile {
     /// Values that estimators and controller are told of the vehicle, as factors of those they are told without the
     /// condition.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub(crate) told_factor: BTreeMap<Told, Positive>,
+    pub(crate) told_factor: BTreeMap<ToldValue, Positive>,
     /// Events that are added to those of the scenario.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) events: Vec<Event>,
@@ -56,7 +56,7 @@ pub enum Group {
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Told {
+pub(crate) enum ToldValue {
     /// Mass of the empty train.
     TareKg,
     /// Radius of the wheels.
@@ -69,7 +69,7 @@ pub(crate) enum Told {
     ChainM,
 }
 
-impl Told {
+impl ToldValue {
     /// The key under `vehicle`, and the value that is told without a condition; none if it is not told.
     fn value(self, v: &VehicleData) -> (&'static str, Option<f64>) {
         match self {

@@ -34,7 +34,7 @@ pub(crate) const FIGURES: [[&str; 6]; 3] = [
 
 /// A row of the matrix: a condition, or none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Row {
+pub struct ConditionRow {
     /// Name.
     pub condition: String,
     /// Part of the drive that is not as it should be; none of the nominal row.
@@ -113,8 +113,8 @@ pub struct Matrix {
 impl Matrix {
     /// Makes a cell of each row and estimator from the runs. The nominal cells come first; the others follow by their
     /// misleading share, then by their overconfident share, then by the valid share that the condition costs.
-    pub fn of(rows: &[Row], estimators: &[String], runs: &[StressRun]) -> Self {
-        let cell = |row: &Row, estimator: &String| cell(row, estimator, runs);
+    pub fn of(rows: &[ConditionRow], estimators: &[String], runs: &[StressRun]) -> Self {
+        let cell = |row: &ConditionRow, estimator: &String| cell(row, estimator, runs);
         let cells = rows.iter();
         let mut cells: Vec<MatrixCell> = cells
             .flat_map(|row| estimators.iter().map(move |e| cell(row, e)))
@@ -149,7 +149,7 @@ impl Matrix {
     }
 }
 
-fn cell(row: &Row, estimator: &str, runs: &[StressRun]) -> MatrixCell {
+fn cell(row: &ConditionRow, estimator: &str, runs: &[StressRun]) -> MatrixCell {
     let here = || runs.iter().filter(|r| r.condition == row.condition);
     let whole: Vec<&StressRun> = here().filter(|r| r.error.is_none()).collect();
     let nominal = |r: &StressRun| {
@@ -177,7 +177,12 @@ fn cell(row: &Row, estimator: &str, runs: &[StressRun]) -> MatrixCell {
 
 /// Figures over runs. Those over valid samples are weighted with the valid share: over samples if the runs are equally
 /// long.
-fn figures(row: &Row, estimator: &str, metrics: &[&str; 6], runs: &[&StressRun]) -> Figures {
+fn figures(
+    row: &ConditionRow,
+    estimator: &str,
+    metrics: &[&str; 6],
+    runs: &[&StressRun],
+) -> Figures {
     let [error, sd, valid, misleading, overconfident, recovered] =
         metrics.map(|metric| move |r: &StressRun| r.figure(estimator, metric));
     let over_valid = |of: &dyn Fn(&StressRun) -> Option<f64>| {

@@ -15,10 +15,10 @@ mod result_file;
 mod stress_run;
 
 pub use against::{Difference, SHARE_TOLERANCE, differences};
-pub use battery::{Battery, Wanted};
+pub use battery::{Battery, WantedEstimator};
 pub use condition::{Condition, ConditionFile, Group};
 pub use header::{StressHeader, StressStore};
-pub use matrix::{Figures, Matrix, MatrixCell, Row};
+pub use matrix::{ConditionRow, Figures, Matrix, MatrixCell};
 pub use result_file::{StressFile, merge_stress};
 pub use stress_run::StressRun;
 

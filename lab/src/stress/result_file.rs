@@ -1,7 +1,7 @@
 //! The file of a matrix: its runs and its cells as JSON; shards put together.
 
 use crate::batch::Shard;
-use crate::stress::{Battery, Matrix, MatrixCell, Row, StressHeader, StressRun};
+use crate::stress::{Battery, ConditionRow, Matrix, MatrixCell, StressHeader, StressRun};
 use monorig_sim::config::file::{input_error, read_result};
 use monorig_sim::error::Error;
 use serde::{Deserialize, Serialize};
@@ -30,7 +30,7 @@ pub struct StressFile {
     /// Estimators.
     pub estimators: Vec<String>,
     /// Rows.
-    pub rows: Vec<Row>,
+    pub rows: Vec<ConditionRow>,
     /// Cells, worst first.
     pub cells: Vec<MatrixCell>,
     /// Runs, in the order of their indices.
@@ -83,7 +83,7 @@ impl StressFile {
     }
 
     /// The row of a condition.
-    pub fn row(&self, condition: &str) -> Option<&Row> {
+    pub fn row(&self, condition: &str) -> Option<&ConditionRow> {
         self.rows.iter().find(|r| r.condition == condition)
     }
 }

@@ -5,7 +5,7 @@ use crate::verdicts::run_result::RunResult;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What a run of a battery has come to.
+/// Outcome of a run of a battery.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StressRun {
     /// Place in the battery, from 0.

@@ -4,7 +4,7 @@ use crate::bound::RunningBound;
 use crate::metrics::lagged::GradeAtMiddle;
 use crate::metrics::series::{ErrorSample, Geometry, Target, Tracking};
 use crate::metrics::{
-    End, Metric, WantedMetric, Window, WindowedMetrics, estimator_metrics, run_metrics,
+    End, Metric, Pace, WantedMetric, Window, WindowedMetrics, estimator_metrics, run_metrics,
 };
 use crate::verdicts::common::CommonErrorsSoFar;
 use crate::verdicts::expected::{self, Bound};
@@ -27,6 +27,7 @@ pub struct SummaryObserver {
     limits: IntegrityLimits,
     bound: Option<RunningBound>,
     middle: Option<GradeAtMiddle>,
+    pace: Pace,
     estimators: Vec<EstimatorSoFar>,
     samples: Vec<ErrorSample>,
     bounds: Vec<Bound>,
@@ -185,7 +186,7 @@ impl Observer for SummaryObserver {
             bound.step(f.truth);
             bound.now()
         });
-        if !f.sampled {
+        if !self.pace.takes(f) {
             return Ok(());
         }
         let middle = self.middle.as_mut();

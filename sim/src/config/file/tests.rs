@@ -199,3 +199,27 @@ fn no_mangled_file_makes_the_reader_panic() {
         }
     }
 }
+
+/// `[+]` adds to a list, makes one where there is none, and refuses what is no list; later errors name the change.
+#[test]
+fn a_value_is_added_to_a_list() {
+    let set = |sets: &[(&str, &str)]| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("sample.yaml");
+        std::fs::write(&path, "version: 1\narcs: [{radius_m: 1}]\n").unwrap();
+        let sets = sets.iter().map(|(p, v)| ((*p).to_owned(), (*v).to_owned()));
+        let sets = Sets::new(&sets.collect::<Vec<_>>());
+        let read = read_yaml_with::<Sample>(&path, &sets);
+        read.map(|s| s.arcs.iter().map(|a| a.radius_m.get()).collect::<Vec<_>>())
+    };
+    let both = [("arcs[+]", "{radius_m: 2}"), ("arcs[+]", "{radius_m: 3}")];
+    assert_eq!(set(&both).unwrap(), [1.0, 2.0, 3.0]);
+    let anew = [("arcs", "null"), ("arcs[+]", "{radius_m: 4}")];
+    assert_eq!(set(&anew).unwrap(), [4.0]);
+    let no_list = set(&[("version[+]", "1")]).unwrap_err().to_string();
+    assert!(no_list.contains("there is no list to add to"), "{no_list}");
+    let bad = set(&[("arcs[+]", "{radius_m: -1}")])
+        .unwrap_err()
+        .to_string();
+    assert!(bad.contains("--set arcs[+]={radius_m: -1}"), "{bad}");
+}
