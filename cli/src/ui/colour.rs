@@ -5,9 +5,13 @@ use clap::builder::styling::{AnsiColor, Style};
 const GOOD: Style = AnsiColor::Green.on_default();
 const BAD: Style = AnsiColor::Red.on_default().bold();
 const KNOWN: Style = AnsiColor::Yellow.on_default();
+const UNASKED: Style = AnsiColor::BrightBlack.on_default();
 
 /// Words of a verdict, the style that each is drawn in; longer ones before those they begin with.
-const WORDS: [(&str, Style); 7] = [
+const WORDS: [(&str, Style); 10] = [
+    ("held but for", KNOWN),
+    ("held with weakened limits", KNOWN),
+    ("nothing was expected", UNASKED),
     ("known failure", KNOWN),
     ("not finished", BAD),
     ("finding:", KNOWN),
@@ -29,10 +33,21 @@ fn line(line: &str) -> String {
         let place = match () {
             () if follows(begun.strip_prefix(word)) => bare.len() - begun.len(),
             () if bare.ends_with(&format!("  {word}")) => bare.len() - word.len(),
+            () if word.contains(' ') && bare.contains(&format!("  {word} ")) => {
+                bare.find(&format!("  {word} ")).map_or(0, |at| at + 2)
+            }
             () => continue,
         };
         let (before, rest) = line.split_at(place);
         let (word, after) = rest.split_at(word.len());
+        let rest = after;
+        // `held` is green only where the line hides nothing
+        let style = match rest {
+            _ if word != "held" => style,
+            rest if rest.contains(" but for ") || rest.contains(" weakened ") => KNOWN,
+            rest if rest.contains("nothing was expected") => UNASKED,
+            _ => style,
+        };
         return format!("{before}{style}{word}{style:#}{after}");
     }
     line.to_owned()
@@ -56,6 +71,27 @@ mod tests {
         );
         assert_eq!(verdicts(text), coloured);
         assert!(verdicts("        finding: x\n").contains("finding:\u{1b}[0m x"));
+        let yellow = "\u{1b}[33m";
+        for (line, begun) in [
+            (
+                "held but for 2 known failures: 3 runs",
+                format!("{yellow}held but for{end} 2"),
+            ),
+            (
+                "held    a  2 seeds  but for 2 known failures",
+                format!("{yellow}held{end}    a"),
+            ),
+            (
+                "held    a  2 seeds  nothing was expected",
+                format!("\u{1b}[90mheld{end}    a"),
+            ),
+            (
+                "nothing was expected; 4",
+                format!("\u{1b}[90mnothing was expected{end}; 4"),
+            ),
+        ] {
+            assert!(verdicts(line).starts_with(&begun), "{line}");
+        }
         assert!(verdicts(" a   known failure").contains("known failure\u{1b}[0m"));
     }
 }

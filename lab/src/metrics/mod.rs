@@ -158,11 +158,15 @@ impl Metric {
         }
     }
 
+    /// True for a share of misleading samples.
+    pub(crate) fn is_integrity(&self) -> bool {
+        let integrity = Marks::Integrity;
+        matches!(self.of, Of::Marks { kind, .. } if kind == integrity)
+    }
+
     /// True for a share: from 0 to 1.
     pub(crate) fn is_share(&self) -> bool {
-        let integrity = Marks::Integrity;
-        matches!(self.best, Best::One | Best::InBand)
-            || matches!(self.of, Of::Marks { kind, .. } if kind == integrity)
+        matches!(self.best, Best::One | Best::InBand) || self.is_integrity()
     }
 
     /// True if only samples that the estimator marks valid count.
