@@ -29,28 +29,35 @@ pub fn verdicts(text: &str) -> String {
 fn line(line: &str) -> String {
     let bare = line.trim_end_matches('\n');
     let begun = bare.trim_start();
-    for (word, style) in WORDS {
-        let place = match () {
-            () if follows(begun.strip_prefix(word)) => bare.len() - begun.len(),
-            () if bare.ends_with(&format!("  {word}")) => bare.len() - word.len(),
-            () if word.contains(' ') && bare.contains(&format!("  {word} ")) => {
-                bare.find(&format!("  {word} ")).map_or(0, |at| at + 2)
-            }
-            () => continue,
-        };
-        let (before, rest) = line.split_at(place);
-        let (word, after) = rest.split_at(word.len());
-        let rest = after;
-        // `held` is green only where the line hides nothing
-        let style = match rest {
-            _ if word != "held" => style,
-            rest if rest.contains(" but for ") || rest.contains(" weakened ") => KNOWN,
-            rest if rest.contains("nothing was expected") => UNASKED,
-            _ => style,
-        };
-        return format!("{before}{style}{word}{style:#}{after}");
-    }
-    line.to_owned()
+    let begins = |word: &str| follows(begun.strip_prefix(word)).then(|| bare.len() - begun.len());
+    let ends = |word: &str| {
+        let ends = bare.ends_with(&format!("  {word}"));
+        // a word with more behind it, such as a count
+        let within = || bare.find(&format!("  {word} ")).map(|at| at + 2);
+        match ends {
+            true => Some(bare.len() - word.len()),
+            false if word.contains(' ') => within(),
+            false => None,
+        }
+    };
+    let place = |of: &dyn Fn(&str) -> Option<usize>| {
+        WORDS
+            .iter()
+            .find_map(|(word, style)| Some((of(word)?, *word, *style)))
+    };
+    let Some((at, word, style)) = place(&begins).or_else(|| place(&ends)) else {
+        return line.to_owned();
+    };
+    let (before, rest) = line.split_at(at);
+    let (word, after) = rest.split_at(word.len());
+    // `held` is green only where the line hides nothing
+    let style = match after {
+        _ if word != "held" => style,
+        after if after.contains(" but for ") || after.contains(" weakened ") => KNOWN,
+        after if after.contains("nothing was expected") => UNASKED,
+        _ => style,
+    };
+    format!("{before}{style}{word}{style:#}{after}")
 }
 
 /// Returns whether a word ends before `rest`.

@@ -218,7 +218,7 @@ mod tests {
         let row = short.lines().find(|l| l.contains("attitude")).unwrap();
         let words: Vec<&str> = row.split_whitespace().collect();
         assert_eq!(words, ["attitude", "0.250", "-/90", "-"], "{short}");
-        let text = estimators(&summary, None) + &short;
+        let text = estimators(&summary, None) + "\n" + &short;
         let row = text.lines().find(|l| l.contains("slope °")).unwrap();
         let words: Vec<&str> = row.split_whitespace().collect();
         let expected = [

@@ -133,8 +133,10 @@ pub struct Totals {
     pub failed: usize,
     /// Those of which nothing was expected.
     pub unasked: usize,
-    /// Those that held with weakened limits, or that have a check that nothing could decide.
+    /// Those with weakened limits.
     pub weakened: usize,
+    /// Checks of all of them that nothing could decide.
+    pub not_judged: usize,
     /// Known failures of all of them.
     pub known: usize,
     /// Their runs.
@@ -153,8 +155,8 @@ impl Totals {
             all.known += judged.known;
             all.failed += usize::from(grade == Grade::Failed);
             all.unasked += usize::from(grade == Grade::Unasked);
-            let open = judged.weakened + judged.not_judged > 0;
-            all.weakened += usize::from(grade == Grade::HeldBut && open);
+            all.weakened += usize::from(judged.weakened > 0);
+            all.not_judged += judged.not_judged;
         }
         all
     }
@@ -163,7 +165,7 @@ impl Totals {
     pub fn grade(&self) -> Grade {
         match self {
             t if t.failed > 0 || t.scenarios == 0 => Grade::Failed,
-            t if t.known + t.weakened > 0 => Grade::HeldBut,
+            t if t.known + t.weakened + t.not_judged > 0 => Grade::HeldBut,
             t if t.unasked == t.scenarios => Grade::Unasked,
             _ => Grade::Held,
         }
@@ -192,8 +194,10 @@ impl Totals {
             }
             _ => format!("held: {scenarios}, {runs}"),
         };
-        let weakened = format!("{} with weakened limits or not judged", self.weakened);
+        let weakened = format!("{} with weakened limits", self.weakened);
         beside.extend((self.weakened > 0).then_some(weakened));
+        let open = format!("{} not judged", counted(self.not_judged, "check"));
+        beside.extend((self.not_judged > 0).then_some(open));
         let unasked = format!("nothing was expected of {}", self.unasked);
         beside.extend((self.unasked > 0).then_some(unasked));
         std::iter::once(text)
@@ -262,6 +266,7 @@ mod tests {
             failed,
             unasked,
             weakened: 0,
+            not_judged: 0,
             known,
             runs: 8,
         };
