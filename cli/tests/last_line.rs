@@ -101,7 +101,10 @@ fn the_last_line_is_the_result() {
         }
     }
     // a screen: the usual run and test
-    for task in [&["run", "good.yaml", "--no-rerun"][..], &["test", "good.yaml"]] {
+    for task in [
+        &["run", "good.yaml", "--no-rerun"][..],
+        &["test", "good.yaml"],
+    ] {
         let (_, out, _) = dir.monorig(task);
         assert!(out.lines().count() <= 24, "{out}");
     }
@@ -112,7 +115,11 @@ fn the_last_line_is_the_result() {
 fn json_goes_to_standard_output() {
     let dir = dir();
     for (task, code, verdict) in [
-        (&["run", "good.yaml", "--no-rerun"][..], 0, "/runs/0/verdict"),
+        (
+            &["run", "good.yaml", "--no-rerun"][..],
+            0,
+            "/runs/0/verdict",
+        ),
         (&["run", "bad.yaml", "--no-rerun"], 1, "/runs/0/verdict"),
         (&["test", "bad.yaml"], 1, "/verdict"),
         (&["study", "good_study.yaml"], 0, "/verdict"),
@@ -120,7 +127,8 @@ fn json_goes_to_standard_output() {
     ] {
         let (found, out, err) = dir.monorig(&[task, &["--json", "-"]].concat());
         assert_eq!(found, Some(code), "{task:?}{out}{err}");
-        let json: Value = serde_json::from_str(&out).unwrap_or_else(|e| panic!("{task:?} {e}{out}"));
+        let json: Value =
+            serde_json::from_str(&out).unwrap_or_else(|e| panic!("{task:?} {e}{out}"));
         let told = json.pointer(verdict).and_then(Value::as_str);
         if let Some(told) = told {
             assert_eq!(told.starts_with("FAILED"), code == 1, "{told}");

@@ -31,10 +31,10 @@ pub enum Plot {
 /// The axis of a plot.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Range {
-    /// That of the data.
+    /// The range of the data.
     Data,
-    /// That of the errors that are drawn, the same to both sides: at least the first number, and at most the second, so
-    /// that one bad estimator does not flatten the others. What is beyond is named in the title.
+    /// The range of the errors that are drawn, the same to both sides: at least the first number, and at most the
+    /// second, so that one bad estimator does not flatten the others. What is beyond is named in the title.
     Errors([f64; 2]),
 }
 

@@ -37,11 +37,11 @@ pub struct RerunSink {
 struct Open {
     stream: MessageStream,
     columns: ChunkColumns,
-    /// What the layout of the viewer depends on beside the lines, until it is sent.
+    /// The values that the layout of the viewer depends on beside the lines, until it is sent.
     to_lay_out: Option<Surroundings>,
 }
 
-/// What the layout depends on beside the lines.
+/// Values that the layout depends on beside the lines.
 struct Surroundings {
     vehicle_length_m: f64,
     load: bool,
@@ -136,8 +136,8 @@ impl Sink for RerunSink {
             columns,
             to_lay_out: Some(around),
         };
-        // In a file the layout comes last: then the largest errors are known, and lanes of states show the time range that
-        // is there when they are first drawn.
+        // In a file the layout comes last: then the largest errors are known, and lanes of states show the time
+        // range that is there when they are first drawn.
         if open.stream.live().is_some() {
             open.lay_out()?;
         }

@@ -287,8 +287,8 @@ const TITLE: usize = 8;
 /// Columns of a multiple, such as `0.16 ± 0.02`.
 const MULTIPLE: usize = 11;
 
-/// A row for each estimator: the means of these metrics, each error also as a multiple of the reference's on the samples
-/// that both mark valid. What does not fit beside each other stands in further tables.
+/// A row for each estimator: the means of these metrics, each error also as a multiple of the reference's on the
+/// samples that both mark valid. What does not fit beside each other stands in further tables.
 fn overview(
     runs: &[RunResult],
     cells: &[ComparedMetric],

@@ -38,7 +38,7 @@ pub struct SimulatedRun {
 }
 
 impl SimulatedRun {
-    /// What is said of it beside its numbers; `done` is the word for what was done.
+    /// Says of it what is beside its numbers; `done` is the word for what was done.
     pub(crate) fn about(&self, title: String, done: &str) -> About {
         let (t_s, wall_s) = (self.summary.simulated_s, self.wall_s);
         let speed = match wall_s {

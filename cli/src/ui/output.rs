@@ -48,8 +48,8 @@ pub fn result(text: &str, programs: &[Option<&Path>]) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Write a whole file, or, as `-`, to standard output. A file is written under a temporary name first, so that no half of it is ever there. Its folder is made if need
-/// be. A link or a device in its place is an error.
+/// Writes a whole file, or, as `-`, to standard output. A file is written under a temporary name first, so that no half
+/// of it is ever there. Its folder is made if need be. A link or a device in its place is an error.
 pub fn write(path: &Path, text: &str) -> Result<(), CliError> {
     if is_standard(path) {
         return arrive(text);

@@ -30,13 +30,13 @@ const CONVERGENCE: &str = "mass_convergence_s";
 /// Failures that are shown; the others are counted.
 const SHOWN: usize = 5;
 
-/// What is said of a run beside its numbers.
+/// Title, time and hints of a run.
 pub(crate) struct About {
     /// Its name.
     pub(crate) title: String,
     /// The estimator that the controller uses.
     pub(crate) in_loop: Option<String>,
-    /// How long it took.
+    /// The time it took.
     pub(crate) took: String,
     /// Commands that show more.
     pub(crate) hints: Vec<String>,
@@ -192,7 +192,7 @@ fn findings(summary: &Summary) -> Option<String> {
     (!findings.is_empty()).then(|| lines.collect::<Vec<_>>().join("\n"))
 }
 
-/// What did not hold, each in a line: failures, what nothing could decide, weakened limits, known failures.
+/// Everything that did not hold, each in a line: failures, what nothing could decide, weakened limits, known failures.
 fn not_held(verdict: &ScenarioVerdict) -> Option<String> {
     let mut said = Vec::new();
     let failed: Vec<&Check> = verdict.checks.iter().filter(|c| !c.held).collect();

@@ -81,7 +81,7 @@ impl ComparisonVerdict {
 }
 
 impl Validation {
-    /// What was shown, and on what: runs that the search has not seen may still be of the scenario that it has.
+    /// Says what was shown, and on what: runs that the search has not seen may still be of the scenario that it has.
     pub fn sentence(&self, study: &TuningStudy) -> String {
         let on = unseen(study);
         let runs = runs(study);

@@ -151,7 +151,7 @@ impl ErrorRatio {
 /// all.
 const RANKED_SHARE: f64 = 0.5;
 
-/// What a comparison has come to, a sentence for each of the two main errors that was compared.
+/// The result of a comparison, a sentence for each of the two main errors that was compared.
 pub fn sentences(
     runs: &[RunResult],
     estimators: &[String],

@@ -1,4 +1,4 @@
-//! What verdicts come to, counted and in words. Terminal, lists and pages say it with these words, so that none of them
+//! Verdicts summed up, counted and in words. Terminal, lists and pages say it with these words, so that none of them
 //! is greener than another.
 
 use crate::verdicts::verdict::{Check, ScenarioVerdict, Tally};
@@ -94,7 +94,7 @@ impl Judgement {
         }
     }
 
-    /// What stands beside a verdict that is not failed: known failures, and what was not judged.
+    /// The exceptions of a verdict: known failures, and what was not judged.
     fn exceptions(&self) -> String {
         let known = match self.known {
             0 => None,
@@ -108,7 +108,7 @@ impl Judgement {
 }
 
 impl ScenarioVerdict {
-    /// What it comes to.
+    /// Sums it up.
     pub fn judgement(&self) -> Judgement {
         let summaries = self.runs.iter().filter_map(|r| r.summary.as_ref());
         let stated = summaries.map(|s| s.expectations.len()).max().unwrap_or(0);
@@ -118,7 +118,7 @@ impl ScenarioVerdict {
 }
 
 impl Tally {
-    /// What the runs come to.
+    /// Sums the runs up.
     pub fn judgement(&self) -> Judgement {
         Judgement::of(&self.checks(), self.stated(), self.weakened().count())
     }

@@ -2,8 +2,8 @@
 //!
 //! A run's [`summary`] holds its metrics and a verdict for each thing the scenario expects ([`expected`] checks that
 //! these can be measured at all) and the `integrity` of its estimators; [`findings`] are what misleads, worst
-//! first; [`verdict`] judges all seeds of a scenario together, and [`judgement`] says what this comes to; [`compare`] holds estimators against each other over
-//! the same runs, with the confidence [`interval`]s of their differences.
+//! first; [`verdict`] judges all seeds of a scenario together, and [`judgement`] says what this comes to; [`compare`]
+//! holds estimators against each other over the same runs, with the confidence [`interval`]s of their differences.
 
 pub mod common;
 pub mod compare;

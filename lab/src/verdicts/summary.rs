@@ -174,8 +174,8 @@ impl Summary {
         of.any(|i| i.at_most.is_none())
     }
 
-    /// What is misleading of an estimator's valid samples, in a few words, such as `slope 55 %, known`: of the quantity
-    /// that is worst. A dash if nothing is valid.
+    /// The misleading share of an estimator's valid samples, in a few words, such as `slope 55 %, known`: that of the
+    /// quantity that is worst. A dash if nothing is valid.
     pub fn misleading(&self, estimator: &str) -> String {
         let of = self.integrity.iter().filter(|i| i.estimator == estimator);
         let judged = of.filter_map(|i| Some((i, i.share_words()?)));

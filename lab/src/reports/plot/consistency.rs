@@ -16,7 +16,7 @@ pub struct Consistency {
     /// The mean over as many samples is shown; 1 = every sample. More only for values that are independent in time,
     /// as the innovations of a consistent filter are and its errors are not: else the band is too narrow.
     pub mean_of: usize,
-    /// What happened on the way.
+    /// Faults and events on the way.
     pub happenings: Vec<Happening>,
 }
 
@@ -99,7 +99,7 @@ pub(crate) fn mean_square_band(n: usize) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// What is not a number breaks the line, and a mean is never of values on both sides of it.
+    /// A value that is not a number breaks the line, and a mean is never of values on both sides of it.
     #[test]
     fn a_gap_stays_a_gap() {
         let gap = f64::NAN;

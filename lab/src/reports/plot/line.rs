@@ -23,7 +23,7 @@ pub struct LineChart {
     pub lines: Vec<Line>,
     /// Straight lines at a value of y.
     pub(crate) levels: Vec<Level>,
-    /// What happened on the way: bands from bottom to top, and lines for what took no time.
+    /// Faults and events on the way: bands from bottom to top, and lines for what took no time.
     pub(crate) happenings: Vec<Happening>,
     /// Straight lines from bottom to top at a value of x: name, value, colour.
     pub(crate) marks: Vec<(String, f64, Ink)>,
@@ -55,7 +55,7 @@ impl Level {
 /// Something that happened, such as a fault: from one value of x to another, which may be the same.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Happening {
-    /// What it is.
+    /// Its name.
     pub(crate) name: String,
     /// Its beginning.
     pub(crate) from: f64,
@@ -211,7 +211,7 @@ impl LineChart {
         }
     }
 
-    /// What happened, in words.
+    /// Names of the faults and events.
     fn happened(&self) -> Option<String> {
         let mut names: Vec<&str> = Vec::new();
         for h in &self.happenings {

@@ -31,8 +31,8 @@ pub fn page(path: &Path) -> Result<Page, Error> {
 /// A page of a scenario, and the name of its file.
 pub type NamedPage = (String, Page);
 
-/// Read results and lay out their report: one page, or, for several scenarios, an index with a page for each of them, in
-/// the folder `folder` beside the index.
+/// Read results and lay out their report: one page, or, for several scenarios, an index with a page for each, in the
+/// folder `folder` beside it.
 pub fn pages(path: &Path, folder: &str) -> Result<(Page, Vec<NamedPage>), Error> {
     Ok(match read::read(path)? {
         Results::Test(tested) => of_test(&tested, folder),
