@@ -1,11 +1,13 @@
 //! Arguments that several commands take.
 
 use crate::command::CommandOutcome;
+use crate::ui::errors::CliError;
+use crate::ui::output;
 use monorig_lab::batch::Shard;
 use monorig_lab::metrics;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Threads to work with.
 #[derive(Clone, Copy, Debug, clap::Args)]
@@ -82,6 +84,30 @@ impl Out {
         let variable = || std::env::var_os(OUT_VARIABLE).filter(|dir| !dir.is_empty());
         let given = self.out.clone().or_else(|| variable().map(PathBuf::from));
         given.unwrap_or_else(|| "runs".into())
+    }
+}
+
+/// Results for programs.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct Json {
+    /// Write results and verdicts as JSON; `-` is standard output, and what people read goes to standard error then
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+impl Json {
+    /// Path of the file, if one was asked for.
+    pub fn path(&self) -> Option<&Path> {
+        self.json.as_deref()
+    }
+
+    /// Writes the results, made only if they were asked for.
+    pub fn write(&self, make: impl FnOnce() -> serde_json::Value) -> Result<(), CliError> {
+        let Some(path) = self.path() else {
+            return Ok(());
+        };
+        let text = serde_json::to_string_pretty(&make()).map_err(CliError::json)?;
+        output::write(path, &(text + "\n"))
     }
 }
 

@@ -133,6 +133,7 @@ fn an_instance_has_its_name_in_tests_comparisons_and_studies() {
         &dir,
         &[
             "compare",
+            "-v",
             "quick.yaml",
             "--estimators",
             "tuned,other=dffrls_aekf_robust,dffrls_aekf_robust",

@@ -34,6 +34,7 @@ const METRICS: &str = "slope_mae_deg,slope_availability";
 fn compare<'a>(more: &[&'a str]) -> Vec<&'a str> {
     let all = [
         "compare",
+        "-v",
         "quick.yaml",
         "--seeds",
         "1..5",
@@ -120,6 +121,7 @@ fn errors_over_their_bound_are_shown_where_there_is_one() {
     let sheet = dir.read("sensors.yaml");
     let task = [
         "compare",
+        "-v",
         "quick.yaml",
         "--seeds",
         "1..3",

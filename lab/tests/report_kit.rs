@@ -17,6 +17,7 @@ use monorig_lab::reports::plot::sensitivity::SensitivityChart;
 use monorig_lab::reports::plot::theme::Ink;
 use monorig_lab::reports::plot::{Figure, ValueGroup};
 use monorig_lab::reports::table::{Cell, Table};
+use monorig_lab::verdicts::judgement::Grade;
 
 /// Numbers that look like chance, −1 … 1.
 fn noise(i: usize) -> f64 {
@@ -91,6 +92,7 @@ fn run_plots() -> Section {
                 .collect(),
         )],
         mean_of,
+        happenings: Vec::new(),
     };
     Section::new("Runs")
         .figure(lines())
@@ -237,7 +239,7 @@ fn page() -> Page {
         Cell::number(0.05).judged(true),
     ]);
     let mut page = Page::new("Gallery <of> \"plots\" & more");
-    page.banner = Some(("All 2 expectations held".into(), true));
+    page.banner = Some(("All 2 expectations held".into(), Grade::Held));
     page.sections
         .push(Section::new("Verdicts").text("x < y").table(table));
     page.sections.push(run_plots());
@@ -351,6 +353,7 @@ fn a_plot_without_numbers_says_so() {
             y: "y".into(),
             groups: vec![ValueGroup::new("a", Ink::Series(0), vec![(0.0, f64::NAN)])],
             mean_of: 1,
+            happenings: Vec::new(),
         }
         .figure(),
         History {

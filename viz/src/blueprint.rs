@@ -6,7 +6,7 @@
 //! *Sensors*. *Filters*: what goes on inside each estimator, a tab for each. `plots` has which line goes to which plot.
 
 use crate::lanes::lane_entity;
-use crate::plots::{FORCES, OVERVIEW, Plot, SENSORS, Titled, VALUES, plot};
+use crate::plots::{FORCES, OVERVIEW, Plot, Range, SENSORS, Titled, VALUES, plot};
 use crate::series::PlottedSeries;
 use crate::views::{Builder, Camera, Entities, Placed, PlotStyle};
 use re_sdk_types::blueprint::components::{ContainerKind, Corner2D};
@@ -21,6 +21,8 @@ const MAX_TEST_RATIO: f64 = 3.0;
 pub struct Contents<'a> {
     /// All lines.
     pub series: &'a [PlottedSeries],
+    /// The largest value of each line without its sign; empty before the first row, as for a viewer that watches.
+    pub largest: &'a [f64],
     /// Names of the estimators.
     pub estimators: &'a [String],
     /// m.
@@ -33,10 +35,9 @@ pub struct Contents<'a> {
 
 /// The whole layout.
 pub fn entities(contents: &Contents<'_>) -> Entities {
-    let series = contents.series;
     let mut b = Builder::new();
     let scene = scene(&mut b, contents);
-    let mut plots = plots_of(&mut b, series, &OVERVIEW, contents.load);
+    let mut plots = plots_of(&mut b, contents, &OVERVIEW);
     if !contents.estimators.is_empty() {
         let lanes: Vec<EntityPath> = contents.estimators.iter().map(|e| lane_entity(e)).collect();
         plots.push(b.states("Marked valid, by estimator", &lanes));
@@ -50,7 +51,7 @@ pub fn entities(contents: &Contents<'_>) -> Entities {
         ("Forces", &FORCES),
         ("Sensors", &SENSORS),
     ] {
-        let views = plots_of(&mut b, series, plots, contents.load);
+        let views = plots_of(&mut b, contents, plots);
         tabs.extend(b.filled(ContainerKind::Grid, name, views, &[]));
     }
     tabs.extend(filters(&mut b, contents));
@@ -86,12 +87,8 @@ fn scene(b: &mut Builder, contents: &Contents<'_>) -> Placed {
     )
 }
 
-fn plots_of(
-    b: &mut Builder,
-    series: &[PlottedSeries],
-    plots: &[Titled],
-    load: bool,
-) -> Vec<Placed> {
+fn plots_of(b: &mut Builder, contents: &Contents<'_>, plots: &[Titled]) -> Vec<Placed> {
+    let (series, load) = (contents.series, contents.load);
     let on = |p: Plot| lines(series, |s| plot(s) == Some(p));
     let shown = plots.iter().filter(|(p, ..)| load || *p != Plot::Sway);
     let mut views = Vec::new();
@@ -106,15 +103,57 @@ fn plots_of(
             _ => Corner2D::RightTop,
         };
         let legend = true;
+        let (range, off_scale) = match range {
+            Range::Data => (None, None),
+            Range::Errors(ends) => errors_axis(contents, p, ends),
+        };
+        let title = match off_scale {
+            Some(told) => format!("{title} OFF SCALE: {told}"),
+            None => title.to_owned(),
+        };
         let style = PlotStyle {
             range,
             corner,
             legend,
         };
-        views.extend(b.plot(title, &lines, style));
+        views.extend(b.plot(&title, &lines, style));
     }
     views
 }
+
+/// The axis of a plot of errors, and the lines that leave it, each with its largest value; no axis before there is a
+/// value.
+fn errors_axis(
+    contents: &Contents<'_>,
+    of: Plot,
+    [least, most]: [f64; 2],
+) -> (Option<[f64; 2]>, Option<String>) {
+    let all = contents.series.iter().zip(contents.largest);
+    let errors = all.filter(|(s, _)| s.is_estimators_error() && plot(s) == Some(of));
+    let errors: Vec<(&PlottedSeries, f64)> = errors.map(|(s, x)| (s, *x)).collect();
+    let largest = errors.iter().map(|e| e.1).fold(0.0, f64::max);
+    if largest == 0.0 {
+        return (None, None);
+    }
+    let end = (ROOM * largest).clamp(least, most);
+    let mut beyond: Vec<_> = errors.iter().filter(|e| e.1 > end).collect();
+    beyond.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let named = beyond.iter().take(NAMED_OFF_SCALE).map(|(s, x)| {
+        let name = s.estimator().unwrap_or_default();
+        format!("{name} to {x:.0} {}", s.unit)
+    });
+    let mut told: Vec<String> = named.collect();
+    if let Some(more) = beyond.len().checked_sub(told.len()).filter(|n| *n > 0) {
+        told.push(format!("{more} more"));
+    }
+    let told = (!told.is_empty()).then(|| told.join(", "));
+    (Some([-end, end]), told)
+}
+
+/// An axis ends so much beyond the largest error.
+const ROOM: f64 = 1.1;
+/// So many estimators that leave the axis are named in the title; the others are counted.
+const NAMED_OFF_SCALE: usize = 3;
 
 /// For each estimator a tab: innovation, NIS with its limits, test ratios with the gate, and internal quantities, a
 /// plot for each unit.
@@ -201,6 +240,47 @@ mod tests {
     use monorig_sim::record::Channel;
     use re_sdk_types::external::uuid::Uuid;
 
+    /// The axis is that of the errors, up to the cap; what is beyond it is named with its value.
+    #[test]
+    fn axes_of_errors_follow_the_data_and_name_what_leaves_them() {
+        let channels = [
+            ("truth/total_mass", "kg"),
+            ("estimates/good/total_mass", "kg"),
+            ("estimates/bad/total_mass", "kg"),
+        ]
+        .map(|(path, unit)| Channel {
+            path: path.into(),
+            unit,
+        });
+        let series = plan(&channels);
+        let axis = |good: f64, bad: f64| {
+            let of = |s: &PlottedSeries| match (s.is_estimators_error(), s.estimator()) {
+                (true, Some("good")) => good,
+                (true, Some("bad")) => bad,
+                // what is no error does not count
+                _ => 1e6,
+            };
+            let largest: Vec<f64> = series.iter().map(of).collect();
+            let contents = Contents {
+                series: &series,
+                largest: &largest,
+                estimators: &[],
+                vehicle_length_m: 18.0,
+                load: true,
+                plan: ([0.0; 2], 10.0),
+            };
+            errors_axis(&contents, Plot::MassError, [2.0, 40.0])
+        };
+        assert_eq!(axis(0.5, 1.0), (Some([-2.0, 2.0]), None));
+        let near = |axis: Option<[f64; 2]>| axis.is_some_and(|[_, end]| (end - 11.0).abs() < 1e-9);
+        let (ten, told) = axis(0.5, 10.0);
+        assert!(near(ten) && told.is_none());
+        let (capped, told) = axis(0.5, 103.0);
+        assert_eq!(capped, Some([-40.0, 40.0]));
+        assert_eq!(told.as_deref(), Some("bad to 103 %"));
+        assert_eq!(axis(0.0, 0.0), (None, None));
+    }
+
     /// Every view and container is the content of exactly one container, but for the root: nothing is lost, nothing
     /// is there twice.
     #[test]
@@ -218,6 +298,7 @@ mod tests {
         let paths = || -> Vec<String> {
             let contents = Contents {
                 series: &plan(&channels),
+                largest: &[],
                 estimators: &["jekf".into()],
                 vehicle_length_m: 18.0,
                 load: true,

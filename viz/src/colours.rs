@@ -2,25 +2,23 @@
 
 /// The truth.
 const TRUTH: [u8; 3] = [235, 235, 235];
-const REFERENCE: [u8; 3] = [255, 190, 60];
+const REFERENCE: [u8; 3] = [190, 160, 255];
 /// Limits: thin and grey.
 pub const LIMIT: [u8; 3] = [150, 150, 150];
 /// The Cramér-Rao bound: in plots of errors, where there is no line of the truth.
 const BOUND: [u8; 3] = [235, 235, 235];
-/// Colours of estimators and of other lines, distinguished by people with red-green weakness too (Okabe and Ito, 2008).
-const PALETTE: [[u8; 3]; 7] = [
-    [86, 180, 233],
-    [230, 159, 0],
-    [0, 190, 140],
-    [240, 228, 66],
-    [213, 94, 0],
-    [204, 121, 167],
-    [120, 140, 255],
+/// Colours of estimators and of other lines: those of the reports in their dark theme (`lab/src/reports/style.css`), in
+/// the same order, so that an estimator has one colour in both.
+const PALETTE: [[u8; 3]; 6] = [
+    [0x4a, 0xa8, 0xe8],
+    [0xff, 0x8c, 0x42],
+    [0x2f, 0xcf, 0x9f],
+    [0xe3, 0x91, 0xc2],
+    [0xf0, 0xb9, 0x3a],
+    [0xb8, 0xe3, 0xff],
 ];
 /// Names of the colours.
-const NAMES: [&str; PALETTE.len()] = [
-    "sky blue", "orange", "green", "yellow", "red", "pink", "violet",
-];
+const NAMES: [&str; PALETTE.len()] = ["blue", "orange", "green", "pink", "yellow", "pale blue"];
 /// A level rail, one that climbs and one that descends at [`FULL_GRADE_RAD`].
 const LEVEL: [f64; 3] = [165.0, 168.0, 172.0];
 const CLIMB: [f64; 3] = [230.0, 120.0, 30.0];

@@ -57,6 +57,11 @@ impl ChunkColumns {
         self.lines.series()
     }
 
+    /// The largest value of each line so far, without its sign.
+    pub fn largest(&self) -> Vec<f64> {
+        self.lines.largest()
+    }
+
     /// Names of the estimators whose validity is recorded.
     pub fn estimators(&self) -> &[String] {
         self.lanes.estimators()

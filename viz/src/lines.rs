@@ -25,6 +25,8 @@ struct PendingLine {
     gaps: GapFinder,
     time_ns: Vec<i64>,
     values: Vec<f64>,
+    /// The largest value that was drawn, without its sign.
+    largest: f64,
 }
 
 /// Points a second of a thinned line, and where its periods are.
@@ -60,6 +62,7 @@ impl PlottedLines {
             gaps: GapFinder::new(s.is_sampled()),
             time_ns: Vec::new(),
             values: Vec::new(),
+            largest: 0.0,
         });
         Ok(Self {
             pending: pending.collect(),
@@ -71,6 +74,11 @@ impl PlottedLines {
     /// The lines.
     pub fn series(&self) -> &[PlottedSeries] {
         &self.series
+    }
+
+    /// The largest value of each line so far, without its sign.
+    pub fn largest(&self) -> Vec<f64> {
+        self.pending.iter().map(|line| line.largest).collect()
     }
 
     /// Some seconds of the run.
@@ -120,6 +128,9 @@ impl PendingLine {
         for row in kept {
             let numbers = &values[row * width..(row + 1) * width];
             let whole = numbers.iter().all(|x| x.is_finite());
+            if whole {
+                self.largest = numbers.iter().fold(self.largest, |a, x| a.max(x.abs()));
+            }
             let number = |x: &f64| if whole { *x } else { f64::NAN };
             self.time_ns.push(chunk.time_ns[row]);
             self.values.extend(numbers.iter().map(number));

@@ -24,29 +24,39 @@ pub enum Plot {
     Slip,
     Clamp,
     DriveForce,
+    MotorTorque,
     WheelLoad,
 }
 
-/// A plot in a tab: which, its title, and the range of its axis, if it is not the range of its data.
-pub type Titled = (Plot, &'static str, Option<[f64; 2]>);
+/// The axis of a plot.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Range {
+    /// The range of the data.
+    Data,
+    /// The range of the errors that are drawn, the same to both sides: at least the first number, and at most the
+    /// second, so that one bad estimator does not flatten the others. What is beyond is named in the title.
+    Errors([f64; 2]),
+}
 
-/// Plots of the overview: how good the estimates are. Their axes show what matters; one bad estimator does not flatten
-/// the others.
+/// A plot in a tab: which, its title, and its axis.
+pub type Titled = (Plot, &'static str, Range);
+
+/// Plots of the overview: how good the estimates are.
 pub const OVERVIEW: [Titled; 3] = [
     (
         Plot::MassError,
         "Mass error, % (±2σ where valid; white: Cramér-Rao bound, ±2σ)",
-        Some([-20.0, 20.0]),
+        Range::Errors([2.0, 40.0]),
     ),
     (
         Plot::SlopeError,
         "Slope error, ° (±2σ where valid; white: Cramér-Rao bound, ±2σ)",
-        Some([-1.5, 1.5]),
+        Range::Errors([0.2, 6.0]),
     ),
     (
         Plot::Speed,
-        "Speed, m/s (truth white, reference orange, measured, estimates)",
-        None,
+        "Speed, m/s (truth white, reference violet, measured, estimates)",
+        Range::Data,
     ),
 ];
 /// Plots of what is estimated, as absolute values.
@@ -54,50 +64,63 @@ pub const VALUES: [Titled; 5] = [
     (
         Plot::Mass,
         "Total mass, kg (truth, estimates ±2σ where valid)",
-        None,
+        Range::Data,
     ),
     (
         Plot::Slope,
         "Slope at the IMU, ° (truth, estimates ±2σ where valid)",
-        None,
+        Range::Data,
     ),
     (
         Plot::EffectiveSlope,
         "Effective slope of the whole train, ° (truth, estimates ±2σ where valid)",
-        None,
+        Range::Data,
     ),
     (
         Plot::EffectiveSlopeError,
         "Error of the effective slope, ° (±2σ where valid; white: Cramér-Rao bound, ±2σ)",
-        Some([-1.5, 1.5]),
+        Range::Errors([0.2, 6.0]),
     ),
     (
         Plot::Steering,
         "Steering, sideslip, heading off the road, °",
-        None,
+        Range::Data,
     ),
 ];
 /// Plots of forces, and of what they move.
-pub const FORCES: [Titled; 7] = [
-    (Plot::Traction, "Traction, resistance, brake, N", None),
+pub const FORCES: [Titled; 8] = [
+    (
+        Plot::Traction,
+        "Traction, resistance, brake, N",
+        Range::Data,
+    ),
     (
         Plot::Balance,
         "Balance of the forces along the rail, N",
-        None,
+        Range::Data,
     ),
-    (Plot::DriveForce, "Traction of each drive, N", None),
-    (Plot::Slip, "Slip, m/s", None),
-    (Plot::WheelLoad, "Wheel loads, N", None),
-    (Plot::Sway, "Sway of the load, °", None),
-    (Plot::Rail, "Off the rail or the lane, clearance, m", None),
+    (Plot::DriveForce, "Traction of each drive, N", Range::Data),
+    (
+        Plot::MotorTorque,
+        "Motor torque, N·m (acting, and the command)",
+        Range::Data,
+    ),
+    (Plot::Slip, "Slip, m/s", Range::Data),
+    (Plot::WheelLoad, "Wheel loads, N", Range::Data),
+    (Plot::Sway, "Sway of the load, °", Range::Data),
+    (
+        Plot::Rail,
+        "Off the rail or the lane, clearance, m",
+        Range::Data,
+    ),
 ];
-/// Plots of instruments.
+/// Plots of instruments: what they measured, and nothing else, so that a sample that is missing is seen.
 pub const SENSORS: [Titled; 5] = [
-    (Plot::SpecificForce, "Specific force, m/s²", None),
-    (Plot::AngularRate, "Angular rate, rad/s", None),
-    (Plot::Torque, "Motor torque, N·m", None),
-    (Plot::WheelSpeed, "Wheel speed, m/s", None),
-    (Plot::Clamp, "Clamp pressure, MPa", None),
+    (Plot::SpecificForce, "Specific force, m/s²", Range::Data),
+    (Plot::AngularRate, "Angular rate, rad/s", Range::Data),
+    (Plot::Torque, "Motor torque, N·m", Range::Data),
+    (Plot::WheelSpeed, "Wheel speed, m/s", Range::Data),
+    (Plot::Clamp, "Clamp pressure, MPa", Range::Data),
 ];
 
 /// Place of a line outside the *Filters* tab.
@@ -134,7 +157,8 @@ pub fn plot(s: &PlottedSeries) -> Option<Plot> {
         ("N", _) if whole => Some(Plot::Traction),
         ("N", "truth") if s.owner() == "balance" => Some(Plot::Balance),
         ("N", _) => Some(Plot::DriveForce),
-        ("N·m", _) => Some(Plot::Torque),
+        ("N·m", "sensors") => Some(Plot::Torque),
+        ("N·m", "truth" | "control") => Some(Plot::MotorTorque),
         ("MPa", _) => Some(Plot::Clamp),
         ("m/s²", "sensors") => Some(Plot::SpecificForce),
         ("rad/s", "sensors") => Some(Plot::AngularRate),

@@ -158,13 +158,10 @@ mod tests {
         let valid = readout.text(&chunk, 0);
         assert!(valid.contains("| truth | 1.00 | – | 20.00 |"), "{valid}");
         assert!(
-            valid.contains("| e (sky blue) | – | – | 21.00 ± 1.00 |"),
+            valid.contains("| e (blue) | – | – | 21.00 ± 1.00 |"),
             "{valid}"
         );
         let not = readout.text(&chunk, 1);
-        assert!(
-            not.contains("| e (sky blue) | – | – | not valid |"),
-            "{not}"
-        );
+        assert!(not.contains("| e (blue) | – | – | not valid |"), "{not}");
     }
 }

@@ -210,6 +210,11 @@ impl PlottedSeries {
         )
     }
 
+    /// True for the error of an estimator, without its band.
+    pub fn is_estimators_error(&self) -> bool {
+        matches!(self.line, ScalarSource::Error { .. })
+    }
+
     /// True if rows without a value are normal: an instrument has its own rate.
     pub fn is_sampled(&self) -> bool {
         matches!(self.group(), "sensors" | "aid" | "internals")

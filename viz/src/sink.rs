@@ -7,7 +7,6 @@ use crate::origin::Origin;
 use crate::scene;
 use crate::stream::MessageStream;
 use crate::track;
-use crate::views::Entities;
 use monorig_sim::error::Error;
 use monorig_sim::record::{Chunk, Layout, Sink};
 use std::net::SocketAddr;
@@ -38,8 +37,15 @@ pub struct RerunSink {
 struct Open {
     stream: MessageStream,
     columns: ChunkColumns,
-    /// Layout of the viewer, until it is sent.
-    layout: Option<Entities>,
+    /// The values that the layout of the viewer depends on beside the lines, until it is sent.
+    to_lay_out: Option<Surroundings>,
+}
+
+/// Values that the layout depends on beside the lines.
+struct Surroundings {
+    vehicle_length_m: f64,
+    load: bool,
+    plan: ([f32; 2], f32),
 }
 
 impl Open {
@@ -50,10 +56,18 @@ impl Open {
     }
 
     fn lay_out(&mut self) -> Result<(), Error> {
-        match self.layout.take() {
-            Some(layout) => self.stream.blueprint(layout),
-            None => Ok(()),
-        }
+        let Some(around) = self.to_lay_out.take() else {
+            return Ok(());
+        };
+        let about = blueprint::Contents {
+            series: self.columns.series(),
+            largest: &self.columns.largest(),
+            estimators: self.columns.estimators(),
+            vehicle_length_m: around.vehicle_length_m,
+            load: around.load,
+            plan: around.plan,
+        };
+        self.stream.blueprint(blueprint::entities(&about))
     }
 }
 
@@ -112,20 +126,18 @@ impl Sink for RerunSink {
         let origin = Origin::of(layout);
         let wheels = scene::log(&mut stream, layout, &origin)?;
         let columns = ChunkColumns::begin(&mut stream, layout, wheels, origin, self.points_hz)?;
-        let about = blueprint::Contents {
-            series: columns.series(),
-            estimators: columns.estimators(),
+        let around = Surroundings {
             vehicle_length_m: layout.train.limits.length_m,
             load: layout.train.load.is_some(),
             plan: track::plan_square(layout, &origin),
         };
-        let layout = Some(blueprint::entities(&about));
         let mut open = Open {
             stream,
             columns,
-            layout,
+            to_lay_out: Some(around),
         };
-        // In a file the layout comes last: lanes of states show the time range that is there when they are first drawn.
+        // In a file the layout comes last: then the largest errors are known, and lanes of states show the time
+        // range that is there when they are first drawn.
         if open.stream.live().is_some() {
             open.lay_out()?;
         }

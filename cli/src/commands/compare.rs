@@ -1,21 +1,21 @@
 //! `monorig compare`: estimators side by side on the same runs.
 
-use crate::arguments::{Jobs, NamedEstimator, assignment, metric, named, seeds};
+use crate::arguments::{Jobs, Json, NamedEstimator, assignment, metric, named, seeds};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::{csv, prepare};
 use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
-use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
 use crate::ui::prose::paragraph;
-use crate::ui::tables::{grouped, number};
+use crate::ui::tables::{grouped, lines, number, right, table};
+use crate::ui::terminal;
 use clap::CommandFactory;
 use monorig_lab::batch::{RunSpec, in_order, run_one};
 use monorig_lab::metrics;
 use monorig_lab::verdicts::compare::{
-    ComparedMetric, Comparison, OnSamples, compare as cells, usual_metrics,
+    ComparedMetric, Comparison, ErrorRatio, OnSamples, compare as cells, sentences, usual_metrics,
 };
 use monorig_lab::verdicts::interval::Interval;
 use monorig_lab::verdicts::run_result::RunResult;
@@ -23,6 +23,7 @@ use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::Sets;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
+use serde_json::json;
 use std::path::PathBuf;
 
 const COMPARE_EXAMPLES: &str = "\
@@ -39,7 +40,8 @@ Examples:
 All estimators run in the same runs on the same measurements; `in_loop` stays
 what the scenario says. Differences to the reference are taken run by run; those
 of an error only on the samples that both estimators mark valid.
-Intervals of 95 % are percentile bootstraps over seeds.";
+± is half of the 95 % interval, a percentile bootstrap over seeds. With -v a
+table for each metric, with medians, intervals and shares of samples.";
 
 /// Run estimators side by side over the seeds of a scenario and compare their metrics.
 #[derive(Debug, clap::Parser)]
@@ -62,9 +64,8 @@ pub struct CompareArgs {
     pub reference: Option<String>,
     #[command(flatten)]
     pub jobs: Jobs,
-    /// Write table and runs as JSON
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub json: Json,
     /// Write the table as CSV
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
@@ -176,7 +177,8 @@ fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome, Cl
         &reference,
         &scenario.file.published,
     );
-    if let Some(path) = &task.json {
+    let sentences = sentences(&runs, &shown, &metrics, &reference);
+    task.json.write(|| {
         let all = Comparison {
             version: 1,
             kind: "compare".into(),
@@ -187,18 +189,38 @@ fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome, Cl
             table: cells.clone(),
             runs: runs.clone(),
         };
-        let text = serde_json::to_string_pretty(&all).map_err(CliError::json)?;
-        output::write(path, &(text + "\n"))?;
-    }
+        json!(all)
+    })?;
     if let Some(path) = &task.csv {
         output::write(path, &csv_text(&cells)?)?;
     }
-    output::print(&text(&cells, &metrics, &reference))?;
     let unfinished: Vec<&RunResult> = runs.iter().filter(|r| !r.finished()).collect();
-    for run in &unfinished {
-        let why = run.error.as_deref().unwrap_or("it did not come to its end");
-        note(&format!("seed {} is left out: {why}", run.seed));
+    let mut parts = Vec::new();
+    if terminal::verbose() {
+        parts.push(detail(&cells, &metrics, &reference));
     }
+    let asked = match task.metrics.as_slice() {
+        [] => MAIN.map(str::to_owned).to_vec(),
+        asked => asked.to_vec(),
+    };
+    parts.push(overview(&runs, &cells, &asked, &shown, &reference));
+    let mut end: Vec<String> = Vec::new();
+    end.extend(unfinished.iter().map(|run| {
+        let why = run.error.as_deref().unwrap_or("it did not come to its end");
+        format!("seed {} is left out: {why}", run.seed)
+    }));
+    end.extend(sentences);
+    if !unfinished.is_empty() {
+        end.push(format!(
+            "FAILED: {} of {} runs did not come to their end",
+            unfinished.len(),
+            runs.len()
+        ));
+    }
+    let end: Vec<String> = end.iter().map(|line| paragraph(line, "")).collect();
+    parts.push(end.join("\n"));
+    let programs = [task.json.path(), task.csv.as_deref()];
+    output::result(&(parts.join("\n\n") + "\n"), &programs)?;
     Ok(match unfinished.len() {
         0 => CommandOutcome::Held,
         _ => CommandOutcome::Failed,
@@ -233,9 +255,137 @@ fn run(
     Ok(runs)
 }
 
+/// The metrics of the overview unless others are asked for.
+const MAIN: [&str; 2] = ["mass_rmse_kg", "slope_rmse_deg"];
+/// Metrics whose greatest is what misleads of an estimator.
+const MISLEADING: [&str; 3] = [
+    "mass_misleading_share",
+    "slope_misleading_share",
+    "effective_slope_misleading_share",
+];
+/// Columns that a title of the overview may take.
+const TITLE: usize = 8;
+/// Columns of a multiple, such as `0.16 ± 0.02`.
+const MULTIPLE: usize = 11;
+
+/// A row for each estimator: the means of these metrics, each error also as a multiple of the reference's on the
+/// samples that both mark valid. What does not fit beside each other stands in further tables.
+fn overview(
+    runs: &[RunResult],
+    cells: &[ComparedMetric],
+    metrics: &[String],
+    estimators: &[String],
+    reference: &str,
+) -> String {
+    let of = |estimator: &str, metric: &str| {
+        let mut all = cells.iter();
+        let of = all.find(|c| c.estimator == estimator && c.metric == metric)?;
+        of.mean.map(|i| i.mean).or(of.median)
+    };
+    let is_error = |metric: &str| {
+        let mut all = cells.iter();
+        all.any(|c| c.metric == metric && c.valid.is_some())
+    };
+    // what misleads stands beside whatever is compared
+    let misleads = |estimator: &str| {
+        let share = |metric: &&str| {
+            let of = runs.iter().filter_map(|run| {
+                let summary = run.summary.as_ref().filter(|s| s.finished)?;
+                summary.estimators.get(estimator)?.get(*metric).copied()?
+            });
+            let all: Vec<f64> = of.collect();
+            (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
+        };
+        let shares = MISLEADING.iter().filter_map(share);
+        shares.fold(None, |most: Option<f64>, x| {
+            Some(most.map_or(x, |m| m.max(x)))
+        })
+    };
+    let mark = |name: &str| {
+        if name == reference {
+            MARK.chars().count()
+        } else {
+            0
+        }
+    };
+    let names = estimators
+        .iter()
+        .map(|name| name.chars().count() + mark(name));
+    let name_width = names.max().unwrap_or(0) + 2;
+    let room = usize::from(terminal::width()).saturating_sub(name_width + TITLE + 2);
+    let width = |metric: &String| match is_error(metric) {
+        true => TITLE + 2 + MULTIPLE + 2,
+        false => TITLE + 2,
+    };
+    let mut chunks: Vec<Vec<&String>> = Vec::new();
+    let mut left = 0;
+    for metric in metrics {
+        match chunks.last_mut() {
+            Some(chunk) if left >= width(metric) => chunk.push(metric),
+            _ => {
+                chunks.push(vec![metric]);
+                left = room;
+            }
+        }
+        left = left.saturating_sub(width(metric));
+    }
+    let runs_told = match runs.len() {
+        1 => "one run".to_owned(),
+        n => format!("means of\n{n} runs"),
+    };
+    let tables = chunks.iter().enumerate().map(|(i, chunk)| {
+        let mut titles = vec![runs_told.clone()];
+        for metric in chunk {
+            titles.push(narrow(metric));
+            titles.extend(is_error(metric).then(|| "times\nthat of ¹".to_owned()));
+        }
+        titles.extend((i == 0).then(|| "misled\n%".to_owned()));
+        let columns = titles.len();
+        let mut table = table(titles.iter().map(String::as_str));
+        for name in estimators {
+            let mut row = vec![match name == reference {
+                true => format!("{name}{MARK}"),
+                false => name.clone(),
+            }];
+            for metric in chunk {
+                row.push(of(name, metric).map_or("-".to_owned(), number));
+                if is_error(metric) {
+                    let ratio = match name == reference {
+                        true => Some("1".to_owned()),
+                        false => ErrorRatio::of(runs, name, metric).map(|r| r.words()),
+                    };
+                    row.push(ratio.unwrap_or_else(|| "-".to_owned()));
+                }
+            }
+            if i == 0 {
+                row.push(misleads(name).map_or("-".to_owned(), |x| number(100.0 * x)));
+            }
+            table.add_row(row);
+        }
+        right(&mut table, 1..columns);
+        lines(&table)
+    });
+    tables.collect::<Vec<_>>().join("\n\n")
+}
+
+/// The mark behind the reference.
+const MARK: &str = " ¹";
+
+/// A name of a metric in lines of a narrow column, broken behind underscores.
+fn narrow(metric: &str) -> String {
+    let mut lines = vec![String::new()];
+    for part in metric.split_inclusive('_') {
+        match lines.last_mut() {
+            Some(line) if line.is_empty() || line.len() + part.len() <= TITLE => *line += part,
+            _ => lines.push(part.to_owned()),
+        }
+    }
+    lines.join("\n")
+}
+
 /// For each metric a table: the estimators, and of each the mean over the runs on all samples, on its valid ones and on
 /// those valid in common.
-fn text(cells: &[ComparedMetric], metrics: &[String], reference: &str) -> String {
+fn detail(cells: &[ComparedMetric], metrics: &[String], reference: &str) -> String {
     let titles = ["", "mean", "95 %", "of all", "differs", "95 %"];
     let mut parts = Vec::new();
     for metric in metrics {
@@ -266,7 +416,7 @@ fn text(cells: &[ComparedMetric], metrics: &[String], reference: &str) -> String
         let sources: Vec<&str> = sources.into_iter().collect();
         parts.push(paragraph(&format!("published: {}", sources.join("; ")), ""));
     }
-    parts.join("\n\n") + "\n"
+    parts.join("\n\n")
 }
 
 /// The rows of an estimator and a metric.

@@ -1,6 +1,6 @@
 //! `monorig judge`: estimates made elsewhere, judged beside ours.
 
-use crate::arguments::{Out, VIEWER, address, assignment};
+use crate::arguments::{Json, Out, VIEWER, address, assignment};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::out::prepare_out;
 use crate::recording::play::{Playing, play};
@@ -60,6 +60,8 @@ pub struct JudgeArgs {
     /// Change a value of the map, such as `expect=[…]`; may be given several times
     #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
     pub sets: Vec<(String, String)>,
+    #[command(flatten)]
+    pub json: Json,
 }
 
 impl Command for JudgeArgs {
@@ -83,6 +85,7 @@ fn judge(task: &JudgeArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
         no_rerun: task.no_rerun,
         full_rate: false,
         junit: task.junit.as_deref(),
+        json: &task.json,
         sets: &task.sets,
     };
     if let Some(map) = &task.map {

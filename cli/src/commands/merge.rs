@@ -1,12 +1,11 @@
 //! `monorig merge`: the shards of a study, of a test or of a stress battery put together.
 
+use crate::arguments::Json;
 use crate::command::{Command, CommandOutcome, Program};
 use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
-use crate::ui::prose::counted;
-use crate::ui::terminal;
 use crate::verdicts::lines;
 use crate::verdicts::stress::print_matrix;
 use crate::verdicts::study::print_results;
@@ -30,7 +29,7 @@ pub struct MergeArgs {
     /// Results of all shards of a study, a test or a stress battery
     #[arg(required = true)]
     pub parts: Vec<PathBuf>,
-    /// File the whole goes to
+    /// File the whole goes to; of a test `-` is standard output
     #[arg(long, value_name = "FILE")]
     pub into: PathBuf,
 }
@@ -59,28 +58,26 @@ fn merge(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
     }
     let runs = batch::merge(&task.parts, &task.into)?;
     note(&format!("{runs} runs in {}", task.into.display()));
-    print_results(&task.into)
+    print_results(&task.into, &Json::default())
 }
 
 /// Judge the shards of a test together, and write what `monorig test --json` would have written for the whole.
 fn merge_tests(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
     let verdicts = test_shards::merge_tests(&task.parts, &task.into)?;
     let all: Vec<&ScenarioVerdict> = verdicts.iter().collect();
-    let text = test_shards::json(&all, &identity(), None).map_err(CliError::json)?;
-    output::write(&task.into, &text)?;
+    let json = test_shards::json(&all, &identity(), None);
+    let text = serde_json::to_string_pretty(&json).map_err(CliError::json)?;
+    output::write(&task.into, &(text + "\n"))?;
+    let programs = [Some(task.into.as_path())];
     let width = all.iter().map(|v| v.scenario.chars().count()).max();
     for verdict in &verdicts {
-        output::verdicts(&lines::judged(verdict, None, width.unwrap_or(0), &[]))?;
+        let line = lines::line(verdict, None, width.unwrap_or(0));
+        output::result(&line, &programs)?;
     }
-    let failed = verdicts.iter().filter(|v| !v.held).count();
-    let runs: usize = verdicts.iter().map(|v| v.runs.len()).sum();
-    output::print(&format!(
-        "{}, {}: {} held, {failed} failed\n",
-        counted(verdicts.len(), "scenario"),
-        counted(runs, "run"),
-        verdicts.len() - failed
-    ))?;
-    Ok(match failed {
+    let details = verdicts.iter().map(|v| lines::detail(v, None, &[]));
+    let details: Vec<String> = details.filter(|d| !d.is_empty()).collect();
+    output::result(&lines::end(&all, &details.join("\n"), 0), &programs)?;
+    Ok(match verdicts.iter().filter(|v| !v.held).count() {
         0 => CommandOutcome::Held,
         _ => CommandOutcome::Failed,
     })

@@ -1,6 +1,6 @@
 //! `monorig replay`: estimators over a recorded log.
 
-use crate::arguments::{Out, VIEWER, address, assignment};
+use crate::arguments::{Json, Out, VIEWER, address, assignment};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::recording::play::{Playing, play};
 use crate::recording::standing_noise;
@@ -74,6 +74,8 @@ pub struct ReplayArgs {
     /// Change a value of the map; may be given several times
     #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
     pub sets: Vec<(String, String)>,
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// Reads the source of the noise, in the words of the map file.
@@ -122,6 +124,7 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
         no_rerun: task.no_rerun,
         full_rate: task.full_rate,
         junit: task.junit.as_deref(),
+        json: &task.json,
         sets: &task.sets,
     };
     play(&map, &playing, registry)
@@ -155,13 +158,13 @@ fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
         }
     }
     let end = match (bad, unknown) {
-        (0, 0) => "nothing wrong was found".to_owned(),
+        (0, 0) => "held: nothing wrong was found".to_owned(),
         (0, n) => {
-            format!("nothing wrong was found in what could be checked; {n} checks could not decide")
+            format!("held but for {n} not judged: nothing wrong was found in what could be checked")
         }
-        (n, _) => format!("{n} checks say that something is wrong"),
+        (n, _) => format!("FAILED: {n} checks say that something is wrong"),
     };
-    output::print(&format!("{text}\n{}\n\n{end}\n", of_channels(&channels)))?;
+    output::verdicts(&format!("{text}\n{}\n\n{end}\n", of_channels(&channels)))?;
     Ok(match bad {
         0 => CommandOutcome::Held,
         _ => CommandOutcome::Failed,

@@ -28,7 +28,8 @@ Examples:
   monorig compare scenarios/minimal.yaml --seeds 1..5 --json out/compared.json
   monorig report out/compared.json   writes out/compared.html
 
-In the same way the results of a study, such as
+Of a test of several scenarios out/verdicts.html is an index, with a page for
+each scenario in the folder out/verdicts. In the same way the results of a study, such as
 runs/vehicle_test_spread/results.jsonl; `monorig tune` writes its report by
 itself. The report is one file that needs nothing else: open it in any browser,
 offline, on a phone or on paper. With --view it is a page with the Rerun viewer
@@ -74,7 +75,13 @@ fn report(task: &ReportArgs) -> Result<CommandOutcome, CliError> {
         }
         [path] => {
             let out = task.out.clone().unwrap_or(path.with_extension("html"));
-            (study::page(path)?.to_html(), out)
+            let folder = out.with_extension("");
+            let name = folder.file_name().unwrap_or_default().to_string_lossy();
+            let (index, pages) = study::pages(path, &name)?;
+            for (name, page) in pages {
+                output::write(&folder.join(name), &page.to_html())?;
+            }
+            (index.to_html(), out)
         }
         [a, b, ..] => {
             let pair = Pair::read(a, b)?;

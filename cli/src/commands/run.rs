@@ -1,9 +1,10 @@
 //! `monorig run`: simulate a scenario and report.
 
-use crate::arguments::{Out, VIEWER, address, assignment, seeds};
+use crate::arguments::{Json, Out, VIEWER, address, assignment, seeds};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::out::prepare_out;
 use crate::files::prepare;
+use crate::identity::identity;
 use crate::recording::pace;
 use crate::recording::simulate::{RecordOptions, simulate};
 use crate::recording::variant::{self, Variant};
@@ -12,13 +13,17 @@ use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::progress::ProgressDisplay;
+use crate::ui::prose::paragraph;
 use crate::ui::summary;
 use clap::ValueEnum;
+use monorig_lab::verdicts::judgement::Totals;
+use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::scenario::Seeds;
+use serde_json::json;
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const RUN_EXAMPLES: &str = "\
 Examples:
@@ -79,6 +84,8 @@ pub struct RunArgs {
     /// Change a value of the scenario; may be given several times
     #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
     pub sets: Vec<(String, String)>,
+    #[command(flatten)]
+    pub json: Json,
 }
 
 impl RunArgs {
@@ -142,7 +149,8 @@ fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliError> 
         changes: &variant.changes,
         registry,
     };
-    let mut outcome = CommandOutcome::Held;
+    let many = simulations.len() > 1;
+    let mut shown = Shown::default();
     for (file, seed, built) in simulations {
         let mut simulation = match built {
             Some(first) => first,
@@ -154,15 +162,61 @@ fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliError> 
         };
         simulation.scenario.file.seeds = Seeds::one(seed);
         simulation.scenario.name = variant.run_name(&simulation.scenario.name);
-        if one(simulation, &options)? == CommandOutcome::Failed {
-            outcome = CommandOutcome::Failed;
-        }
+        one(simulation, &options, task.json.path(), &mut shown)?;
     }
-    Ok(outcome)
+    task.json.write(|| {
+        let monorig = identity().to_string();
+        json!({ "version": 1, "kind": "run", "monorig": monorig, "runs": shown.json })
+    })?;
+    if many {
+        output::result(&format!("\n{}\n", shown.words()), &[task.json.path()])?;
+    }
+    Ok(match shown.verdicts.iter().all(|v| v.held) {
+        true => CommandOutcome::Held,
+        false => CommandOutcome::Failed,
+    })
+}
+
+/// The runs shown so far.
+#[derive(Default)]
+struct Shown {
+    verdicts: Vec<ScenarioVerdict>,
+    json: Vec<serde_json::Value>,
+}
+
+impl Shown {
+    /// All runs in a line, those that failed by name.
+    fn words(&self) -> String {
+        let all = self.verdicts.len();
+        let failed = self.verdicts.iter().filter(|v| !v.held);
+        let seeds = |v: &ScenarioVerdict| {
+            v.runs
+                .iter()
+                .map(|r| r.seed.to_string())
+                .collect::<String>()
+        };
+        let failed: Vec<String> = failed
+            .map(|v| format!("{} seed {}", v.scenario, seeds(v)))
+            .collect();
+        let totals = Totals::of(&self.verdicts);
+        let text = match (failed.len(), totals.known) {
+            (0, 0) if totals.unasked == all => format!("nothing was expected of {all} runs"),
+            (0, 0) => format!("held: {all} runs"),
+            (0, 1) => format!("held but for 1 known failure: {all} runs"),
+            (0, known) => format!("held but for {known} known failures: {all} runs"),
+            (n, _) => format!("FAILED: {n} of {all} runs: {}", failed.join(", ")),
+        };
+        paragraph(&text, "")
+    }
 }
 
 /// One run: simulated, recorded, and shown.
-fn one(simulation: Simulation, options: &RecordOptions<'_>) -> Result<CommandOutcome, CliError> {
+fn one(
+    simulation: Simulation,
+    options: &RecordOptions<'_>,
+    json: Option<&Path>,
+    shown: &mut Shown,
+) -> Result<(), CliError> {
     let title = format!("{} seed {}", simulation.scenario.name, simulation.seed);
     let mut progress = ProgressDisplay::new(&title);
     let run = simulate(simulation, options, &mut |share| {
@@ -171,16 +225,15 @@ fn one(simulation: Simulation, options: &RecordOptions<'_>) -> Result<CommandOut
     })?;
     drop(progress);
     note(&format!("results in {}", run.folder.display()));
-    output::verdicts(&summary::text(&run.summary, run.wall_s))?;
+    let text = summary::text(&run.summary, &run.about(title, "simulated"));
+    output::result(&text, &[json])?;
     if run.interrupted {
         return Err(CliError::Interrupted);
     }
     if !run.summary.finished {
         note("the train did not come to where the scenario ends (`stop.at_m`)");
-        return Ok(CommandOutcome::Failed);
     }
-    Ok(match run.summary.good() {
-        true => CommandOutcome::Held,
-        false => CommandOutcome::Failed,
-    })
+    shown.json.push(run.json());
+    shown.verdicts.push(run.summary.verdict());
+    Ok(())
 }

@@ -39,7 +39,7 @@ struct Found {
     name: String,
     seed: String,
     simulated: String,
-    verdict: &'static str,
+    verdict: String,
     changes: Vec<String>,
 }
 
@@ -85,7 +85,7 @@ fn text(found: &[Found]) -> String {
             run.name.as_str(),
             run.seed.as_str(),
             run.simulated.as_str(),
-            run.verdict,
+            run.verdict.as_str(),
         ]);
         if !run.changes.is_empty() && changes.iter().all(|(name, _)| *name != run.name) {
             changes.push((&run.name, &run.changes));
@@ -110,11 +110,14 @@ fn read(name: &str, folder: &Path) -> Found {
         .ok()
         .and_then(|text| serde_json::from_str::<Summary>(&text).ok());
     let (simulated, verdict) = match &summary {
-        _ if manifest.is_err() => ("-".to_owned(), "damaged"),
-        None => ("-".to_owned(), "damaged"),
-        Some(s) if !s.finished => (format!("{:.1} s", s.simulated_s), "not finished"),
-        Some(s) if s.check().is_err() => ("-".to_owned(), "damaged"),
-        Some(s) => (format!("{:.1} s", s.simulated_s), s.verdict().word()),
+        _ if manifest.is_err() => ("-".to_owned(), "damaged".to_owned()),
+        None => ("-".to_owned(), "damaged".to_owned()),
+        Some(s) if !s.finished => (format!("{:.1} s", s.simulated_s), "not finished".to_owned()),
+        Some(s) if s.check().is_err() => ("-".to_owned(), "damaged".to_owned()),
+        Some(s) => {
+            let word = s.verdict().judgement().word();
+            (format!("{:.1} s", s.simulated_s), word)
+        }
     };
     Found {
         name: name.to_owned(),

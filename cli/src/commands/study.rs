@@ -1,6 +1,6 @@
 //! `monorig study`: many runs with drawn values, results line by line, whole or in shards.
 
-use crate::arguments::{Expect, Jobs, Out, shard};
+use crate::arguments::{Expect, Jobs, Json, Out, shard};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::identity::identity;
 use crate::ui::errors::CliError;
@@ -44,6 +44,8 @@ pub struct StudyArgs {
     pub expect: Expect,
     #[command(flatten)]
     pub out: Out,
+    #[command(flatten)]
+    pub json: Json,
 }
 
 impl Command for StudyArgs {
@@ -73,9 +75,16 @@ fn study(task: &StudyArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
         note(&format!("{} of {all} runs are there already", store.rows()));
     }
     interrupt::listen();
-    make(&plan, shard, all, task, registry, &mut store)?;
+    let made = make(&plan, shard, all, task, registry, &mut store);
+    if let Err(CliError::Interrupted) = made {
+        note(&format!(
+            "{} of {all} runs are there: the same command goes on with the rest",
+            store.rows()
+        ));
+    }
+    made?;
     note(&format!("results in {}", store.path().display()));
-    print_results(store.path()).map(|judged| task.expect.outcome(judged))
+    print_results(store.path(), &task.json).map(|judged| task.expect.outcome(judged))
 }
 
 fn make(

@@ -4,7 +4,7 @@ mod baseline;
 mod figures;
 mod keep;
 
-use crate::arguments::{Expect, Jobs, assignment, metric, seeds, shard, share};
+use crate::arguments::{Expect, Jobs, Json, assignment, metric, seeds, shard, share};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::out::prepare_out;
 use crate::files::prepare;
@@ -48,7 +48,9 @@ Examples:
 A scenario fails when a run does not finish, when an estimator never marks
 anything valid or marks misleading values valid, when an expectation does not
 hold for as many seeds as it asks for (`quantile`; all without it), or when a
-known failure holds. Findings, worst first, stand above the checks that fail.";
+known failure holds. While it goes on there is a line for each scenario; at the
+end stand the reasons of those that fail, known failures by estimator, and the
+verdict. With -v every finding, every known failure and its reason.";
 
 /// Run scenarios over their seeds and judge what they expect.
 #[derive(Debug, clap::Parser)]
@@ -89,9 +91,8 @@ pub struct TestArgs {
     /// Write the verdicts as JUnit XML, as CI servers read it
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
-    /// Write verdicts and metrics of every run as JSON
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// A scenario to test.
@@ -128,7 +129,7 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     let begun = Instant::now();
     let paths = scenarios(&task.paths, task.filter.as_deref())?;
     // what is interrupted must not leave the reports of an earlier test behind
-    for path in task.junit.iter().chain(&task.json) {
+    for path in task.junit.as_deref().into_iter().chain(task.json.path()) {
         output::clear(path)?;
     }
     let (mut cases, mut unusable) = (Vec::new(), Vec::new());
@@ -174,47 +175,47 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     let elsewhere = tested.iter().filter(|t| t.judged.runs.is_empty()).count();
     let held = tested.iter().filter(|t| t.judged.held).count();
     let failed = tested.len() - elsewhere - held;
+    let pairs = tested.iter().zip(&cases);
+    let details: Vec<String> = pairs
+        .filter(|(t, _)| !t.judged.runs.is_empty())
+        .map(|(t, case)| lines::detail(&t.judged, Some(&case.path), &task.sets))
+        .filter(|detail| !detail.is_empty())
+        .collect();
     let bad = unusable.len();
     tested.extend(unusable);
     if let Some(path) = &task.junit {
         output::write(path, &junit::xml(&tested)?)?;
     }
-    if let Some(path) = &task.json {
+    task.json.write(|| {
         let verdicts: Vec<&ScenarioVerdict> = tested.iter().map(|t| &t.judged).collect();
         let scenarios = || cases.iter().map(|c| c.of_shard.clone()).collect();
         let header = task
             .shard
             .map(|shard| ShardHeader::new(shard, identity(), scenarios()));
-        let text = test_shards::json(&verdicts, &identity(), header.as_ref());
-        output::write(path, &text.map_err(CliError::json)?)?;
-    }
+        test_shards::json(&verdicts, &identity(), header.as_ref())
+    })?;
+    let programs = [task.json.path(), task.junit.as_deref()];
     let usable = tested.iter().filter(|t| t.unusable.is_none());
     let runs: usize = usable.map(|t| t.judged.runs.len()).sum();
-    let checks = tested.iter().flat_map(|t| &t.judged.checks);
-    let known = match checks.filter(|c| c.fails_as_known()).count() {
-        0 => String::new(),
-        n => format!("; {}", counted(n, "known failure")),
-    };
-    let unusable = match bad {
-        0 => String::new(),
-        n => format!(", {n} could not be used"),
-    };
     if !task.metrics.is_empty() {
-        output::print(&format!("\n{}\n\n", figures::text(&tested, &task.metrics)))?;
+        let text = format!("\n{}\n", figures::text(&tested, &task.metrics));
+        output::result(&text, &programs)?;
     }
-    output::print(&format!(
-        "{}, {}: {held} held, {failed} failed{unusable}{known}\n",
-        counted(tested.len() - elsewhere, "scenario"),
-        counted(runs, "run")
-    ))?;
     if baseline.is_some() {
-        output::print(&format!(
-            "{} metrics against the baseline: {} worse by more than {} %\n",
+        let text = format!(
+            "\n{} metrics against the baseline: {} worse by more than {} %\n",
             compared.0,
             compared.1,
             100.0 * task.worse_than
-        ))?;
+        );
+        output::result(&text, &programs)?;
     }
+    let judged = tested.iter().filter(|t| t.unusable.is_none());
+    let judged: Vec<&ScenarioVerdict> = judged
+        .map(|t| &t.judged)
+        .filter(|v| !v.runs.is_empty())
+        .collect();
+    output::result(&lines::end(&judged, &details.join("\n"), bad), &programs)?;
     let took = begun.elapsed().as_secs_f64();
     note(&format!("{} in {took:.1} s", counted(runs, "run")));
     match (bad, failed) {
@@ -301,16 +302,9 @@ fn run(
             }
             let one = TestedScenario::new(judged, took);
             refusals(&one, case);
-            let text = lines::judged(
-                &one.judged,
-                Some(lines::Made {
-                    path: &case.path,
-                    took,
-                }),
-                width.unwrap_or(0),
-                &task.sets,
-            );
-            progress.aside(|| output::verdicts(&text))?;
+            let text = lines::line(&one.judged, Some(took), width.unwrap_or(0));
+            let programs = [task.json.path(), task.junit.as_deref()];
+            progress.aside(|| output::result(&text, &programs))?;
             tested.push(one);
             skip_empty(&mut tested, cases);
         }

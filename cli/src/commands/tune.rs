@@ -3,7 +3,7 @@
 mod recording;
 mod table;
 
-use crate::arguments::{Jobs, Out};
+use crate::arguments::{Jobs, Json, Out};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::out::prepare_out;
 use crate::files::prepare;
@@ -68,6 +68,8 @@ pub struct TuneArgs {
     /// Folder of the recorded runs [default: OUT/tune/.cache]
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
+    #[command(flatten)]
+    pub json: Json,
 }
 
 impl Command for TuneArgs {
@@ -132,7 +134,10 @@ fn tune(task: &TuneArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     }
     drop(progress);
     note(&format!("results in {}", tuning.folder.display()));
-    output::print(&table::text(&study, &result))?;
+    task.json
+        .write(|| table::json(&study, &result, &tuning.folder))?;
+    let text = table::text(&study, &result, &tuning.folder);
+    output::result(&text, &[task.json.path()])?;
     Ok(if result.validation.is_some() {
         CommandOutcome::Held
     } else {

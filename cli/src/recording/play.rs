@@ -1,7 +1,9 @@
 //! A recorded log, played to estimators, recorded and judged.
 
+use crate::arguments::Json;
 use crate::command::CommandOutcome;
 use crate::files::out::prepare_out;
+use crate::identity::identity;
 use crate::recording::simulate::{RecordOptions, simulate};
 use crate::recording::variant::Variant;
 use crate::ui::errors::CliError;
@@ -14,6 +16,7 @@ use monorig_lab::verdicts::expected;
 use monorig_logs::map::Map;
 use monorig_logs::replay::{Built, ReplayOptions, build};
 use monorig_sim::closed_loop::registry::Registry;
+use serde_json::json;
 use std::net::SocketAddr;
 use std::path::Path;
 use std::time::Duration;
@@ -32,6 +35,8 @@ pub(crate) struct Playing<'a> {
     pub(crate) full_rate: bool,
     /// Write the verdicts as JUnit XML here.
     pub(crate) junit: Option<&'a Path>,
+    /// Results for programs.
+    pub(crate) json: &'a Json,
     /// Changes to the map.
     pub(crate) sets: &'a [(String, String)],
 }
@@ -85,11 +90,16 @@ pub(crate) fn play(
     })?;
     drop(progress);
     note(&format!("results in {}", run.folder.display()));
-    let text = replayed::text(&run.summary, map.constant_mass_kg(), run.wall_s);
-    output::verdicts(&text)?;
+    let about = run.about(map.name.clone(), "replayed");
+    let text = replayed::text(&run.summary, map.constant_mass_kg(), &about);
+    output::result(&text, &[task.json.path(), task.junit])?;
     if run.interrupted {
         return Err(CliError::Interrupted);
     }
+    task.json.write(|| {
+        let monorig = identity().to_string();
+        json!({ "version": 1, "kind": "run", "monorig": monorig, "runs": [run.json()] })
+    })?;
     let judged = run.summary.verdict();
     let good = judged.held;
     if let Some(path) = task.junit {

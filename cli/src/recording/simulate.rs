@@ -4,6 +4,8 @@ use crate::identity::identity;
 use crate::recording::pace::Pace;
 use crate::ui::errors::CliError;
 use crate::ui::note::{detail, note};
+use crate::ui::prose::quoted;
+use crate::ui::summary::About;
 use crate::viewer;
 use monorig_lab::bound::BoundChannels;
 use monorig_lab::verdicts::measure::SummaryObserver;
@@ -16,6 +18,7 @@ use monorig_sim::record::folder::RunFolder;
 use monorig_sim::record::manifest::{self, Manifest};
 use monorig_sim::record::parquet::ParquetSink;
 use monorig_sim::record::{BackgroundSink, Recorder, Sink};
+use serde_json::json;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -30,7 +33,48 @@ pub struct SimulatedRun {
     pub folder: PathBuf,
     /// Time it took, s.
     pub wall_s: f64,
+    /// The estimator that the controller uses.
+    pub in_loop: Option<String>,
 }
+
+impl SimulatedRun {
+    /// Says of it what is beside its numbers; `done` is the word for what was done.
+    pub(crate) fn about(&self, title: String, done: &str) -> About {
+        let (t_s, wall_s) = (self.summary.simulated_s, self.wall_s);
+        let speed = match wall_s {
+            w if w > 0.0 => format!(", {:.0} times real time", t_s / w),
+            _ => String::new(),
+        };
+        let recording = self.folder.join(RECORDING);
+        let look = recording
+            .is_file()
+            .then(|| format!("look: rerun {}", quoted(&recording.to_string_lossy())));
+        let folder = quoted(&self.folder.to_string_lossy());
+        let report = format!("report: monorig report {folder}");
+        About {
+            title,
+            in_loop: self.in_loop.clone(),
+            took: format!("{t_s:.1} s {done} in {wall_s:.2} s{speed}"),
+            hints: look.into_iter().chain([report]).collect(),
+            interrupted: self.interrupted,
+        }
+    }
+
+    /// Its folder, verdict and numbers for programs.
+    pub(crate) fn json(&self) -> serde_json::Value {
+        let verdict = self.summary.verdict();
+        json!({
+            "folder": self.folder,
+            "held": verdict.held,
+            "verdict": verdict.judgement().words(),
+            "checks": verdict.checks,
+            "metrics": self.summary,
+        })
+    }
+}
+
+/// The recording for the viewer, in the folder of a run.
+const RECORDING: &str = "run.rrd";
 
 /// Options of a recorded run.
 pub struct RecordOptions<'a> {
@@ -63,6 +107,10 @@ pub fn simulate(
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<SimulatedRun, CliError> {
     let (scenario, seed) = (simulation.scenario.clone(), simulation.seed);
+    let in_loop = simulation
+        .in_loop
+        .and_then(|i| simulation.estimators.get(i));
+    let in_loop = in_loop.map(|e| e.name.clone());
     let folder = RunFolder::create(options.out, &scenario.name, seed)?;
     let (inputs, name) = (scenario.input_digests(), &scenario.name);
     for (file, sum) in &inputs {
@@ -82,13 +130,13 @@ pub fn simulate(
     let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(BackgroundSink::new(parquet))];
     if !options.no_rerun {
         match viewer::sink(
-            folder.path().join("run.rrd"),
+            folder.path().join(RECORDING),
             options.live,
             options.full_rate,
         ) {
             // it takes longest to finish: the others do so meanwhile
             Some(rerun) => sinks.insert(0, Box::new(BackgroundSink::new(rerun))),
-            None => note(&viewer::not_written("run.rrd")),
+            None => note(&viewer::not_written(RECORDING)),
         }
     }
     let mut metrics = SummaryObserver::default();
@@ -140,5 +188,6 @@ pub fn simulate(
         interrupted: outcome.interrupted,
         folder,
         wall_s,
+        in_loop,
     })
 }

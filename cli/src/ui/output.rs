@@ -1,7 +1,7 @@
 //! Writing to standard output without panicking when its reader has gone or the disk is full.
 
 use crate::ui::errors::CliError;
-use crate::ui::{colour, terminal};
+use crate::ui::{colour, note, terminal};
 use monorig_lab::text::spelled_out;
 use monorig_sim::error::Error;
 use monorig_sim::record::whole;
@@ -33,9 +33,27 @@ fn arrive(text: &str) -> Result<(), CliError> {
         })
 }
 
-/// Write a whole file: under a temporary name first, so that no half of it is ever there. Its folder is made if need
-/// be. A link or a device in its place is an error.
+/// True for the path `-`, which stands for standard output.
+pub fn is_standard(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// Writes a result for people: to standard output, or, where that has a result for programs (`programs`), to standard
+/// error.
+pub fn result(text: &str, programs: &[Option<&Path>]) -> Result<(), CliError> {
+    match programs.iter().flatten().any(|path| is_standard(path)) {
+        true => note::note(text.trim_end()),
+        false => return verdicts(text),
+    }
+    Ok(())
+}
+
+/// Writes a whole file, or, as `-`, to standard output. A file is written under a temporary name first, so that no half
+/// of it is ever there. Its folder is made if need be. A link or a device in its place is an error.
 pub fn write(path: &Path, text: &str) -> Result<(), CliError> {
+    if is_standard(path) {
+        return arrive(text);
+    }
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(|source| failed(path, source))?;
     }
@@ -44,6 +62,9 @@ pub fn write(path: &Path, text: &str) -> Result<(), CliError> {
 
 /// Remove an older file where [`write`] will put a new one. A link or a device in its place is an error.
 pub fn clear(path: &Path) -> Result<(), CliError> {
+    if is_standard(path) {
+        return Ok(());
+    }
     whole::replaceable(path)?;
     match std::fs::remove_file(path) {
         Err(e) if e.kind() != ErrorKind::NotFound => Err(failed(path, e)),

@@ -1,15 +1,15 @@
 //! Sentences that fit a terminal.
 
-use crate::ui::tables::TERMINAL;
+use crate::ui::terminal;
 
 /// Further lines of a paragraph begin so much further right.
 const HANGING: &str = "  ";
 
-/// A paragraph of lines of at most 80 columns, each behind `indent`, all but the first two further right. A word that
+/// A paragraph of lines that fit the terminal, each behind `indent`, all but the first two further right. A word that
 /// is longer than a line, such as a path, is left whole. No line break at its end.
 pub fn paragraph(text: &str, indent: &str) -> String {
     let further = format!("{indent}{HANGING}");
-    let options = textwrap::Options::new(TERMINAL.into())
+    let options = textwrap::Options::new(usize::from(terminal::width()))
         .initial_indent(indent)
         .subsequent_indent(&further)
         .break_words(false)
@@ -23,6 +23,15 @@ pub fn counted(n: usize, thing: &str) -> String {
     match n {
         1 => format!("1 {thing}"),
         n => format!("{n} {thing}s"),
+    }
+}
+
+/// A word as a shell takes it.
+pub fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "._-/=@:+,".contains(c);
+    match word.chars().all(plain) && !word.is_empty() {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', r"'\''")),
     }
 }
 

@@ -1,10 +1,9 @@
 //! Results of a replay as text: errors against the reference, what the marks are worth, and how much of the drive the
 //! reference covers.
 
-use crate::ui::prose::paragraph;
-use crate::ui::summary::{expectations, judgement};
-use crate::ui::tables::{grouped, number};
-use monorig_lab::verdicts::findings::of_summaries;
+use crate::ui::summary::{About, legend, marked, tail};
+use crate::ui::tables::{grouped, lines, number, right, table, whole, within_terminal};
+use crate::ui::terminal;
 use monorig_lab::verdicts::summary::Summary;
 use std::collections::BTreeMap;
 
@@ -54,30 +53,71 @@ const ROWS: [Row; 3] = [
     ),
 ];
 
-/// Writes misleading marks, estimators, expectations and the time that was played.
-pub(crate) fn text(summary: &Summary, mass_kg: Option<f64>, wall_s: f64) -> String {
+/// Writes a replay: its estimators, what did not hold, and the verdict.
+pub(crate) fn text(summary: &Summary, mass_kg: Option<f64>, about: &About) -> String {
     let mut parts = Vec::new();
-    let findings = of_summaries([summary]);
-    if !findings.is_empty() {
-        let lines = findings
-            .iter()
-            .map(|f| paragraph(&format!("finding: {}", f.text), ""));
-        parts.push(lines.collect::<Vec<_>>().join("\n"));
-    }
     if !summary.estimators.is_empty() {
-        parts.push(estimators(summary, mass_kg));
+        parts.push(overview(summary, mass_kg, about));
+        if terminal::verbose() {
+            parts.push(estimators(summary, mass_kg));
+        }
     }
-    if !summary.expectations.is_empty() {
-        parts.push(expectations(summary));
-    }
-    parts.extend(judgement(summary));
-    let t_s = summary.simulated_s;
-    let speed = match wall_s {
-        w if w > 0.0 => format!(", {:.0} times real time", t_s / w),
-        _ => String::new(),
-    };
-    parts.push(format!("{t_s:.1} s replayed in {wall_s:.2} s{speed}"));
+    parts.extend(tail(summary, about));
     parts.join("\n\n") + "\n"
+}
+
+/// A row for each estimator; a quantity without a reference has no column of errors.
+fn overview(summary: &Summary, mass_kg: Option<f64>, about: &About) -> String {
+    let of = |values: &BTreeMap<String, Option<f64>>, metric: &str| {
+        values.get(metric).copied().flatten()
+    };
+    let shown = |x: Option<f64>| x.map_or("-".to_owned(), number);
+    let known = |metric: &str| {
+        let mut all = summary.estimators.values();
+        all.any(|values| of(values, metric).is_some_and(|x| x > 0.0))
+    };
+    let titles = [
+        ("mass %\nRMSE", "mass_rmse_kg", "mass_reference_share"),
+        ("slope °\nRMSE", "slope_rmse_deg", "slope_reference_share"),
+        (
+            "effective °\nRMSE",
+            "effective_slope_rmse_deg",
+            "effective_slope_reference_share",
+        ),
+    ];
+    let errors: Vec<_> = titles.into_iter().filter(|t| known(t.2)).collect();
+    let mut columns = vec![""];
+    columns.extend(errors.iter().map(|t| t.0));
+    columns.extend(["valid\nmass/\nslope %", "misleading\n%"]);
+    let numbers = 1..columns.len() - 1;
+    let mut table = table(columns);
+    for (name, values) in &summary.estimators {
+        let share = |metric: &str| {
+            of(values, metric).map_or("-".to_owned(), |x| format!("{:.0}", 100.0 * x))
+        };
+        let mut row = vec![marked(summary, name, about.in_loop.as_deref())];
+        row.extend(errors.iter().map(|(_, metric, _)| match *metric {
+            // over the mass that the reference has; of one that changes there is none
+            "mass_rmse_kg" => shown(mass_kg.and_then(|kg| Some(100.0 * of(values, metric)? / kg))),
+            metric => shown(of(values, metric)),
+        }));
+        row.push(format!(
+            "{}/{}",
+            share("mass_availability"),
+            share("slope_availability")
+        ));
+        row.push(summary.misleading(name));
+        table.add_row(row);
+    }
+    within_terminal(&mut table);
+    whole(&mut table, 0);
+    right(&mut table, numbers);
+    let without = match errors.is_empty() {
+        true => "\n no reference in this log: errors are not known",
+        false => "",
+    };
+    let legend = legend(summary, about.in_loop.as_deref());
+    format!("{}\n{}{legend}{without}", about.title, lines(&table))
 }
 
 fn estimators(summary: &Summary, mass_kg: Option<f64>) -> String {
@@ -167,7 +207,18 @@ mod tests {
             weakened: Vec::new(),
             common: BTreeMap::new(),
         };
-        let text = text(&summary, None, 0.5);
+        let about = About {
+            title: "drive".into(),
+            in_loop: None,
+            took: "60.0 s replayed in 0.50 s, 120 times real time".into(),
+            hints: Vec::new(),
+            interrupted: false,
+        };
+        let short = text(&summary, None, &about);
+        let row = short.lines().find(|l| l.contains("attitude")).unwrap();
+        let words: Vec<&str> = row.split_whitespace().collect();
+        assert_eq!(words, ["attitude", "0.250", "-/90", "-"], "{short}");
+        let text = estimators(&summary, None) + "\n" + &short;
         let row = text.lines().find(|l| l.contains("slope °")).unwrap();
         let words: Vec<&str> = row.split_whitespace().collect();
         let expected = [
@@ -175,7 +226,7 @@ mod tests {
         ];
         assert_eq!(words, expected, "{text}");
         assert!(
-            !text.contains("mass") && !text.contains("simulated"),
+            !text.contains("mass %") && !text.contains("simulated"),
             "{text}"
         );
         assert!(text.contains("60.0 s replayed in 0.50 s, 120 times real time"));

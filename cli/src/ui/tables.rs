@@ -1,7 +1,8 @@
 //! Tables and numbers as text.
 
+use crate::ui::terminal;
 use comfy_table::presets::NOTHING;
-use comfy_table::{CellAlignment, ContentArrangement, Table, TableComponent};
+use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, TableComponent};
 
 /// An empty table with a rule below its titles and no other.
 pub fn table<'a>(titles: impl IntoIterator<Item = &'a str>) -> Table {
@@ -13,13 +14,17 @@ pub fn table<'a>(titles: impl IntoIterator<Item = &'a str>) -> Table {
     table
 }
 
-/// Columns of a terminal that can be counted on.
-pub const TERMINAL: u16 = 80;
-
 /// Cells that are too long for a terminal are broken into lines.
 pub fn within_terminal(table: &mut Table) {
     table.set_content_arrangement(ContentArrangement::Dynamic);
-    table.set_width(TERMINAL);
+    table.set_width(terminal::width());
+}
+
+/// The cells of a column are never broken.
+pub fn whole(table: &mut Table, column: usize) {
+    if let Some(column) = table.column_mut(column) {
+        column.set_constraint(ColumnConstraint::ContentWidth);
+    }
 }
 
 /// Columns of numbers stand to the right.

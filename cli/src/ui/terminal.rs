@@ -22,7 +22,7 @@ pub struct TerminalArgs {
     /// Say nothing on standard error but errors: no progress, no notes
     #[arg(long, short, global = true)]
     pub quiet: bool,
-    /// Say more on standard error: which files were read, what runs, and how fast
+    /// Say more: every check and number of a result, which files were read, what runs, and how fast
     #[arg(long, short, global = true, conflicts_with = "quiet")]
     pub verbose: bool,
     /// Draw errors and verdicts in colour
@@ -35,6 +35,17 @@ pub struct TerminalArgs {
         long_help = "Draw errors and verdicts in colour: auto (on a terminal, unless NO_COLOR is set), always or never"
     )]
     pub color: Color,
+}
+
+/// Columns where the width of the terminal is not known, such as in a file.
+const USUAL_WIDTH: u16 = 80;
+/// Lines are made no longer, however wide the terminal: longer ones are hard to read.
+const WIDEST: u16 = 140;
+
+/// Columns of standard output.
+pub fn width() -> u16 {
+    let known = terminal_size::terminal_size_of(std::io::stdout());
+    known.map_or(USUAL_WIDTH, |(width, _)| width.0.clamp(USUAL_WIDTH, WIDEST))
 }
 
 static WANTED: OnceLock<TerminalArgs> = OnceLock::new();

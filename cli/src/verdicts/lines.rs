@@ -1,7 +1,10 @@
 //! Verdicts as lines for people.
 
-use crate::ui::prose::paragraph;
+use crate::ui::prose::{counted, paragraph, quoted};
+use crate::ui::terminal;
+use monorig_lab::verdicts::judgement::{Grade, Totals};
 use monorig_lab::verdicts::verdict::{Check, ScenarioVerdict};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::Duration;
 
@@ -10,70 +13,165 @@ const FINDINGS_SHOWN: usize = 5;
 /// Values shown of a check; the others are counted.
 const VALUES_SHOWN: usize = 8;
 /// Before everything that belongs to a scenario.
-const INDENT: &str = "        ";
+const INDENT: &str = "  ";
 
-/// Runs that were made here.
-pub(crate) struct Made<'a> {
-    /// File of the scenario.
-    pub(crate) path: &'a Path,
-    /// Time they took together.
-    pub(crate) took: Duration,
-}
-
-/// The verdict in a line, a line for everything that does not hold with its values by seed, and, of runs that were made
-/// here, how to repeat the worst of them.
-pub(crate) fn judged(
-    verdict: &ScenarioVerdict,
-    made: Option<Made<'_>>,
-    width: usize,
-    sets: &[(String, String)],
-) -> String {
-    let word = match verdict.held {
-        true => "held  ",
-        false => "FAILED",
+/// The verdict in a line: the word, the scenario, its seeds, the time they took, and what the word hides.
+pub(crate) fn line(verdict: &ScenarioVerdict, took: Option<Duration>, width: usize) -> String {
+    let judged = verdict.judgement();
+    let (word, told) = match judged.grade() {
+        Grade::Failed => {
+            let words = judged.words();
+            let told = words.strip_prefix("FAILED: ").unwrap_or(&words);
+            ("FAILED", told.to_owned())
+        }
+        Grade::Unasked => ("held", judged.word()),
+        _ => {
+            let word = judged.word();
+            let told = word.strip_prefix("held").unwrap_or_default();
+            ("held", told.trim_start().to_owned())
+        }
     };
-    let weakened = verdict.weakened.join("; ");
     let seeds = match verdict.runs.as_slice() {
         [one] => format!("seed {}", one.seed),
         many => format!("{} seeds", many.len()),
     };
-    let took = made.as_ref().map_or(String::new(), |made| {
-        format!("  {:6.1} s", made.took.as_secs_f64())
+    let took = took.map_or(String::new(), |took| {
+        format!("  {:6.1} s", took.as_secs_f64())
     });
-    let mut text = format!("{word}  {:width$}  {seeds:>9}{took}\n", verdict.scenario);
+    let line = format!(
+        "{word:6}  {:width$}  {seeds:>9}{took}  {told}",
+        verdict.scenario
+    );
+    format!("{}\n", line.trim_end())
+}
+
+/// Everything about a scenario that does not hold, with its values by seed, and, of runs that were made here, how to
+/// repeat the worst of them; with -v also what is noted and known. Empty if there is nothing to say.
+pub(crate) fn detail(
+    verdict: &ScenarioVerdict,
+    path: Option<&Path>,
+    sets: &[(String, String)],
+) -> String {
+    let all = terminal::verbose();
+    if verdict.held && !all {
+        return String::new();
+    }
+    let mut text = String::new();
     let mut add = |line: &str| text += &format!("{}\n", paragraph(line, INDENT));
-    // those that are known stand below, with their reason
     let mut findings = verdict.findings();
-    findings.retain(|f| !f.known);
-    for finding in findings.iter().take(FINDINGS_SHOWN) {
+    findings.retain(|f| f.fails || all && !f.known);
+    let shown = match all {
+        true => findings.len(),
+        false => FINDINGS_SHOWN,
+    };
+    for finding in findings.iter().take(shown) {
         add(&format!("finding: {}", finding.text));
     }
-    match findings.len().saturating_sub(FINDINGS_SHOWN) {
-        0 => {}
-        more => add(&format!(
-            "… and {more} findings more, in --json and its report"
-        )),
+    if let Some(more) = findings.len().checked_sub(shown).filter(|n| *n > 0) {
+        add(&format!("… and {more} findings more: -v"));
     }
     // a check that has a finding is left out, unless it is listed as known
-    let shown = |c: &&Check| !(c.is_finding && c.known_failure.is_none());
-    for check in verdict.checks.iter().filter(|c| !c.held).filter(shown) {
+    let hidden = |c: &&Check| !(c.is_finding && c.known_failure.is_none());
+    for check in verdict.checks.iter().filter(|c| !c.held).filter(hidden) {
         add(&check.reason());
         if let Some(values) = by_seed(verdict, check) {
             add(&values);
         }
     }
-    for check in verdict.checks.iter().filter(|c| c.not_judged) {
-        add(&format!("not judged: {}", check.reason()));
+    if all {
+        for check in verdict.checks.iter().filter(|c| c.not_judged) {
+            add(&format!("not judged: {}", check.reason()));
+        }
+        if !verdict.weakened.is_empty() {
+            add(&format!("weakened limits: {}", verdict.weakened.join("; ")));
+        }
+        text += &known(verdict);
     }
-    if !weakened.is_empty() {
-        add(&format!("weakened limits: {weakened}"));
-    }
-    text += &known(verdict);
-    if let (Some(seed), Some(made)) = (worst_seed(verdict), made) {
+    if let (Some(seed), Some(path)) = (worst_seed(verdict), path) {
         // in one line, however long: it is to be copied
-        text += &format!("{INDENT}again: {}\n", command(made.path, seed, sets));
+        text += &format!("{INDENT}again: {}\n", command(path, seed, sets));
     }
-    text
+    match text.is_empty() {
+        true => text,
+        false => format!("{}:\n{text}", verdict.scenario),
+    }
+}
+
+/// The end of a test or a merge: what failed, what is known to fail by estimator, and the verdict as the last line.
+/// `details` are those of [`detail`].
+pub(crate) fn end(verdicts: &[&ScenarioVerdict], details: &str, unusable: usize) -> String {
+    let mut parts: Vec<String> = Vec::new();
+    parts.extend((!details.is_empty()).then(|| details.trim_end().to_owned()));
+    parts.extend(known_by_estimator(verdicts));
+    parts.extend(for_reference(verdicts));
+    let totals = Totals::of(verdicts.iter().copied());
+    let words = match (unusable, totals.failed) {
+        (0, _) => totals.words(),
+        (n, 0) => format!("FAILED: {n} could not be used; {}", totals.words()),
+        (n, _) => format!("{}; {n} could not be used", totals.words()),
+    };
+    parts.push(paragraph(&words, ""));
+    format!("\n{}\n", parts.join("\n\n"))
+}
+
+/// Known failures, a line for each estimator.
+fn known_by_estimator(verdicts: &[&ScenarioVerdict]) -> Option<String> {
+    let mut by: BTreeMap<&str, (usize, BTreeSet<&str>, BTreeSet<&str>)> = BTreeMap::new();
+    for verdict in verdicts {
+        for check in verdict.checks.iter().filter(|c| c.fails_as_known()) {
+            // `ESTIMATOR METRIC from …`, or `METRIC` of the run
+            let mut words = check.what.split(' ');
+            let first = words.next().unwrap_or_default();
+            let (name, metric) = match words.next() {
+                Some(metric) if metric.contains('_') => (first, metric),
+                _ => ("the run", first),
+            };
+            let (count, scenarios, metrics) = by.entry(name).or_default();
+            *count += 1;
+            scenarios.insert(&verdict.scenario);
+            metrics.insert(metric);
+        }
+    }
+    let width = by.keys().map(|name| name.chars().count()).max()?;
+    let line =
+        |(name, (count, scenarios, metrics)): (&&str, &(usize, BTreeSet<&str>, BTreeSet<&str>))| {
+            let metrics: Vec<&str> = metrics.iter().copied().collect();
+            let line = format!(
+                "  {name:width$}  {count:3} in {}: {}",
+                counted(scenarios.len(), "scenario"),
+                metrics.join(", ")
+            );
+            cut(&line)
+        };
+    let lines: Vec<String> = by.iter().map(line).collect();
+    Some(format!(
+        "known failures (reasons: -v)\n{}",
+        lines.join("\n")
+    ))
+}
+
+/// Estimators that are shown for reference and mislead, in a line.
+fn for_reference(verdicts: &[&ScenarioVerdict]) -> Option<String> {
+    let all = verdicts.iter().flat_map(|v| v.findings());
+    let names: BTreeSet<String> = all
+        .filter_map(|f| f.for_reference().map(str::to_owned))
+        .collect();
+    let names: Vec<String> = names.into_iter().collect();
+    (!names.is_empty()).then(|| {
+        cut(&format!(
+            "misleading, for reference only: {}",
+            names.join(", ")
+        ))
+    })
+}
+
+/// A line that is cut where the terminal ends.
+fn cut(line: &str) -> String {
+    let width = usize::from(terminal::width());
+    match line.chars().count() {
+        n if n <= width => line.to_owned(),
+        _ => line.chars().take(width - 1).chain(['…']).collect(),
+    }
 }
 
 /// Known failures, each reason once, with all that fails for it.
@@ -139,15 +237,6 @@ fn command(path: &Path, seed: u64, sets: &[(String, String)]) -> String {
         command += &format!(" --set {}", quoted(&format!("{key}={value}")));
     }
     command
-}
-
-/// A word as a shell takes it.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "._-/=@:+,".contains(c);
-    match word.chars().all(plain) && !word.is_empty() {
-        true => word.to_owned(),
-        false => format!("'{}'", word.replace('\'', r"'\''")),
-    }
 }
 
 #[cfg(test)]

@@ -1,15 +1,18 @@
 //! Results of a study: what all its runs have come to.
 
+use crate::arguments::Json;
 use crate::command::CommandOutcome;
 use crate::ui::errors::CliError;
 use crate::ui::output;
-use crate::ui::prose::paragraph;
+use crate::ui::prose::{paragraph, quoted};
 use crate::ui::tables::{grouped, number};
 use monorig_lab::batch::StudyOfHeader;
 use monorig_lab::batch::lines::Lines;
+use monorig_lab::verdicts::judgement::Grade;
 use monorig_lab::verdicts::run_result::RunResult;
-use monorig_lab::verdicts::verdict::{Check, Tally};
+use monorig_lab::verdicts::verdict::Tally;
 use monorig_sim::config::file::input_error;
+use serde_json::json;
 use std::path::Path;
 
 /// Metrics printed of each estimator.
@@ -28,7 +31,7 @@ struct Column {
 }
 
 /// Read the results back and print what they have come to.
-pub(crate) fn print_results(path: &Path) -> Result<CommandOutcome, CliError> {
+pub(crate) fn print_results(path: &Path, json: &Json) -> Result<CommandOutcome, CliError> {
     let (mut tally, mut runs) = (Tally::default(), 0);
     let mut columns: Vec<Column> = Vec::new();
     let wrong = |n: u64, message: String| {
@@ -56,35 +59,66 @@ pub(crate) fn print_results(path: &Path) -> Result<CommandOutcome, CliError> {
             }
         }
     }
-    output::print(&format!("{}\n\n", spread(&columns, runs)))?;
-    let checks = tally.checks();
-    let failing: Vec<&Check> = checks.iter().filter(|c| !c.held).collect();
-    for check in &failing {
-        output::verdicts(&format!(
-            "{}\n",
-            paragraph(&format!("FAILED  {}", check.reason()), "")
-        ))?;
-    }
-    for check in checks.iter().filter(|c| c.not_judged) {
-        output::print(&format!(
-            "{}\n",
-            paragraph(&format!("not judged: {}", check.reason()), "")
-        ))?;
-    }
+    let (checks, judged) = (tally.checks(), tally.judgement());
+    json.write(|| {
+        json!({
+            "version": 1,
+            "kind": "study",
+            "results": path,
+            "runs": runs,
+            "held": judged.grade() != Grade::Failed,
+            "verdict": judged.words(),
+            "checks": checks,
+            "estimators": spreads(&columns),
+        })
+    })?;
+    let mut said: Vec<String> = Vec::new();
+    let failing = checks.iter().filter(|c| !c.held);
+    said.extend(failing.map(|c| format!("FAILED: {}", c.reason())));
+    let open = checks.iter().filter(|c| c.not_judged);
+    said.extend(open.map(|c| format!("not judged: {}", c.reason())));
+    let known = checks.iter().filter(|c| c.fails_as_known());
+    said.extend(known.map(|c| format!("known failure: {}", c.what)));
     let weakened: Vec<&str> = tally.weakened().collect();
     if !weakened.is_empty() {
-        let text = format!("weakened limits: {}", weakened.join("; "));
-        output::print(&format!("{}\n", paragraph(&text, "")))?;
+        said.push(format!("weakened limits: {}", weakened.join("; ")));
     }
-    output::print(&format!(
-        "{runs} runs: {} of {} checks held\n",
-        checks.len() - failing.len(),
-        checks.len()
-    ))?;
-    Ok(match failing.len() {
-        0 => CommandOutcome::Held,
-        _ => CommandOutcome::Failed,
+    let file = quoted(&path.to_string_lossy());
+    said.push(format!("report: monorig report {file}"));
+    said.push(format!("{}, {runs} runs", judged.words()));
+    let said: Vec<String> = said.iter().map(|line| paragraph(line, "")).collect();
+    let text = format!("{}\n\n{}\n", spread(&columns, runs), said.join("\n"));
+    output::result(&text, &[json.path()])?;
+    Ok(match judged.grade() {
+        Grade::Failed => CommandOutcome::Failed,
+        _ => CommandOutcome::Held,
     })
+}
+
+/// 5 %, median, 95 % and greatest value of each metric, by estimator.
+fn spreads(columns: &[Column]) -> serde_json::Value {
+    let mut all = serde_json::Map::new();
+    for column in columns {
+        let of = all
+            .entry(column.estimator.clone())
+            .or_insert_with(|| json!({}));
+        let [low, median, high, worst] = column.quantiles();
+        of[column.metric] = json!({
+            "measured": column.values.len(), "p5": low, "median": median, "p95": high, "greatest": worst,
+        });
+    }
+    all.into()
+}
+
+impl Column {
+    fn quantiles(&self) -> [Option<f64>; 4] {
+        let mut x = self.values.clone();
+        x.sort_unstable_by(f64::total_cmp);
+        [0.05, 0.5, 0.95, 1.0].map(|share: f64| {
+            let place = (x.len().saturating_sub(1) as f64 * share).round() as usize;
+            x.get(place).copied()
+        })
+    }
 }
 
 fn push(columns: &mut Vec<Column>, estimator: &str, metric: &'static str, value: Option<f64>) {
@@ -110,14 +144,9 @@ fn spread(columns: &[Column], runs: u64) -> String {
     let titles = [&title, "measured", "5 %", "median", "95 %", "worst"];
     let mut groups: Vec<(String, Vec<Vec<String>>)> = Vec::new();
     for column in columns {
-        let mut x = column.values.clone();
-        x.sort_unstable_by(f64::total_cmp);
-        let at = |share: f64| {
-            let place = (x.len().saturating_sub(1) as f64 * share).round() as usize;
-            x.get(place).map_or("-".to_owned(), |x| number(*x))
-        };
-        let mut row = vec![column.metric.to_owned(), x.len().to_string()];
-        row.extend([0.05, 0.5, 0.95, 1.0].map(at));
+        let shown = |x: Option<f64>| x.map_or("-".to_owned(), number);
+        let mut row = vec![column.metric.to_owned(), column.values.len().to_string()];
+        row.extend(column.quantiles().map(shown));
         match groups
             .iter_mut()
             .find(|(name, _)| *name == column.estimator)

@@ -1,6 +1,7 @@
 //! Shards of a test: each makes a part of the runs, `monorig merge` judges all of them.
 
 use crate::batch::Shard;
+use crate::verdicts::judgement::Totals;
 use crate::verdicts::run_result::RunResult;
 use crate::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::closed_loop::registry::Registry;
@@ -120,13 +121,19 @@ pub fn json(
     verdicts: &[&ScenarioVerdict],
     monorig: &Identity,
     shard: Option<&ShardHeader>,
-) -> Result<String, serde_json::Error> {
-    let mut all = json!({ "version": 1, "kind": "test", "monorig": monorig.to_string(), "scenarios": verdicts });
+) -> serde_json::Value {
+    let verdict = Totals::of(verdicts.iter().copied()).words();
+    let mut all = json!({
+        "version": 1,
+        "kind": "test",
+        "monorig": monorig.to_string(),
+        "verdict": verdict,
+        "scenarios": verdicts,
+    });
     if let Some(shard) = shard {
-        all["shard"] = serde_json::to_value(shard)?;
+        all["shard"] = json!(shard);
     }
-    let text = serde_json::to_string_pretty(&all)?;
-    Ok(text + "\n")
+    all
 }
 
 /// Puts the shards of a test together and judges every scenario of it. `to` names the file of the whole in error

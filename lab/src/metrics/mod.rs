@@ -164,6 +164,12 @@ impl Metric {
         }
     }
 
+    /// True for a share of misleading samples.
+    pub(crate) fn is_integrity(&self) -> bool {
+        let integrity = Marks::Integrity;
+        matches!(self.of, Of::Marks { kind, .. } if kind == integrity)
+    }
+
     /// True for a share: from 0 to 1.
     pub(crate) fn is_share(&self) -> bool {
         matches!(self.best, Best::One | Best::InBand)

@@ -34,6 +34,21 @@ pub(crate) fn section(all: &[(String, Finding)]) -> Option<Section> {
     Some(Section::new("Findings").table(table))
 }
 
+/// The numbers of misleading estimates in words; `None` without any.
+pub(crate) fn told(all: &[Finding]) -> Option<String> {
+    let count = |which: fn(&&Finding) -> bool| all.iter().filter(which).count();
+    let (fails, reference) = (count(|f| f.fails), count(|f| f.for_reference));
+    let of = |n: usize, what: &str| match n {
+        0 => None,
+        1 => Some(format!("1 estimate {what}")),
+        n => Some(format!("{n} estimates {what}")),
+    };
+    let fails = of(fails, "MISLEADING");
+    let reference = of(reference, "shown for reference only and misleading");
+    let all: Vec<String> = fails.into_iter().chain(reference).collect();
+    (!all.is_empty()).then(|| all.join("; "))
+}
+
 /// Availability, integrity and continuity of every estimator and quantity over runs of one scenario; none without an
 /// estimator.
 pub(crate) fn integrity<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Option<Table> {

@@ -2,8 +2,9 @@
 
 use crate::reports::html::link;
 use crate::reports::plot::Figure;
-use crate::reports::table::Table;
+use crate::reports::table::{Table, class};
 use crate::text::marked;
+use crate::verdicts::judgement::Grade;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// The style sheet: light and dark by the reader's choice, one column on a phone, black on white in print.
@@ -22,8 +23,8 @@ pub struct Page {
     pub title: String,
     /// A line or two below it.
     pub subtitle: String,
-    /// The outcome in a sentence and whether it is good; shown first.
-    pub banner: Option<(String, bool)>,
+    /// The outcome in a sentence, and its grade; shown first.
+    pub banner: Option<(String, Grade)>,
     /// Sections in order.
     pub sections: Vec<Section>,
 }
@@ -77,8 +78,8 @@ impl Page {
                 body {
                     h1 { (self.title) }
                     @if !self.subtitle.is_empty() { p.muted { (self.subtitle) } }
-                    @if let Some((text, good)) = &self.banner {
-                        p.banner.good[*good].bad[!*good] { (text) }
+                    @if let Some((text, grade)) = &self.banner {
+                        p.banner.(class(*grade)) { (text) }
                     }
                     @if navigation {
                         nav {

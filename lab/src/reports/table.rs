@@ -1,7 +1,8 @@
 //! Tables.
 
-use crate::reports::html::escape;
+use crate::reports::html::{escape, link};
 use crate::text::number;
+use crate::verdicts::judgement::Grade;
 use maud::{Markup, PreEscaped, html};
 
 /// A table. Columns of numbers stand to the right.
@@ -19,8 +20,10 @@ pub struct Table {
 #[derive(Clone, Debug, Default)]
 pub struct Cell {
     pub(crate) text: String,
-    /// Good news (true), bad news (false) or neither.
-    pub(crate) good: Option<bool>,
+    /// The grade of a cell that says how something ended.
+    pub(crate) grade: Option<Grade>,
+    /// Address of a page about it, relative to the report.
+    link: Option<String>,
 }
 
 impl Cell {
@@ -31,18 +34,34 @@ impl Cell {
 
     fn markup(&self) -> Markup {
         html! {
-            @match self.good {
-                Some(true) => { span.good { (breakable(&self.text)) } }
-                Some(false) => { span.bad { (breakable(&self.text)) } }
-                None => (breakable(&self.text)),
+            @match (self.grade, &self.link) {
+                (_, Some(to)) => { a href=(link(to)) { (breakable(&self.text)) } }
+                (Some(grade), None) => { span.(class(grade)) { (breakable(&self.text)) } }
+                (None, None) => (breakable(&self.text)),
             }
         }
     }
 
     /// Marks the cell as good or bad news.
     pub fn judged(self, good: bool) -> Self {
+        self.graded(match good {
+            true => Grade::Held,
+            false => Grade::Failed,
+        })
+    }
+
+    /// Leads to another page.
+    pub(crate) fn linked(self, to: &str) -> Self {
         Self {
-            good: Some(good),
+            link: Some(to.to_owned()),
+            ..self
+        }
+    }
+
+    /// Shows the cell in the colour of a grade.
+    pub(crate) fn graded(self, grade: Grade) -> Self {
+        Self {
+            grade: Some(grade),
             ..self
         }
     }
@@ -52,7 +71,8 @@ impl<T: Into<String>> From<T> for Cell {
     fn from(text: T) -> Self {
         Self {
             text: text.into(),
-            good: None,
+            grade: None,
+            link: None,
         }
     }
 }
@@ -96,6 +116,16 @@ impl Table {
                 }
             }
         }
+    }
+}
+
+/// The class of a grade in the style sheet.
+pub(crate) fn class(grade: Grade) -> &'static str {
+    match grade {
+        Grade::Failed => "bad",
+        Grade::HeldBut => "but",
+        Grade::Held => "good",
+        Grade::Unasked => "muted",
     }
 }
 

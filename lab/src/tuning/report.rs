@@ -20,6 +20,7 @@ use crate::tuning::study::{Combine, Scale, TuningStudy};
 use crate::tuning::trial_store::Trial;
 use crate::tuning::validate::{ComparisonVerdict, PairedComparison};
 use crate::verdicts::interval::Interval;
+use crate::verdicts::judgement::Grade;
 use monorig_sim::config::scenario::ParameterValue;
 
 const LOSS: &str = "loss (defaults = 1)";
@@ -29,18 +30,17 @@ pub(crate) fn page(study: &TuningStudy, result: &TuningResult) -> String {
     page.subtitle = study.file.why.trim().to_owned();
     page.banner = Some(match &result.validation {
         None => (
-            "No trial could be measured and kept all constraints".into(),
-            false,
+            "FAILED: no trial could be measured and kept all constraints".into(),
+            Grade::Failed,
         ),
-        Some(v) if v.generalises() => (
-            "The winner generalises: better than the defaults where nothing was tuned".into(),
-            true,
-        ),
-        Some(_) => (
-            "The winner does not generalise: no better than the defaults where nothing was tuned"
-                .into(),
-            false,
-        ),
+        Some(v) => {
+            let grade = match v.verdict() {
+                ComparisonVerdict::Better => Grade::Held,
+                ComparisonVerdict::NoDifference => Grade::Unasked,
+                ComparisonVerdict::Worse => Grade::Failed,
+            };
+            (v.sentence(study), grade)
+        }
     });
     page.sections.push(found(study, result));
     if let Some(v) = &result.validation {
@@ -106,13 +106,9 @@ fn found(study: &TuningStudy, result: &TuningResult) -> Section {
     Section::new("Found").table(table).table(losses)
 }
 
-/// Marks a winner at an end of its range: a better value may lie beyond.
+/// Marks a winner at an end of its range.
 fn edge(study: &TuningStudy, name: &str, x: &ParameterValue) -> &'static str {
-    let x = as_number(x).unwrap_or(f64::NAN);
-    let range = study.file.parameters.get(name);
-    let ends = range.map_or([None; 2], |r| [r.from, r.to]);
-    let near = |end: f64| (x - end).abs() <= 1e-6 * end.abs();
-    match ends.iter().flatten().any(|end| near(end.get())) {
+    match study.is_at_end(name, x) {
         true => ", an end of its range",
         false => "",
     }

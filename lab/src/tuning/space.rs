@@ -148,7 +148,7 @@ pub(crate) fn as_number(value: &ParameterValue) -> Option<f64> {
     }
 }
 
-fn bend(scale: Scale, x: f64) -> f64 {
+pub(crate) fn bend(scale: Scale, x: f64) -> f64 {
     match scale {
         Scale::Linear => x,
         Scale::Log => x.ln(),

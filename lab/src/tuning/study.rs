@@ -1,6 +1,7 @@
 //! The study file, and the study read from it.
 
 use crate::batch::made_from::MadeFrom;
+use crate::tuning::space::{as_number, bend};
 use monorig_estimators::api::params::Setting;
 use monorig_sim::closed_loop::registry::{EstimatorType, Refusal, Registry};
 use monorig_sim::closed_loop::resolved;
@@ -369,6 +370,20 @@ impl TuningStudy {
             Some((key.clone(), parameter_value(default)?))
         };
         self.file.parameters.keys().filter_map(default).collect()
+    }
+
+    /// True if a value lies at an end of the range of its parameter, to a ten-thousandth of the range: a better one may
+    /// lie beyond.
+    pub fn is_at_end(&self, name: &str, x: &ParameterValue) -> bool {
+        let (Some(x), Some(range)) = (as_number(x), self.file.parameters.get(name)) else {
+            return false;
+        };
+        let (Some(from), Some(to)) = (range.from, range.to) else {
+            return false;
+        };
+        let [from, to, x] = [from.get(), to.get(), x].map(|x| bend(range.scale, x));
+        let near = |end: f64| (x - end).abs() <= 1e-4 * (to - from).abs();
+        near(from) || near(to)
     }
 
     /// The published constants, the rest at their defaults; none if the study names none.

@@ -81,10 +81,65 @@ impl ComparisonVerdict {
 }
 
 impl Validation {
-    /// Against the defaults: does what was found on the tuning runs hold where nothing was tuned?
-    pub fn generalises(&self) -> bool {
+    /// Says what was shown, and on what: runs that the search has not seen may still be of the scenario that it has.
+    pub fn sentence(&self, study: &TuningStudy) -> String {
+        let on = unseen(study);
+        let runs = runs(study);
+        let Some(first) = self.comparisons.first() else {
+            return "not shown: nothing was compared".to_owned();
+        };
+        let interval = first.loss.as_ref().map_or(String::new(), |i| {
+            format!(
+                " (loss {:+.3}, 95 % interval {:+.3} to {:+.3}, the defaults' being 1)",
+                i.mean, i.low, i.high
+            )
+        });
+        match (first.verdict, &first.loss) {
+            (_, None) => {
+                format!("not shown: a run of the validation could not be measured, on {on}")
+            }
+            (ComparisonVerdict::Better, _) => {
+                format!("the winner is better than the defaults on {on}{interval}")
+            }
+            (ComparisonVerdict::Worse, _) => {
+                format!("the winner is WORSE than the defaults on {on}{interval}")
+            }
+            (ComparisonVerdict::NoDifference, _) => format!(
+                "not shown with {runs} runs: no difference between winner and defaults on {on}{interval}"
+            ),
+        }
+    }
+
+    /// The verdict against the defaults.
+    pub(crate) fn verdict(&self) -> ComparisonVerdict {
         let first = self.comparisons.first();
-        first.is_some_and(|c| c.verdict == ComparisonVerdict::Better)
+        first.map_or(ComparisonVerdict::NoDifference, |c| c.verdict)
+    }
+}
+
+/// Runs of the validation.
+fn runs(study: &TuningStudy) -> usize {
+    study.validation.iter().map(|g| g.seeds.len()).sum()
+}
+
+/// The runs of the validation in words, such as `6 other seeds of the same scenario`.
+fn unseen(study: &TuningStudy) -> String {
+    let seen = |g: &&RunGroup| {
+        let mut tuned = study.tuning.iter();
+        tuned.any(|t| t.scenario.name == g.scenario.name)
+    };
+    let known = study.validation.iter().filter(seen).count();
+    let scenarios = study.validation.len();
+    let runs = runs(study);
+    match (known, scenarios) {
+        (1, 1) => format!("{runs} other seeds of the same scenario"),
+        (known, all) if known == all => format!("{runs} other seeds of the same {all} scenarios"),
+        (0, 1) => format!("{runs} runs of a scenario the search has not seen"),
+        (0, all) => format!("{runs} runs of {all} scenarios the search has not seen"),
+        (known, all) => format!(
+            "{runs} runs of {all} scenarios, {} of which the search has not seen",
+            all - known
+        ),
     }
 }
 

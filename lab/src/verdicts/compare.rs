@@ -100,6 +100,132 @@ pub struct Comparison {
     pub runs: Vec<RunResult>,
 }
 
+/// An error of an estimator as a multiple of the reference's, on the samples that both mark valid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorRatio {
+    /// The mean error over the mean error of the reference.
+    pub ratio: f64,
+    /// Its interval over the runs; none with fewer than two.
+    pub interval: Option<Interval>,
+    /// Share of all samples that both mark valid.
+    pub share: f64,
+}
+
+impl ErrorRatio {
+    /// Of a metric; none if it is not an error, or there is no common sample.
+    pub fn of(runs: &[RunResult], estimator: &str, metric: &str) -> Option<Self> {
+        let quantity = quantity(metric)?;
+        let [own, theirs] = common(runs, estimator, metric);
+        let pairs = own.into_iter().zip(theirs);
+        let pairs: Vec<(f64, f64)> = pairs.filter_map(|(a, b)| Some((a?, b?))).collect();
+        let shares = runs.iter().filter_map(|run| {
+            let summary = run.summary.as_ref().filter(|s| s.finished)?;
+            summary.common.get(estimator)?.share.get(&quantity).copied()
+        });
+        let shares: Vec<f64> = shares.collect();
+        let sum = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>();
+        let ratio = sum(|p| p.0) / sum(|p| p.1);
+        ratio.is_finite().then(|| Self {
+            ratio,
+            interval: Interval::ratio(&pairs),
+            share: shares.iter().sum::<f64>() / shares.len() as f64,
+        })
+    }
+
+    /// Such as `0.18 ± 0.02`: behind the sign half of the 95 % interval.
+    pub fn words(&self) -> String {
+        match self.interval {
+            Some(i) if i.mean >= 10.0 => {
+                format!("{:.0} ± {:.0}", self.ratio, 0.5 * (i.high - i.low))
+            }
+            Some(i) => format!("{:.2} ± {:.2}", self.ratio, 0.5 * (i.high - i.low)),
+            None => format!("{:.2}", self.ratio),
+        }
+    }
+
+    /// True if the interval lies below 1; without one, if the ratio does.
+    fn is_less(&self) -> bool {
+        self.interval.map_or(self.ratio, |i| i.high) < 1.0
+    }
+}
+
+/// An estimator is ranked by the samples that it has in common with the reference if they are at least this share of
+/// all.
+const RANKED_SHARE: f64 = 0.5;
+
+/// The result of a comparison, a sentence for each of the two main errors that was compared.
+pub fn sentences(
+    runs: &[RunResult],
+    estimators: &[String],
+    metrics: &[String],
+    reference: &str,
+) -> Vec<String> {
+    let others: Vec<&String> = estimators.iter().filter(|e| *e != reference).collect();
+    let main = [
+        ("slope_rmse_deg", "slope error"),
+        ("mass_rmse_kg", "mass error"),
+    ];
+    let mut wanted: Vec<(&str, &str)> = main
+        .into_iter()
+        .filter(|(metric, _)| metrics.iter().any(|m| m == metric))
+        .collect();
+    if wanted.is_empty() {
+        let mut errors = metrics.iter().filter(|m| quantity(m).is_some());
+        wanted.extend(errors.next().map(|m| (m.as_str(), m.as_str())));
+    }
+    let about = |metric: &str, what: &str| {
+        let ratios = others
+            .iter()
+            .filter_map(|e| Some((e.as_str(), ErrorRatio::of(runs, e, metric)?)));
+        let ratios: Vec<(&str, ErrorRatio)> = ratios.collect();
+        let ranked = ratios.iter().filter(|(_, r)| r.share >= RANKED_SHARE);
+        let least = ranked.min_by(|(_, a), (_, b)| a.ratio.total_cmp(&b.ratio));
+        let (name, of) = least.or(match ratios.as_slice() {
+            [one] => Some(one),
+            _ => None,
+        })?;
+        let same = format!(
+            "on the same samples ({:.0} % of all{})",
+            100.0 * of.share,
+            match of.interval {
+                Some(_) => "",
+                None => ", one run",
+            }
+        );
+        let told = match of.interval {
+            Some(i) if i.low <= 1.0 && i.high >= 1.0 => ": the runs do not tell them apart",
+            _ => "",
+        };
+        Some(match ratios.len() {
+            1 => format!(
+                "`{name}` has {} times the {what} of `{reference}` {same}{told}.",
+                of.words()
+            ),
+            _ if of.is_less() => format!(
+                "Least {what}: `{name}`, {} times that of `{reference}` {same}.",
+                of.words()
+            ),
+            _ => format!(
+                "No other has a smaller {what} than `{reference}`: the next, `{name}`, has {} times as much {same}{told}.",
+                of.words()
+            ),
+        })
+    };
+    let all: Vec<String> = wanted
+        .into_iter()
+        .filter_map(|(metric, what)| about(metric, what))
+        .collect();
+    match (all.is_empty(), others.is_empty()) {
+        (true, true) => vec![format!(
+            "Only `{reference}` was run: there is nothing to compare."
+        )],
+        (true, false) => vec![format!(
+            "No error was compared over samples that are valid in common with `{reference}`."
+        )],
+        _ => all,
+    }
+}
+
 /// The metrics that are compared unless others are asked for; those over the bound if any run has one.
 pub fn usual_metrics(runs: &[RunResult]) -> Vec<String> {
     let summaries = runs.iter().filter_map(|run| run.summary.as_ref());

@@ -13,9 +13,20 @@ pub struct Finding {
     pub(crate) severity: f64,
     /// True if it makes the verdict fail: not for a published method shown for reference, nor a known failure, nor
     /// one within what is allowed.
-    pub(crate) fails: bool,
+    pub fails: bool,
     /// True for a known failure.
     pub known: bool,
+    /// The estimator.
+    pub(crate) estimator: String,
+    /// True for an estimator that is shown for reference only.
+    pub(crate) for_reference: bool,
+}
+
+impl Finding {
+    /// The estimator, if it is shown for reference only.
+    pub fn for_reference(&self) -> Option<&str> {
+        self.for_reference.then_some(self.estimator.as_str())
+    }
 }
 
 /// The findings of these runs of one scenario, worst first: those that fail, then the others, each by error over
@@ -73,6 +84,8 @@ fn finding(of: &Integrity, seed: u64) -> Option<Finding> {
         severity: of.severity(),
         fails,
         known: of.outcome() == Outcome::KnownFailure,
+        estimator: of.estimator.clone(),
+        for_reference: of.outcome() == Outcome::ForReference,
     })
 }
 

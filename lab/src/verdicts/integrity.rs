@@ -2,6 +2,7 @@
 
 use crate::metrics::series::ErrorSample;
 use crate::metrics::{Quantity, misleading_share};
+use crate::verdicts::findings::percent;
 use monorig_sim::config::scenario::{IntegrityLimits, KnownFailure, ScenarioFile};
 use serde::{Deserialize, Serialize};
 
@@ -153,6 +154,25 @@ impl Integrity {
     /// Error of the worst sample in alert limits; 0 if none is misleading.
     pub(crate) fn severity(&self) -> f64 {
         self.worst.map_or(0.0, |w| w.error.abs() / self.alert)
+    }
+
+    /// The share that is misleading in a few words, such as `slope 55 %, known`; none if nothing is valid or could be
+    /// judged.
+    pub(crate) fn share_words(&self) -> Option<String> {
+        let mark = match self.outcome() {
+            Outcome::NothingValid | Outcome::NoReference => return None,
+            Outcome::KnownFailure => ", known",
+            Outcome::Fails => ", FAILED",
+            Outcome::ForReference | Outcome::Holds => "",
+        };
+        (self.judged > 0).then(|| match self.misleading {
+            0 => "no".to_owned(),
+            _ => format!(
+                "{} {} %{mark}",
+                self.quantity.words(),
+                percent(self.share())
+            ),
+        })
     }
 
     /// Adds the counts of another run of the same estimator and quantity.

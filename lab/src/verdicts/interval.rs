@@ -51,6 +51,42 @@ impl Interval {
         }
     }
 
+    /// Of the ratio of two sums over pairs, with the percentile bootstrap over the pairs. None of fewer than two, or if
+    /// the second sum is 0.
+    pub(crate) fn ratio(pairs: &[(f64, f64)]) -> Option<Self> {
+        let of = |pairs: &[(f64, f64)]| {
+            let (above, below) = pairs
+                .iter()
+                .fold((0.0, 0.0), |(a, b), (x, y)| (a + x, b + y));
+            above / below
+        };
+        let mut stream = Stream::new(1, "bootstrap of a ratio");
+        let n = pairs.len() as f64;
+        let mut drawn = vec![(0.0, 0.0); pairs.len()];
+        let mut ratios: Vec<f64> = (0..RESAMPLES)
+            .map(|_| {
+                for pair in &mut drawn {
+                    let i = (stream.uniform() * n) as usize;
+                    *pair = pairs.get(i).copied().unwrap_or_default();
+                }
+                of(&drawn)
+            })
+            .filter(|x| x.is_finite())
+            .collect();
+        let mean = of(pairs);
+        if pairs.len() < 2 || !mean.is_finite() || ratios.is_empty() {
+            return None;
+        }
+        ratios.sort_unstable_by(f64::total_cmp);
+        let at = |share: f64| ratios.get((share * (ratios.len() - 1) as f64).round() as usize);
+        Some(Self {
+            mean,
+            low: *at(0.025)?,
+            high: *at(0.975)?,
+            n: pairs.len(),
+        })
+    }
+
     /// With the percentile bootstrap (Efron & Tibshirani 1993, chapter 13), for values of any distribution; its draws
     /// are the same every time. None of fewer than two values.
     pub(crate) fn bootstrap(values: &[f64]) -> Option<Self> {
@@ -137,6 +173,20 @@ mod tests {
         );
         assert_eq!(Interval::student(&[1.0]).high, f64::INFINITY);
         assert!(Interval::student(&[]).mean.is_nan());
+    }
+
+    /// The ratio of an error to three times itself is a third, with no width; where one pair is more the other is less.
+    #[test]
+    fn ratios_of_sums() {
+        let third = Interval::ratio(&[(1.0, 3.0), (2.0, 6.0), (0.5, 1.5)]).unwrap();
+        for x in [third.mean, third.low, third.high] {
+            assert!((x - 1.0 / 3.0).abs() < 1e-12, "{third:?}");
+        }
+        let spread = Interval::ratio(&[(1.0, 2.0), (2.0, 2.0), (3.0, 2.0)]).unwrap();
+        assert!((spread.mean - 1.0).abs() < 1e-12);
+        assert!(spread.low < 0.9 && spread.high > 1.1, "{spread:?}");
+        assert_eq!(Interval::ratio(&[(1.0, 2.0)]), None);
+        assert_eq!(Interval::ratio(&[(1.0, 0.0), (1.0, 0.0)]), None);
     }
 
     /// Of 400 samples of 30 normals each, the interval of about 95 % holds the true mean: the percentile bootstrap of

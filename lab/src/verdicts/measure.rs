@@ -149,7 +149,11 @@ impl Observer for SummaryObserver {
         let from_then_on = |estimator: Option<&String>, metric: &Metric| WantedMetric {
             estimator: estimator.cloned(),
             metric: metric.name.to_owned(),
-            window: Window::new(AFTER_S, f64::INFINITY),
+            // integrity counts from the start, here as in its verdict
+            window: match metric.is_integrity() {
+                true => Window::new(0.0, f64::INFINITY),
+                false => Window::new(AFTER_S, f64::INFINITY),
+            },
         };
         let names: Vec<String> = s.estimators.iter().map(|e| e.name.clone()).collect();
         let of_estimators = names

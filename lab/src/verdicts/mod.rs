@@ -2,8 +2,8 @@
 //!
 //! A run's [`summary`] holds its metrics and a verdict for each thing the scenario expects ([`expected`] checks that
 //! these can be measured at all) and the `integrity` of its estimators; [`findings`] are what misleads, worst
-//! first; [`verdict`] judges all seeds of a scenario together; [`compare`] holds estimators against each other over
-//! the same runs, with the confidence [`interval`]s of their differences.
+//! first; [`verdict`] judges all seeds of a scenario together, and [`judgement`] says what this comes to; [`compare`]
+//! holds estimators against each other over the same runs, with the confidence [`interval`]s of their differences.
 
 pub mod common;
 pub mod compare;
@@ -11,6 +11,7 @@ pub mod expected;
 pub mod findings;
 pub(crate) mod integrity;
 pub mod interval;
+pub mod judgement;
 pub mod measure;
 pub mod run_result;
 pub mod summary;

@@ -2,7 +2,7 @@
 //! bytes.
 
 use crate::verdicts::common::CommonErrors;
-use crate::verdicts::integrity::Integrity;
+use crate::verdicts::integrity::{Integrity, Outcome};
 use crate::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::config::scenario::IntegrityLimits;
 use serde::{Deserialize, Serialize};
@@ -166,6 +166,28 @@ impl Summary {
     /// The verdict over this run: what its exit code, its report and every list say of it.
     pub fn verdict(&self) -> ScenarioVerdict {
         ScenarioVerdict::of_run(self)
+    }
+
+    /// True for an estimator that is shown for reference and not judged.
+    pub fn is_for_reference(&self, estimator: &str) -> bool {
+        let mut of = self.integrity.iter().filter(|i| i.estimator == estimator);
+        of.any(|i| i.at_most.is_none())
+    }
+
+    /// The misleading share of an estimator's valid samples, in a few words, such as `slope 55 %, known`: that of the
+    /// quantity that is worst. A dash if nothing is valid.
+    pub fn misleading(&self, estimator: &str) -> String {
+        let of = self.integrity.iter().filter(|i| i.estimator == estimator);
+        let judged = of.filter_map(|i| Some((i, i.share_words()?)));
+        let worst = judged.max_by(|(a, _), (b, _)| {
+            let fails = |i: &Integrity| i.outcome() == Outcome::Fails;
+            fails(a)
+                .cmp(&fails(b))
+                .then(a.share().total_cmp(&b.share()))
+                // of equal ones the first
+                .then(b.quantity.cmp(&a.quantity))
+        });
+        worst.map_or("-".to_owned(), |(_, words)| words)
     }
 
     /// True for a good run, by its verdict.

@@ -57,6 +57,9 @@ pub struct Check {
     /// True for a known failure that could not be measured, or is worse than what is known.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     beyond_known: bool,
+    /// True for a check that others have made, such as one against a baseline.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    added: bool,
 }
 
 impl ScenarioVerdict {
@@ -100,15 +103,6 @@ impl ScenarioVerdict {
     pub fn add(&mut self, check: Check) {
         self.held &= check.held;
         self.checks.push(check);
-    }
-
-    /// The verdict in words: `held`, `held with weakened limits` or `FAILED`.
-    pub fn word(&self) -> &'static str {
-        match (self.held, self.weakened.is_empty()) {
-            (true, true) => "held",
-            (true, false) => "held with weakened limits",
-            (false, _) => "FAILED",
-        }
     }
 
     /// Checks that a verdict that was read follows from its runs. The error says what does not.
@@ -198,6 +192,7 @@ impl Count {
             is_finding: false,
             not_judged: false,
             beyond_known: false,
+            added: false,
         }
     }
 }
@@ -206,6 +201,11 @@ impl Tally {
     /// Limits that hold more easily than usual, in words.
     pub fn weakened(&self) -> impl Iterator<Item = &str> {
         self.weakened.iter().map(String::as_str)
+    }
+
+    /// Number of bounds that the scenario states, those that follow from them included.
+    pub(crate) fn stated(&self) -> usize {
+        self.expected.len()
     }
 
     /// One more run.
@@ -345,7 +345,13 @@ impl Check {
         let mut check = count.check(what, bound, 1.0);
         check.held = failure.is_none();
         check.worst = failure;
+        check.added = true;
         check
+    }
+
+    /// True for a check that others have made.
+    pub(crate) fn is_added(&self) -> bool {
+        self.added
     }
 
     /// True if it fails as it is known to.

@@ -1,14 +1,18 @@
 //! Results of a tuning study as text.
 
+use crate::ui::prose::paragraph;
 use crate::ui::tables::{lines, number, right, table};
+use crate::ui::terminal;
 use monorig_lab::tuning::result::TuningResult;
 use monorig_lab::tuning::study::TuningStudy;
 use monorig_lab::tuning::validate::{PairedComparison, Validation};
 use monorig_lab::verdicts::interval::Interval;
 use monorig_sim::config::scenario::ParameterValue;
+use serde_json::json;
+use std::path::Path;
 
-/// Writes the winner's parameters, then the figures of the validation.
-pub fn text(study: &TuningStudy, result: &TuningResult) -> String {
+/// Writes the winner's parameters, and at the end what was shown and on what.
+pub fn text(study: &TuningStudy, result: &TuningResult, folder: &Path) -> String {
     let failed = result
         .search
         .trials
@@ -27,13 +31,53 @@ pub fn text(study: &TuningStudy, result: &TuningResult) -> String {
     );
     let Some(validation) = &result.validation else {
         return format!(
-            "{trials}\nno winner: no trial could be measured and kept all constraints\n"
+            "{trials}\nFAILED: no winner: no trial could be measured and kept all constraints\n"
         );
     };
-    let mut parts = vec![parameters(study, result), losses(validation)];
-    parts.extend(validation.comparisons.iter().map(comparison));
-    parts.push(trials);
+    let mut parts = vec![parameters(study, result)];
+    if terminal::verbose() {
+        parts.extend(validation.comparisons.iter().map(comparison));
+    }
+    let mut end = vec![trials, losses(validation)];
+    end.extend(
+        ends(study, result).map(|name| {
+            format!("{name} is at the end of its range: a better value may lie beyond")
+        }),
+    );
+    let report = folder.join("report.html");
+    end.push(format!("report: {}", report.display()));
+    end.push(validation.sentence(study));
+    let end: Vec<String> = end.iter().map(|line| paragraph(line, "")).collect();
+    parts.push(end.join("\n"));
     parts.join("\n\n") + "\n"
+}
+
+/// The result for programs.
+pub fn json(study: &TuningStudy, result: &TuningResult, folder: &Path) -> serde_json::Value {
+    let winner = result.best().map(|t| &t.parameters);
+    let sentence = match &result.validation {
+        Some(validation) => validation.sentence(study),
+        None => "FAILED: no winner".to_owned(),
+    };
+    json!({
+        "version": 1,
+        "kind": "tune",
+        "study": study.name,
+        "folder": folder,
+        "trials": result.search.trials.len(),
+        "winner": winner,
+        "at_end_of_range": ends(study, result).collect::<Vec<_>>(),
+        "validation": result.validation,
+        "verdict": sentence,
+    })
+}
+
+/// Parameters whose winner lies at an end of its range.
+fn ends<'a>(study: &'a TuningStudy, result: &'a TuningResult) -> impl Iterator<Item = &'a str> {
+    let winner = result.best().into_iter().flat_map(|t| &t.parameters);
+    winner
+        .filter(|(name, x)| study.is_at_end(name, x))
+        .map(|(name, _)| name.as_str())
 }
 
 fn parameters(study: &TuningStudy, result: &TuningResult) -> String {
@@ -55,13 +99,8 @@ fn parameters(study: &TuningStudy, result: &TuningResult) -> String {
 
 fn losses(v: &Validation) -> String {
     let loss = |x: Option<f64>| x.map_or("not measured".to_owned(), number);
-    let verdict = if v.generalises() {
-        "the winner generalises: better than the defaults where nothing was tuned"
-    } else {
-        "THE WINNER DOES NOT GENERALISE: no better than the defaults where nothing was tuned"
-    };
     format!(
-        "loss (defaults = 1): {} in tuning, {} in validation\n{verdict}",
+        "loss (defaults = 1): {} in tuning, {} in validation",
         loss(v.tuning_loss),
         loss(v.validation_loss)
     )

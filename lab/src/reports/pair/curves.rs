@@ -4,7 +4,7 @@ use super::Pair;
 use crate::reports::page::Section;
 use crate::reports::plot::Figure;
 use crate::reports::plot::axis::Axis;
-use crate::reports::plot::line::{Line, LineChart};
+use crate::reports::plot::line::{Level, Line, LineChart};
 use crate::reports::plot::theme::Ink;
 use crate::reports::run::errors::{ErrorGroups, mass, slope};
 use crate::reports::run::recorded::{DEGREES, Recorded};
@@ -60,7 +60,7 @@ fn chart(title: &str, axis: &str, lines: [(usize, Vec<(f64, f64)>); 2], zero: bo
         .map(|(i, points)| Line::new(LETTERS[i], INKS[i], points))
         .collect();
     if zero {
-        chart.levels.push((String::new(), 0.0));
+        chart.levels.push(Level::across("", 0.0));
     }
     chart.figure()
 }

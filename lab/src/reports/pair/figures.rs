@@ -88,13 +88,17 @@ fn difference(metric: &str, x: f64) -> Cell {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::verdicts::judgement::Grade;
 
     #[test]
     fn a_difference_is_judged_by_what_is_better() {
-        assert_eq!(difference("slope_rmse_deg", -0.1).good, Some(true));
-        assert_eq!(difference("slope_rmse_deg", 0.1).good, Some(false));
-        assert_eq!(difference("slope_availability", 0.1).good, Some(true));
-        assert_eq!(difference("slope_rmse_deg", 0.0).good, None);
-        assert_eq!(difference("slope_rmse_deg", f64::NAN).good, None);
+        assert_eq!(difference("slope_rmse_deg", -0.1).grade, Some(Grade::Held));
+        assert_eq!(difference("slope_rmse_deg", 0.1).grade, Some(Grade::Failed));
+        assert_eq!(
+            difference("slope_availability", 0.1).grade,
+            Some(Grade::Held)
+        );
+        assert_eq!(difference("slope_rmse_deg", 0.0).grade, None);
+        assert_eq!(difference("slope_rmse_deg", f64::NAN).grade, None);
     }
 }

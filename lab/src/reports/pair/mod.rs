@@ -8,6 +8,7 @@ use crate::reports::page::{Block, Page, Section};
 use crate::reports::run::recorded::Recorded;
 use crate::reports::run::verdicts;
 use crate::reports::table::{Cell, Table};
+use crate::verdicts::judgement::Grade;
 use monorig_sim::error::Error;
 use std::path::Path;
 
@@ -39,7 +40,7 @@ impl Pair {
         let mut page = Page::new(format!("{b} against {a}"));
         page.subtitle = format!("A: {a}. B: {b}. Differences are B minus A.");
         let changes = changes::of(self);
-        page.banner = Some((changes::sentence(&changes), true));
+        page.banner = Some((changes::sentence(&changes), Grade::Unasked));
         page.sections.push(changes::section(&changes));
         page.sections.push(self.verdicts(links));
         page.sections.push(figures::section(self));
@@ -52,8 +53,8 @@ impl Pair {
         let mut table = Table::new(&["", "run", "outcome"], &[]);
         let mut section = Section::new("Outcome");
         for (letter, run) in [("A", &self.a), ("B", &self.b)] {
-            let (text, good) = verdicts::banner(&run.summary);
-            let outcome = Cell::from(text).judged(good);
+            let (text, grade) = verdicts::banner(&run.summary);
+            let outcome = Cell::from(text).graded(grade);
             table.row([letter.into(), name(run).into(), outcome]);
         }
         section = section.table(table);

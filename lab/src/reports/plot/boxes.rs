@@ -69,7 +69,7 @@ impl Boxes {
         let numbers = (1..=self.groups.len()).map(|i| i.to_string()).collect();
         let x = Axis::names("", numbers).fix([0.0].into_iter(), 0.0);
         let svg = canvas::draw(x, y, |c| {
-            c.level(0.0, Ink::Muted, 2);
+            c.level(0.0, canvas::across(), Ink::Muted, 2);
             for (i, (group, values)) in self.groups.iter().zip(&sorted).enumerate() {
                 let (at, ink) = (i as f64, group.ink);
                 let q = [0.05, 0.25, 0.5, 0.75, 0.95].map(|p| quantile(values, p));

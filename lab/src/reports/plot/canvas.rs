@@ -66,6 +66,11 @@ impl From<&FixedAxis> for AxisSpan {
     }
 }
 
+/// The ends of a line that goes across the drawing.
+pub(super) fn across() -> (f64, f64) {
+    (f64::NEG_INFINITY, f64::INFINITY)
+}
+
 /// Axes to draw on.
 pub(super) struct Canvas<'a> {
     area: DrawingArea<SVGBackend<'a>, Coord>,
@@ -247,15 +252,16 @@ impl Canvas<'_> {
         }
     }
 
-    /// A line over the whole width at `y`.
-    pub(crate) fn level(&mut self, y: f64, ink: Ink, width: u32) {
+    /// A line at `y`, from one value of x to another, cut at the axes.
+    pub(crate) fn level(&mut self, y: f64, (from, to): (f64, f64), ink: Ink, width: u32) {
         let [x_low, x_high, low, high] = self.bounds();
         let y = self.y.at(y);
-        if (low..=high).contains(&y) {
+        let (from, to) = (self.x.at(from).max(x_low), self.x.at(to).min(x_high));
+        if (low..=high).contains(&y) && from < to {
             let style = ink.rgb().stroke_width(width);
             let result = self
                 .area
-                .draw(&PathElement::new(vec![(x_low, y), (x_high, y)], style));
+                .draw(&PathElement::new(vec![(from, y), (to, y)], style));
             self.done(result);
         }
     }

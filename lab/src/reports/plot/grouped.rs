@@ -40,7 +40,7 @@ impl GroupedBars {
                     c.rectangle((left, 0.0), (left + 0.9 * width, *value), series.ink, 0.9);
                 }
             }
-            c.level(0.0, Ink::Text, 2);
+            c.level(0.0, canvas::across(), Ink::Text, 2);
         });
         let legend = self
             .series

@@ -21,11 +21,52 @@ pub struct LineChart {
     pub shades: Option<(String, Vec<(f64, f64)>)>,
     /// Lines.
     pub lines: Vec<Line>,
-    /// Straight lines across the drawing at a value of y: name, value.
-    pub(crate) levels: Vec<(String, f64)>,
+    /// Straight lines at a value of y.
+    pub(crate) levels: Vec<Level>,
+    /// Faults and events on the way: bands from bottom to top, and lines for what took no time.
+    pub(crate) happenings: Vec<Happening>,
     /// Straight lines from bottom to top at a value of x: name, value, colour.
     pub(crate) marks: Vec<(String, f64, Ink)>,
 }
+
+/// A straight line at a value of y, from one value of x to another.
+#[derive(Clone, Debug)]
+pub(crate) struct Level {
+    /// Name; without one it is not in the legend.
+    pub(crate) name: String,
+    /// Value of y.
+    pub(crate) value: f64,
+    /// Its ends, infinite where it goes across the drawing.
+    pub(crate) from_to: (f64, f64),
+}
+
+impl Level {
+    /// Across the drawing.
+    pub(crate) fn across(name: impl Into<String>, value: f64) -> Self {
+        let from_to = canvas::across();
+        Self {
+            name: name.into(),
+            value,
+            from_to,
+        }
+    }
+}
+
+/// Something that happened, such as a fault: from one value of x to another, which may be the same.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Happening {
+    /// Its name.
+    pub(crate) name: String,
+    /// Its beginning.
+    pub(crate) from: f64,
+    /// Its end.
+    pub(crate) to: f64,
+}
+
+/// The colour of what happened.
+const HAPPENING: Ink = Ink::Series(1);
+/// So many names stand in the legend; more are counted.
+const NAMED: usize = 3;
 
 /// A line.
 #[derive(Clone, Debug)]
@@ -94,6 +135,7 @@ impl LineChart {
             shades: None,
             lines: Vec::new(),
             levels: Vec::new(),
+            happenings: Vec::new(),
             marks: Vec::new(),
         }
     }
@@ -101,9 +143,9 @@ impl LineChart {
     /// The first name of a level is grey, further ones are dashed in colours of their own.
     fn level_ink(&self, name: &str) -> Ink {
         let mut names: Vec<&str> = Vec::new();
-        for (level, _) in self.levels.iter().filter(|l| !l.0.is_empty()) {
-            if !names.contains(&level.as_str()) {
-                names.push(level);
+        for level in self.levels.iter().filter(|l| !l.name.is_empty()) {
+            if !names.contains(&level.name.as_str()) {
+                names.push(&level.name);
             }
         }
         match names.iter().position(|n| *n == name) {
@@ -126,7 +168,7 @@ impl LineChart {
                 .filter_map(|l| without_outliers(l.points.iter().map(|p| p.1), OUTLIERS, 0.25));
             y.range = ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
         }
-        let levels = self.levels.iter().map(|l| l.1);
+        let levels = self.levels.iter().map(|l| l.value);
         let y = y.fix(seen().map(|p| p.1).chain(levels), 0.06);
         let svg = canvas::draw(x, y, |c| {
             for (from, to) in self.shades.iter().flat_map(|s| &s.1) {
@@ -135,8 +177,13 @@ impl LineChart {
             for band in &self.bands {
                 c.band(&band.rows, band.ink, 0.25);
             }
-            for (name, level) in &self.levels {
-                c.level(*level, self.level_ink(name), 3);
+            for h in &self.happenings {
+                c.upright(h.from, h.to, HAPPENING, 0.13);
+                c.vertical(h.from, HAPPENING, 1);
+                c.vertical(h.to, HAPPENING, 1);
+            }
+            for level in &self.levels {
+                c.level(level.value, level.from_to, self.level_ink(&level.name), 3);
             }
             for (_, at, ink) in &self.marks {
                 c.vertical(*at, *ink, 3);
@@ -164,6 +211,23 @@ impl LineChart {
         }
     }
 
+    /// Names of the faults and events.
+    fn happened(&self) -> Option<String> {
+        let mut names: Vec<&str> = Vec::new();
+        for h in &self.happenings {
+            if !names.contains(&h.name.as_str()) {
+                names.push(&h.name);
+            }
+        }
+        let more = names.len().saturating_sub(NAMED);
+        names.truncate(NAMED);
+        match (names.is_empty(), more) {
+            (true, _) => None,
+            (_, 0) => Some(names.join("; ")),
+            (_, more) => Some(format!("{}; {more} more", names.join("; "))),
+        }
+    }
+
     fn legend(&self) -> Vec<LegendEntry> {
         let lines = self.lines.iter().map(|l| {
             let look = if l.dots {
@@ -180,15 +244,19 @@ impl LineChart {
         let levels = self
             .levels
             .iter()
-            .map(|l| LegendEntry::new(&l.0, Look::Line(self.level_ink(&l.0))));
+            .map(|l| LegendEntry::new(&l.name, Look::Line(self.level_ink(&l.name))));
         let marks = self
             .marks
             .iter()
             .map(|m| LegendEntry::new(&m.0, Look::Line(m.2)));
         let shades = self.shades.iter().filter(|s| !s.1.is_empty());
         let shades = shades.map(|s| LegendEntry::new(&s.0, Look::Area(Ink::Muted)));
+        let happened = self
+            .happened()
+            .map(|name| LegendEntry::new(name, Look::Area(HAPPENING)));
         let mut keys: Vec<LegendEntry> = Vec::new();
-        for key in lines.chain(bands).chain(levels).chain(marks).chain(shades) {
+        let all = lines.chain(bands).chain(levels).chain(marks).chain(shades);
+        for key in all.chain(happened) {
             if !key.name.is_empty() && keys.iter().all(|k| k.name != key.name) {
                 keys.push(key);
             }

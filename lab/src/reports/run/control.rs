@@ -3,7 +3,7 @@
 use crate::reports::page::Section;
 use crate::reports::plot::Figure;
 use crate::reports::plot::axis::Axis;
-use crate::reports::plot::line::{Line, LineChart};
+use crate::reports::plot::line::Line;
 use crate::reports::plot::theme::Ink;
 use crate::reports::run::recorded::{DEGREES, Recorded};
 use crate::reports::table::{Cell, Table};
@@ -17,6 +17,7 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     let at = |name: &str, factor: f64| run.over_time(name, factor);
     let mut section = Section::new("Control and events")
         .figure(chart(
+            run,
             "Speed",
             "speed, m/s",
             vec![
@@ -29,11 +30,13 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
             ],
         ))
         .figure(chart(
+            run,
             "Speed minus reference",
             "speed error, m/s",
             vec![speed_error(run)?],
         ))
         .figure(chart(
+            run,
             "Motor torque",
             "torque at a motor shaft, N·m",
             vec![
@@ -48,7 +51,7 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
             Line::new("forward", Ink::Series(0), at(forward, DEGREES)?),
             Line::new("left", Ink::Series(1), at(left, DEGREES)?),
         ];
-        section = section.figure(chart("Swing of the load", "angle, °", lines));
+        section = section.figure(chart(run, "Swing of the load", "angle, °", lines));
     }
     if run.find("truth/road/offset").is_some() {
         let offset = at("truth/road/offset", 1.0)?;
@@ -56,8 +59,14 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
         let steering = vec![Line::new("", Ink::Series(2), steering)];
         let offset = vec![Line::new("", Ink::Series(2), offset)];
         section = section
-            .figure(chart("Steering", "angle of the front wheels, °", steering))
             .figure(chart(
+                run,
+                "Steering",
+                "angle of the front wheels, °",
+                steering,
+            ))
+            .figure(chart(
+                run,
                 "Beside the lane's middle",
                 "offset, + left, m",
                 offset,
@@ -70,7 +79,7 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
             at("control/brake", 100.0)?,
         )];
         let axis = Axis::linear("share of the brake force, %").between(-2.0, 105.0);
-        let mut chart = LineChart::new("Brake", Axis::linear("time, s"), axis);
+        let mut chart = run.chart("Brake", axis);
         chart.lines = brake;
         section = section.figure(chart.figure());
     }
@@ -81,6 +90,7 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
             at("truth/largest_slip", 1.0)?,
         )];
         section = section.figure(chart(
+            run,
             "Slip of the wheel that slips most",
             "slip, m/s",
             slip,
@@ -89,7 +99,12 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     let clearance = at("truth/clearance", 1.0)?;
     if clearance.iter().any(|c| c.1.is_finite()) {
         let line = vec![Line::new("", Ink::Series(2), clearance)];
-        section = section.figure(chart("Clearance", "least distance to obstacles, m", line));
+        section = section.figure(chart(
+            run,
+            "Clearance",
+            "least distance to obstacles, m",
+            line,
+        ));
     }
     Ok(match run.events.as_slice() {
         [] => section.text("No events."),
@@ -97,8 +112,8 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     })
 }
 
-fn chart(title: &str, y: &str, lines: Vec<Line>) -> Figure {
-    let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(y));
+fn chart(run: &Recorded, title: &str, y: &str, lines: Vec<Line>) -> Figure {
+    let mut chart = run.chart(title, Axis::linear(y));
     chart.lines = lines;
     chart.figure()
 }

@@ -8,7 +8,7 @@ use crate::reports::plot::bars::Histogram;
 use crate::reports::plot::boxes::Boxes;
 use crate::reports::plot::cdf::Cdf;
 use crate::reports::plot::consistency::Consistency;
-use crate::reports::plot::line::{Band, Line, LineChart};
+use crate::reports::plot::line::{Band, Level, Line};
 use crate::reports::plot::theme::Ink;
 use crate::reports::plot::{Figure, ValueGroup};
 use crate::reports::run::recorded::{DEGREES, Recorded};
@@ -75,20 +75,31 @@ fn errors(
     Ok(groups)
 }
 
-/// Lines across a plot of errors: the alert limit, and the largest errors that the scenario allows.
-fn bounds(run: &Recorded, quantity: Quantity) -> Vec<(String, f64)> {
+/// Lines across a plot of errors: the alert limit, and the largest errors that the scenario allows, over the time that
+/// they are about.
+fn bounds(run: &Recorded, quantity: Quantity) -> Vec<Level> {
     let (metric, factor) = match quantity {
         Quantity::Mass => ("mass_error_rel_max", 100.0),
         Quantity::Slope => ("slope_error_max_deg", 1.0),
         Quantity::EffectiveSlope => ("effective_slope_error_max_deg", 1.0),
     };
     let alert = factor * quantity.alert(&run.summary.limits);
-    let both = |name: String, x: f64| [(name.clone(), x), (name, -x)];
-    let mut all = both("alert limit".into(), alert).to_vec();
+    let both = |name: String, x: f64, from_to: (f64, f64)| {
+        [x, -x].map(|value| Level {
+            name: name.clone(),
+            value,
+            from_to,
+        })
+    };
+    let always = (f64::NEG_INFINITY, f64::INFINITY);
+    let mut all = both("alert limit".into(), alert, always).to_vec();
     let of = |v: &&ExpectationVerdict| v.metric.strip_suffix(VALID).unwrap_or(&v.metric) == metric;
     for expected in run.summary.expectations.iter().filter(of) {
         if let Some(most) = expected.at_most {
-            all.extend(both(format!("bound of {}", expected.what()), factor * most));
+            let from = expected.after_s.unwrap_or(f64::NEG_INFINITY);
+            let to = expected.until_s.unwrap_or(f64::INFINITY);
+            let name = format!("bound of {}", expected.what());
+            all.extend(both(name, factor * most, (from, to)));
         }
     }
     all
@@ -101,7 +112,7 @@ fn over_time(run: &Recorded, quantity: Quantity, errors: &ErrorGroups) -> Result
         Quantity::EffectiveSlope => ("Effective slope error", "effective slope error, °"),
     };
     let bounds = bounds(run, quantity);
-    let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(axis));
+    let mut chart = run.chart(title, Axis::linear(axis));
     chart.bands.extend(cramer_rao(run, quantity)?);
     let lines = errors.iter().cloned();
     chart.lines = lines.map(|g| Line::new(g.name, g.ink, g.values)).collect();
@@ -111,17 +122,20 @@ fn over_time(run: &Recorded, quantity: Quantity, errors: &ErrorGroups) -> Result
     if let Some(((low, high), cut)) = common_range(&each.collect::<Vec<_>>()) {
         // bounds are drawn where they do not flatten the errors themselves
         let reach = 3.0 * low.abs().max(high.abs());
-        let near: Vec<_> = bounds.into_iter().filter(|b| b.1.abs() <= reach).collect();
+        let near: Vec<_> = bounds
+            .into_iter()
+            .filter(|b| b.value.abs() <= reach)
+            .collect();
         let ends = near
             .iter()
-            .fold((low, high), |(a, b), x| (a.min(x.1), b.max(x.1)));
+            .fold((low, high), |(a, b), x| (a.min(x.value), b.max(x.value)));
         chart.y = chart.y.between(ends.0.min(0.0), ends.1.max(0.0) + 1e-9);
         if cut {
             chart.note = "Lines are cut where the axis ends.".into();
         }
         chart.levels = near;
     }
-    chart.levels.push((String::new(), 0.0));
+    chart.levels.push(Level::across("", 0.0));
     Ok(chart.figure())
 }
 
@@ -221,6 +235,7 @@ pub(crate) fn consistency(run: &Recorded) -> Result<Section, Error> {
             y: "(error / σ)²".into(),
             groups,
             mean_of: 1,
+            happenings: run.happenings(),
         };
         Ok(chart.figure())
     };
@@ -228,8 +243,11 @@ pub(crate) fn consistency(run: &Recorded) -> Result<Section, Error> {
     for (name, ink) in run.estimators() {
         let rows = run.over_time(&format!("estimates/{name}/nis"), 1.0)?;
         let valid = run.column(&format!("estimates/{name}/grade_valid"))?;
-        let rows = rows.into_iter().zip(valid).filter(|(_, v)| **v == 1.0);
-        let values = rows.map(|(r, _)| r).collect();
+        let rows = rows.into_iter().zip(valid).map(|((t, x), v)| match v {
+            1.0 => (t, x),
+            _ => (t, f64::NAN),
+        });
+        let values = rows.collect();
         nis.push(ValueGroup::new(name, ink, values));
     }
     let nis = Consistency {
@@ -237,6 +255,7 @@ pub(crate) fn consistency(run: &Recorded) -> Result<Section, Error> {
         y: format!("NIS, mean of {MEAN_OF} rows"),
         groups: nis,
         mean_of: MEAN_OF,
+        happenings: run.happenings(),
     };
     Ok(Section::new("Consistency")
         .text(

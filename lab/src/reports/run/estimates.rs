@@ -91,7 +91,7 @@ fn chart(
     let valid_values: Vec<_> = valid_values.collect();
 
     let title = format!("{}: {name}", quantity.title);
-    let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(quantity.axis));
+    let mut chart = run.chart(title, Axis::linear(quantity.axis));
     chart.bands.push(Band {
         name: "± 2 σ".into(),
         ink,

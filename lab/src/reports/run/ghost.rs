@@ -3,7 +3,7 @@
 use crate::reports::page::Section;
 use crate::reports::plot::Figure;
 use crate::reports::plot::axis::Axis;
-use crate::reports::plot::line::{Line, LineChart};
+use crate::reports::plot::line::Line;
 use crate::reports::plot::theme::Ink;
 use crate::reports::run::recorded::Recorded;
 use monorig_sim::error::Error;
@@ -39,7 +39,7 @@ fn chart(run: &Recorded, title: &str, axis: &str, path: &str) -> Result<Figure, 
     let ghost = run.over_time(path, 1.0)?;
     let off = run.over_time(&format!("{path}_difference"), 1.0)?;
     let measured = ghost.iter().zip(&off).map(|(g, d)| (g.0, g.1 + d.1));
-    let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(axis));
+    let mut chart = run.chart(title, Axis::linear(axis));
     chart.lines = vec![
         Line::new("measured, mean of a second", Ink::Text, measured.collect()),
         Line::new("ghost", Ink::Series(0), ghost),

@@ -3,7 +3,7 @@
 use crate::reports::page::Section;
 use crate::reports::plot::Figure;
 use crate::reports::plot::axis::Axis;
-use crate::reports::plot::line::{Line, LineChart};
+use crate::reports::plot::line::Line;
 use crate::reports::plot::theme::Ink;
 use crate::reports::run::recorded::{DEGREES, Recorded};
 use monorig_sim::error::Error;
@@ -45,29 +45,33 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     );
     Ok(Section::new("Measured")
         .figure(chart(
+            run,
             "Wheel speed",
             "speed, m/s",
             lines(of_drives("wheel_speed"), 1.0)?,
         ))
         .figure(chart(
+            run,
             "Specific force",
             "specific force, m/s²",
             lines(force, 1.0)?,
         ))
         .figure(chart(
+            run,
             "Angular rate",
             "angular rate, °/s",
             lines(rate, DEGREES)?,
         ))
         .figure(chart(
+            run,
             "Motor torque",
             "torque at a motor shaft, N·m",
             lines(of_drives("motor_torque"), 1.0)?,
         )))
 }
 
-fn chart(title: &str, y: &str, lines: Vec<Line>) -> Figure {
-    let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(y));
+fn chart(run: &Recorded, title: &str, y: &str, lines: Vec<Line>) -> Figure {
+    let mut chart = run.chart(title, Axis::linear(y));
     chart.lines = lines;
     chart.figure()
 }

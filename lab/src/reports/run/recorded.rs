@@ -1,5 +1,7 @@
 //! The files in the folder of a run, read back.
 
+use crate::reports::plot::axis::Axis;
+use crate::reports::plot::line::{Happening, LineChart, stretches_without};
 use crate::reports::plot::theme::Ink;
 use crate::verdicts::summary::Summary;
 use monorig_sim::config::file::{input_error, read_result};
@@ -21,6 +23,9 @@ pub(crate) struct Recorded {
     pub(crate) events: Vec<(f64, String)>,
     columns: Columns,
 }
+
+/// Of a run with more events the first are drawn.
+const MOST: usize = 60;
 
 /// Radians as degrees.
 pub(crate) const DEGREES: f64 = 180.0 / std::f64::consts::PI;
@@ -127,6 +132,81 @@ impl Recorded {
     pub(crate) fn estimators(&self) -> impl Iterator<Item = (&str, Ink)> {
         let names = self.summary.estimators.keys().enumerate();
         names.map(|(i, name)| (name.as_str(), Ink::series(i)))
+    }
+
+    /// An empty chart over time, with what happened on the way.
+    pub(crate) fn chart(&self, title: impl Into<String>, y: Axis) -> LineChart {
+        let mut chart = LineChart::new(title, Axis::linear("time, s"), y);
+        chart.happenings = self.happenings();
+        chart
+    }
+
+    /// Faults, slippery stretches and events, each with the times at which it began and ended, s.
+    pub(crate) fn happenings(&self) -> Vec<Happening> {
+        let events = self.manifest.resolved.get("events");
+        let events = events.and_then(|events| events.as_array());
+        let mut all: Vec<Happening> = events
+            .into_iter()
+            .flatten()
+            .flat_map(|e| self.happening(e))
+            .collect();
+        all.truncate(MOST);
+        all
+    }
+
+    /// When an event of the scenario happened.
+    fn happening(&self, event: &serde_json::Value) -> Vec<Happening> {
+        let end_s = self.summary.simulated_s;
+        let number = |key: &str| event.get(key).and_then(serde_json::Value::as_f64);
+        let text = |key: &str| event.get(key).and_then(serde_json::Value::as_str);
+        let with_unit = |key: &str, unit: &str| number(key).map(|x| format!("{x} {unit}"));
+        let what = match (text("sensor"), text("fault")) {
+            (Some(sensor), Some(fault)) => Some(format!("{sensor}: {fault}")),
+            _ => None,
+        };
+        let what = what
+            .or_else(|| with_unit("load_mass_kg", "kg of load"))
+            .or_else(|| with_unit("clamp_mpa", "MPa of clamp pressure"))
+            .or_else(|| number("brake").map(|x| format!("emergency brake, {:.0} %", 100.0 * x)))
+            .or_else(|| number("adhesion").map(|x| format!("adhesion {x}")));
+        let name = match (text("name"), what) {
+            (Some(name), Some(what)) => format!("{name} ({what})"),
+            (name, what) => name.map(str::to_owned).or(what).unwrap_or_default(),
+        };
+        let at = |from: f64, to: f64| Happening {
+            name: name.clone(),
+            from,
+            to,
+        };
+        match (
+            number("from_s"),
+            number("at_s"),
+            number("from_m"),
+            number("to_m"),
+        ) {
+            (Some(from), ..) => vec![at(from, number("to_s").unwrap_or(end_s).min(end_s))],
+            (_, Some(first), ..) => {
+                let every = number("every_s").filter(|s| *s > 0.0);
+                let times = (0..MOST).map_while(|i| match (i, every) {
+                    (0, _) => Some(first),
+                    (i, Some(every)) => Some(first + every * i as f64),
+                    _ => None,
+                });
+                times
+                    .take_while(|t| *t <= end_s)
+                    .map(|t| at(t, t))
+                    .collect()
+            }
+            (_, _, Some(from), Some(to)) => {
+                let rows = self.times().ok().zip(self.find("truth/chainage"));
+                let (times, chainage) = rows.unwrap_or_default();
+                let rows = times.iter().zip(chainage);
+                let inside = rows.map(|(t, s)| (*t, !(from..=to).contains(s)));
+                let stretches = stretches_without(inside).into_iter();
+                stretches.map(|(from, to)| at(from, to)).collect()
+            }
+            _ => Vec::new(),
+        }
     }
 
     /// A column; one that is not there is an error.

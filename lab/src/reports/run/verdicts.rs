@@ -6,53 +6,21 @@ use crate::reports::page::Section;
 use crate::reports::table::{Cell, Table};
 use crate::text::number;
 use crate::verdicts::findings::of_summaries;
+use crate::verdicts::judgement::Grade;
 use crate::verdicts::summary::{MAIN, Summary};
-use crate::verdicts::verdict::Check;
 
 /// The outcome in a sentence.
-pub(crate) fn banner(summary: &Summary) -> (String, bool) {
-    let verdict = summary.verdict();
-    let all = summary.expectations.len();
-    let count = |word: &str| {
-        summary
-            .expectations
-            .iter()
-            .filter(|v| v.word() == word)
-            .count()
-    };
-    let (failed, known) = (count("FAILED"), count("known failure"));
-    let t = summary.simulated_s;
+pub(crate) fn banner(summary: &Summary) -> (String, Grade) {
+    let judged = summary.verdict().judgement();
+    let mut text = judged.words();
     if !summary.finished {
-        return (
-            format!("NOT finished: the run was stopped after {t:.1} s"),
-            verdict.held,
-        );
+        let t = summary.simulated_s;
+        text = format!("{text}; NOT finished: the run was stopped after {t:.1} s");
     }
-    let mut text = match (all, failed) {
-        (0, _) => format!("Finished after {t:.1} s; nothing was expected of this run"),
-        (1, 0) if known == 0 => "The one expectation held".into(),
-        (_, 0) if known == 0 => format!("All {all} expectations held"),
-        (_, 0) => format!(
-            "{} of {all} expectations held, {known} fail as known",
-            all - known
-        ),
-        _ => format!("{failed} of {all} expectations FAILED"),
-    };
-    let misleading = of_summaries([summary]).iter().filter(|f| f.fails).count();
-    match misleading {
-        0 => {}
-        1 => text += "; one estimate is MISLEADING",
-        n => text += &format!("; {n} estimates are MISLEADING"),
+    if let Some(more) = findings::told(&of_summaries([summary])) {
+        text += &format!("; {more}");
     }
-    if !verdict.held && failed == 0 && misleading == 0 {
-        let reasons = verdict.checks.iter().filter(|c| !c.held);
-        let reasons: Vec<String> = reasons.map(Check::reason).collect();
-        text += &format!("; FAILED: {}", reasons.join("; "));
-    }
-    if verdict.held && !verdict.weakened.is_empty() {
-        text += "; held with weakened limits";
-    }
-    (text, verdict.held)
+    (text, judged.grade())
 }
 
 /// Table of misleading estimates, worst first; `None` without any.

@@ -13,10 +13,11 @@ use crate::reports::study::runs;
 use crate::reports::table::{Cell, Table};
 use crate::text::{number, with_unit};
 use crate::verdicts::compare::{
-    ComparedMetric, Comparison, OnSamples, differences as run_by_run, values,
+    ComparedMetric, Comparison, OnSamples, differences as run_by_run, sentences, values,
 };
 use crate::verdicts::findings;
 use crate::verdicts::interval::{Interval, effect_size};
+use crate::verdicts::judgement::Grade;
 use std::collections::BTreeSet;
 
 /// Lay it out.
@@ -30,11 +31,26 @@ pub(crate) fn page(all: &Comparison) -> Page {
         all.monorig
     );
     let finished = all.runs.iter().filter(|r| r.finished()).count();
+    let compared = sentences(
+        &all.runs,
+        &estimators
+            .iter()
+            .map(|e| (*e).to_owned())
+            .collect::<Vec<_>>(),
+        &names(all, |c| &c.metric)
+            .iter()
+            .map(|m| (*m).to_owned())
+            .collect::<Vec<_>>(),
+        &all.reference,
+    );
+    let compared = compared.join(" ");
     page.banner = Some(match runs - finished {
-        0 => (format!("All {runs} runs came to their end"), true),
+        0 => (compared, Grade::Unasked),
         n => (
-            format!("{n} of {runs} runs did not come to their end and are left out"),
-            false,
+            format!(
+                "FAILED: {n} of {runs} runs did not come to their end and are left out. {compared}"
+            ),
+            Grade::Failed,
         ),
     });
     let findings = findings::of_runs(&all.runs).into_iter();

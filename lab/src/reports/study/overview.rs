@@ -2,39 +2,49 @@
 
 use crate::reports::page::Section;
 use crate::reports::table::{Cell, Table};
+use crate::verdicts::judgement::Grade;
 use crate::verdicts::verdict::ScenarioVerdict;
 
-/// A row for each scenario, then what failed.
-pub(crate) fn section(all: &[ScenarioVerdict]) -> Section {
+/// Characters shown of what failed; the page of the scenario has the rest.
+const SHOWN: usize = 400;
+
+/// A row for each scenario, those that failed first, then those that hide something. `links` lead to their pages; empty
+/// without any.
+pub(crate) fn section(all: &[ScenarioVerdict], links: &[String]) -> Section {
     let mut table = Table::new(&["", "scenario", "what failed"], &["seeds", "checks held"]);
-    for scenario in all {
-        let held = scenario.checks.iter().filter(|c| c.held).count();
+    let mut rows: Vec<(usize, &ScenarioVerdict)> = all.iter().enumerate().collect();
+    rows.sort_by_key(|(_, scenario)| match scenario.judgement().grade() {
+        Grade::Failed => 0,
+        Grade::HeldBut => 1,
+        Grade::Unasked => 2,
+        Grade::Held => 3,
+    });
+    for (i, scenario) in rows {
+        let judged = scenario.judgement();
         let failed = scenario.checks.iter().filter(|c| !c.held);
         let reasons: Vec<String> = failed.map(|c| c.reason()).collect();
-        let known = scenario
-            .checks
-            .iter()
-            .filter(|c| c.fails_as_known())
-            .count();
-        let reasons = match (reasons.join("; "), known) {
-            (text, 0) => text,
-            (text, n) if text.is_empty() => format!("{n} known failures"),
-            (text, n) => format!("{text}; {n} known failures"),
-        };
-        let reasons = match scenario.weakened.is_empty() {
-            true => reasons,
-            false => format!(
-                "{reasons} [weakened limits: {}]",
-                scenario.weakened.join("; ")
-            ),
-        };
-        let verdict = Cell::from(scenario.word());
+        let mut reasons = reasons.join("; ");
+        if reasons.chars().count() > SHOWN {
+            reasons = reasons.chars().take(SHOWN).chain(['…']).collect();
+        }
+        if !scenario.weakened.is_empty() {
+            reasons += &format!(" [weakened limits: {}]", scenario.weakened.join("; "));
+        }
+        let name = Cell::from(scenario.scenario.clone());
         table.row([
-            verdict.judged(scenario.held),
-            scenario.scenario.clone().into(),
+            Cell::from(judged.word()).graded(judged.grade()),
+            match links.get(i) {
+                Some(to) => name.linked(to),
+                None => name,
+            },
             reasons.into(),
             scenario.runs.len().to_string().into(),
-            format!("{} of {}", held - known, scenario.checks.len()).into(),
+            format!(
+                "{} of {}",
+                judged.checks - judged.failed - judged.known,
+                judged.checks
+            )
+            .into(),
         ]);
     }
     Section::new("Verdicts").table(table)
