@@ -139,6 +139,36 @@ fn summary(
     result.summary.ok_or(result.error.unwrap_or_default())
 }
 
+/// Panics in its second second.
+struct Panics;
+
+impl Estimator for Panics {
+    fn step(&mut self, z: &Measurements, _: &Command, _: Real) -> Result<Estimate, Error> {
+        assert!(z.t.s() < 1.0, "no such wheel");
+        Ok(Estimate::at(z.t))
+    }
+    fn reset(&mut self) {}
+}
+
+/// A panic of a foreign estimator is the result of its run, with its message; whoever made the run goes on.
+#[test]
+fn a_panic_of_a_foreign_estimator_is_the_result_of_its_run() {
+    let folder = tempfile::tempdir().expect("folder");
+    let estimators = "{oracle: {mass_kg: 15000}, mine: {is: panics}}";
+    let spec = spec(write(folder.path(), estimators, "{kind: gain}"));
+    let mut registry = registry();
+    let panics = |_: &Vehicle, _: &OracleParams| Panics;
+    registry.estimator("panics", panics).expect("a new name");
+    let result = run_one(&spec, &registry, &|| true).expect("not interrupted");
+    let told = result.error.expect("an error");
+    let words = [
+        "the estimator mine broke down at t = 1.0",
+        "panicked: no such wheel (",
+    ];
+    assert!(words.iter().all(|w| told.contains(w)), "{told}");
+    assert!(result.summary.is_none());
+}
+
 /// Metrics and a controller of another crate get the values that it reports.
 #[test]
 fn foreign_parts_run_and_are_measured() {

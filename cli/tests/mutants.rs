@@ -17,14 +17,16 @@ use std::process::{Command, Stdio};
 const FEW: u64 = 150;
 /// Files handed to a process at once.
 const BATCH: u64 = 50;
-/// Address space of a process, kB, and computing time, s.
-const MEMORY_KB: u64 = 2_000_000;
+/// Address space of a process, kB, its computing time, s, and its time by the clock on a machine that does much else, s.
+const MEMORY_KB: u64 = 1_000_000;
 const TIME_S: u64 = 5;
+const CLOCK_S: u64 = 60;
 
 /// Runs monorig with so little memory and time; returns the exit code, none if it was killed, and its standard error.
 fn bounded(dir: &TestFolder, arguments: &[String]) -> (Option<i32>, String) {
-    let limits =
-        format!("ulimit -v {MEMORY_KB}; ulimit -t {TIME_S}; ulimit -c 0; exec \"$0\" \"$@\"");
+    let limits = format!(
+        "ulimit -v {MEMORY_KB}; ulimit -t {TIME_S}; ulimit -c 0; exec timeout {CLOCK_S} \"$0\" \"$@\""
+    );
     let child = Command::new("bash")
         .args(["-c", &limits, env!("CARGO_BIN_EXE_monorig")])
         .args(arguments)

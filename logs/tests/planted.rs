@@ -434,6 +434,51 @@ fn planted_faults_are_named() {
     assert!((lag.value + 0.2).abs() < 0.02, "{lag:?}");
 }
 
+/// The first slope that an estimator marks valid of a drive in which it is switched on in motion, `from_s` into the log:
+/// name, time after the start, s, error and standard deviation, °.
+fn switched_on_in_motion(log: &Log, from_s: f64, names: &[&str]) -> Vec<(String, f64, f64, f64)> {
+    let options = ReplayOptions {
+        estimators: names.iter().map(|n| (*n).to_owned()).collect(),
+        ..ReplayOptions::default()
+    };
+    let map = log.map(&[("trim.from_s", &from_s.to_string())]);
+    let mut replay = simulation(&map, &options, &Registry::default()).unwrap();
+    let mut first: Vec<(String, f64, f64, f64)> = Vec::new();
+    let mut watch = |f: &StepFrame<'_>| {
+        for e in f.estimators {
+            let grade = &e.estimate.grade_rad;
+            if grade.valid && first.iter().all(|(name, ..)| *name != e.name) {
+                let error = (grade.value - f.truth.grade_at_imu_rad).to_degrees();
+                let after_s = f.truth.t_s - from_s;
+                first.push((e.name.clone(), after_s, error, grade.sd.to_degrees()));
+            }
+        }
+    };
+    replay.run(&mut [&mut watch]).unwrap();
+    first
+}
+
+/// Switched on in motion an estimator does not know how much of the specific force is acceleration: its first valid
+/// slope is within three of its standard deviations, of 60 starts all but one (more are as rare as one in a hundred).
+#[test]
+#[ignore = "does not hold: up to five standard deviations; the doubt at a start is that of a vehicle at rest"]
+fn the_first_slope_of_a_start_in_motion_is_within_its_doubt() {
+    let names = ["attitude", "dffrls_aekf_robust", "imm_stf_robust"];
+    let (mut off, mut told) = (0, String::new());
+    for seed in 0..5 {
+        let log = Log::of(&drive(seed, 40.0, &GOOD, false));
+        for from_s in [5.0, 11.3, 17.9, 26.2] {
+            for (name, after_s, error, sd) in switched_on_in_motion(&log, from_s, &names) {
+                off += u32::from(error.abs() > 3.0 * sd);
+                told += &format!(
+                    "{name} from {from_s} s: after {after_s:.2} s {error:.1}° ± {sd:.1}°\n"
+                );
+            }
+        }
+    }
+    assert!(off <= 1, "{off} beyond three standard deviations\n{told}");
+}
+
 /// A log at 1 Hz is too slow, and a check that is BAD shows no number within what it calls good.
 #[test]
 fn a_slow_log_is_told_and_no_bad_number_is_good() {

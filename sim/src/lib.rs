@@ -36,6 +36,7 @@
 //! | [`sensors`] | instruments: truth in, samples with errors and faults out |
 //! | [`control`] | drive cycle, perception, speed controller |
 //! | [`closed_loop`] | the loop itself, and how it is built from a scenario |
+//! | [`guarded`] | foreign code, whose panics are errors |
 //! | [`record`] | channels of a run, written to and read from files |
 
 pub mod checked;
@@ -43,6 +44,7 @@ pub mod closed_loop;
 pub mod config;
 pub mod control;
 pub mod error;
+pub mod guarded;
 pub mod plant;
 pub mod rail;
 pub mod record;

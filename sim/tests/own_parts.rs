@@ -7,8 +7,8 @@ use monorig_sim::closed_loop::registry::Refusal;
 use monorig_sim::closed_loop::run::Steps;
 use monorig_sim::config::scenario::{ControllerSettings, FeedForward, PlantKind};
 use monorig_sim::{
-    Controller, ControllerSetup, DriveCycle, Perception, Rail, Reference, Registry, Scenario,
-    Settings, Sheet, Simulation, SimulationBuilder, StepFrame, Train,
+    Controller, ControllerSetup, DriveCycle, Perception, Plant, Rail, Reference, Registry,
+    Scenario, Settings, Sheet, Simulation, SimulationBuilder, StepFrame, Train, Truth,
 };
 use std::path::{Path, PathBuf};
 
@@ -401,6 +401,81 @@ fn the_reason_of_an_estimator_of_ones_own_is_told() {
     let told = refused.to_string();
     assert!(
         told.contains("estimators.mine: no gyro") && told.contains("sheet with one"),
+        "{told}"
+    );
+}
+
+/// Panics at a time of its own, as estimator and as controller.
+struct Panics {
+    at_s: f64,
+}
+
+impl Estimator for Panics {
+    fn step(&mut self, z: &Measurements, _: &Command, _: f64) -> Result<Estimate, Error> {
+        assert!(z.t.s() < self.at_s, "no wheel {}", 7);
+        Ok(Estimate::at(z.t))
+    }
+    fn reset(&mut self) {}
+}
+
+impl Controller for Panics {
+    fn control(&mut self, r: &Reference, _: &Perception, dt_s: f64) -> Command {
+        self.at_s -= dt_s;
+        assert!(self.at_s > 0.0, "no wheel {}", 7);
+        r.command()
+    }
+}
+
+/// A plant that stands, and panics at a time of its own.
+struct PanickingPlant {
+    truth: Truth,
+    at_s: f64,
+}
+
+impl Plant for PanickingPlant {
+    fn step(&mut self, _: &Command, dt_s: f64) -> Result<(), monorig_sim::Error> {
+        self.truth.t_s += dt_s;
+        assert!(self.truth.t_s < self.at_s, "no wheel {}", 7);
+        Ok(())
+    }
+    fn truth(&self) -> &Truth {
+        &self.truth
+    }
+    fn set_load_mass(&mut self, _: f64, _: Option<f64>) {}
+    fn set_clamp_limit(&mut self, _: f64) {}
+}
+
+/// A panic of an estimator, a controller or a plant of one's own ends its run with an error: the part, the time, its
+/// message and its place in the source. A panic while one is built is an error of its key.
+#[test]
+fn a_panic_of_ones_own_part_is_an_error_of_the_run() {
+    let mut truth = in_code().build(1).unwrap().plant.truth().clone();
+    truth.speed_mps = 0.0;
+    let at_s = 3.0;
+    for (builder, part) in [
+        (
+            in_code().estimator("mine", Box::new(Panics { at_s })),
+            "the estimator mine broke down at t = 3.0",
+        ),
+        (
+            in_code().controller(Box::new(Panics { at_s })),
+            "the controller panicked",
+        ),
+        (
+            in_code().plant(Box::new(PanickingPlant { truth, at_s })),
+            "the plant panicked",
+        ),
+    ] {
+        let ended = builder.build(1).unwrap().run(&mut []);
+        let told = ended.unwrap_err().to_string();
+        let words = [part, "panicked: no wheel 7 (", "own_parts.rs:"];
+        assert!(words.iter().all(|w| told.contains(w)), "{told}");
+    }
+    let panics = |_: &Vehicle| -> Result<_, Refusal> { panic!("no gyro") };
+    let refused = in_code().estimator_with("mine", panics).build(1).err();
+    let told = refused.unwrap().to_string();
+    assert!(
+        told.contains("estimators.mine: it panicked: no gyro ("),
         "{told}"
     );
 }

@@ -2,7 +2,7 @@
 
 use crate::frames;
 use monorig_sim::error::Error;
-use monorig_sim::record::decoder::guarded;
+use monorig_sim::guarded::decoded;
 use re_log_encoding::Decoder;
 use re_sdk_types::archetypes::{Scalars, TextLog, Transform3D};
 use rerun::log::{Chunk, LogMsg};
@@ -68,7 +68,7 @@ pub fn read(path: &Path) -> Result<Recording, Error> {
 pub fn read_all(paths: &[&Path]) -> Result<Vec<Recording>, Error> {
     let mut all = Vec::new();
     for path in paths {
-        guarded(|| decode(path, &mut all)).unwrap_or_else(|e| Err(damaged(path, e.into())))?;
+        decoded(|| decode(path, &mut all)).unwrap_or_else(|e| Err(damaged(path, e.into())))?;
     }
     Ok(all)
 }

@@ -2,6 +2,7 @@
 
 use crate::command::{Command, CommandOutcome, Program};
 use crate::ui::errors::CliError;
+use crate::ui::note::note;
 use crate::ui::{output, tables};
 use monorig_logs::check::{InspectedFile, Inspection, TableReport, inspect, proposed_map};
 use monorig_logs::read::{ReadOptions, TimeUnit};
@@ -60,13 +61,30 @@ fn run(task: &InspectArgs) -> Result<CommandOutcome, CliError> {
         dbc: task.dbc.clone(),
         ..ReadOptions::default()
     };
-    let paths = match task.log.is_dir() {
+    let named = match task.log.is_dir() {
         true => logs_in(&task.log)?,
         false => vec![task.log.clone()],
     };
-    let mut all = Vec::new();
-    for path in &paths {
-        all.push((name(path, Path::file_name), inspect(path, &options)?));
+    let (mut paths, mut all) = (Vec::new(), Vec::new());
+    for path in &named {
+        match inspect(path, &options) {
+            Ok(found) => {
+                paths.push(path);
+                all.push((name(path, Path::file_name), found));
+            }
+            // a logger leaves tables of other things beside its logs
+            Err(Error::Input(e)) if named.len() > 1 => note(&format!("left out: {e}")),
+            Err(e) => return Err(e.into()),
+        }
+    }
+    if paths.is_empty() {
+        return Err(input_error(
+            &task.log,
+            "",
+            "no file of this folder can be read as a log",
+            "a log; what is wrong with each file is said above",
+        )
+        .into());
     }
     let one = paths.len() == 1;
     let files: Vec<InspectedFile<'_>> = paths

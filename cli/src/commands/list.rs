@@ -8,6 +8,7 @@ use clap::ValueEnum;
 use monorig_estimators::api::params::{Key, KeyKind};
 use monorig_lab::bound;
 use monorig_lab::metrics::METRICS;
+use monorig_logs::map::faults_of_logs;
 use monorig_sim::closed_loop::registry::{Refusal, Registry};
 use monorig_sim::config::file::{Document, input_error};
 use monorig_sim::config::scenario::{FaultKind, Scenario};
@@ -150,18 +151,20 @@ fn parameter(key: &Key) -> Entry {
 fn faults() -> Vec<Entry> {
     let schema = serde_json::to_value(schemars::schema_for!(FaultKind)).unwrap_or_default();
     let all = schema["oneOf"].as_array().cloned().unwrap_or_default();
-    all.iter()
-        .map(|fault| {
-            let text = |key: &str| fault[key].as_str().unwrap_or_default().to_owned();
-            let name = text("const");
-            let kind = serde_json::from_value::<FaultKind>(Value::String(name.clone()));
-            let size = match kind.is_ok_and(FaultKind::needs_size) {
-                true => "needs `size`",
-                false => "",
-            };
-            entry(&name, size.into(), &text("description"))
-        })
-        .collect()
+    let of_rig = all.iter().map(|fault| {
+        let text = |key: &str| fault[key].as_str().unwrap_or_default().to_owned();
+        let name = text("const");
+        let kind = serde_json::from_value::<FaultKind>(Value::String(name.clone()));
+        let size = match kind.is_ok_and(FaultKind::needs_size) {
+            true => "needs `size`",
+            false => "",
+        };
+        entry(&name, size.into(), &text("description"))
+    });
+    let of_logs = faults_of_logs().into_iter();
+    let of_logs = of_logs
+        .map(|(name, text)| entry(&name, "of logs alone, in maps; needs `size`".into(), &text));
+    of_rig.chain(of_logs).collect()
 }
 
 fn sensors(registry: &Registry) -> Vec<Entry> {

@@ -26,7 +26,7 @@ use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::{Sets, input_error};
 use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::error::Error;
-use monorig_sim::record::decoder::guarded;
+use monorig_sim::guarded::guarded;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -135,14 +135,10 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     let (mut cases, mut unusable) = (Vec::new(), Vec::new());
     for path in &paths {
         // a panic on one file must not keep the others from their reports
-        let made = guarded(|| case(path, &changes, registry)).unwrap_or_else(|_| {
+        let made = guarded(|| case(path, &changes, registry)).unwrap_or_else(|told| {
             let help = "values that have a physics; please report this file";
-            Err(input_error(
-                path,
-                "",
-                "monorig panicked while it built this scenario",
-                help,
-            ))
+            let message = format!("monorig panicked while it built this scenario: {told}");
+            Err(input_error(path, "", message, help))
         });
         match made {
             Ok(case) => cases.push(case),

@@ -1,8 +1,7 @@
-//! The contents of a log: tables, columns, units, rates, jitter, gaps, ranges; and a map proposed for it, by names and
-//! units of the columns.
+//! The contents of a log: tables, columns, units, rates, jitter, gaps, ranges.
 
-use crate::notation::{NS, UNITS};
-use crate::read::{Part, ReadOptions, full_name};
+use crate::notation::NS;
+use crate::read::{Part, ReadOptions};
 use monorig_sim::error::Error;
 use std::path::Path;
 
@@ -16,7 +15,7 @@ const GAP: i64 = 5;
 pub struct Inspection {
     /// The name of its format.
     pub format: &'static str,
-    is_can: bool,
+    pub(super) is_can: bool,
     /// Its tables with a row.
     pub tables: Vec<TableReport>,
 }
@@ -162,261 +161,9 @@ pub fn inspect(path: &Path, options: &ReadOptions) -> Result<Inspection, Error> 
     })
 }
 
-/// A file of a log that a map is proposed for: its name in the map, that of the file, and what is in it.
-pub type InspectedFile<'a> = (String, String, &'a Inspection);
-
-/// A map file for the files of a log, to be looked through: a comment marks guesses from names.
-pub fn proposed_map(files: &[InspectedFile<'_>]) -> String {
-    let names: Vec<String> = files
-        .iter()
-        .map(|(name, file, _)| format!("{name}: {}", quoted(file)))
-        .collect();
-    let mut lines = vec![
-        "version: 1".to_owned(),
-        format!("files: {{{}}}", names.join(", ")),
-    ];
-    if files.iter().any(|(_, _, found)| found.is_can) {
-        lines.push("dbc: DATABASE.dbc".into());
-    }
-    let tables = || files.iter().flat_map(|(_, _, found)| &found.tables);
-    let rate = tables().map(TableReport::rate_hz);
-    let rate = rate.filter(|r| r.is_finite()).fold(1.0, f64::max);
-    lines.push(format!(
-        "step: {{rate_hz: {}}}",
-        rate.round().clamp(1.0, 200.0)
-    ));
-    lines.push("nominal: {tare_kg: ???, wheel_radius_m: ???}   # or vehicle: FILE".into());
-    lines.push(
-        "channels:   # guessed from the names of the columns: check each unit and axis".into(),
-    );
-    // where there are several files a channel says which
-    let of = |name: &str| match files.len() {
-        1 => String::new(),
-        _ => format!("file: {name}, "),
-    };
-    let list = |columns: &[(String, Option<&str>)]| {
-        let columns: Vec<String> = columns.iter().map(|c| quoted(&c.0)).collect();
-        columns.join(", ")
-    };
-    let (mut found, mut used) = (false, Vec::new());
-    for (channel, unit, axes) in [
-        ("specific_force", "m/s2", &ACCELERATION[..]),
-        ("angular_rate", "rad/s", &RATE[..]),
-    ] {
-        let mut all = files.iter();
-        let first = all.find_map(|(name, _, file)| Some((name, file.triple(axes)?)));
-        if let Some((name, (columns, told))) = first {
-            found = true;
-            used.extend(columns.clone());
-            let columns: Vec<String> = columns.iter().map(|c| quoted(c)).collect();
-            lines.push(format!(
-                "  {channel}: {{{}columns: [{}], unit: {}, axes: [forward, left, up]}}",
-                of(name),
-                columns.join(", "),
-                told.unwrap_or(unit)
-            ));
-        }
-    }
-    let first = |words: &[&str], units: &[&str], used: &[String]| {
-        let mut all = files
-            .iter()
-            .map(|(name, _, file)| (name, file.like(words, units, used)));
-        all.find(|(_, columns)| !columns.is_empty())
-    };
-    if let Some((name, wheels)) = first(&WHEELS, &["m/s", "km/h"], &used) {
-        found = true;
-        let unit = wheels.iter().find_map(|w| w.1).unwrap_or("m/s");
-        lines.push(format!(
-            "  wheel_speed: [{{{}columns: [{}], unit: {unit}}}]",
-            of(name),
-            list(&wheels)
-        ));
-    }
-    if let Some((name, torques)) = first(&TORQUES, &["Nm", "kNm"], &used) {
-        found = true;
-        let unit = torques.iter().find_map(|w| w.1).unwrap_or("Nm");
-        lines.push(format!(
-            "  traction: {{{}torque: [{}], unit: {unit}}}   # gear ratio and radius: `nominal`",
-            of(name),
-            list(&torques)
-        ));
-    }
-    if !found {
-        lines.push("  wheel_speed: [{columns: [???], unit: m/s}]   # no column has a name that says what it is".into());
-    }
-    lines.extend(references(files, &of));
-    lines.push("estimators: {ekf_v_theta_biases: {}}".into());
-    lines.join("\n") + "\n"
-}
-
-/// The references of a map: columns of the slope and of a mass that stays.
-fn references(files: &[InspectedFile<'_>], of: &dyn Fn(&str) -> String) -> Vec<String> {
-    let mut lines = Vec::new();
-    let slope = [
-        ("slope_deg", "deg"),
-        ("grade_deg", "deg"),
-        ("slope_rad", "rad"),
-        ("slope_percent", "%"),
-    ];
-    let columns = || {
-        let each = files.iter().flat_map(|(name, _, file)| {
-            let tables = file.tables.iter();
-            tables.flat_map(move |t| t.columns.iter().map(move |c| (name, t, c)))
-        });
-        each.filter(|(_, _, c)| c.values > 0)
-    };
-    let named = |c: &ColumnReport, word: &str| ends_with_word(&c.name, word);
-    let found = columns().find_map(|(name, t, c)| {
-        let (_, unit) = slope.iter().find(|(word, _)| named(c, word))?;
-        Some((name, full_name(&t.name, &c.name), *unit))
-    });
-    if let Some((name, column, unit)) = found {
-        lines.push(format!(
-            "  slope: {{{}column: {}, unit: {unit}, sd_deg: 0.1}}   # sd_deg: how well it is known",
-            of(name),
-            quoted(&column)
-        ));
-    }
-    let mass = columns().find(|(_, _, c)| named(c, "mass_kg") && c.min == c.max && c.min > 0.0);
-    if let Some((_, _, c)) = mass {
-        lines.push(format!(
-            "  mass: {{kg: {}, sd_kg: {:.0}}}",
-            c.min,
-            0.02 * c.min
-        ));
-    }
-    if !lines.is_empty() {
-        lines.insert(0, "reference:".into());
-    }
-    lines
-}
-
-impl Inspection {
-    /// A map file for this log alone.
-    pub fn proposed_map(&self, file: &str) -> String {
-        proposed_map(&[("log".to_owned(), file.to_owned(), self)])
-    }
-
-    /// Three columns of one table whose names end as one of these triples, and their unit.
-    fn triple(&self, endings: &[[&str; 3]]) -> Option<(Vec<String>, Option<&'static str>)> {
-        for table in &self.tables {
-            for axes in endings {
-                let column = |ending: &&str| {
-                    table
-                        .columns
-                        .iter()
-                        .find(|c| ends_with_word(&c.name, ending))
-                };
-                let columns: Vec<&ColumnReport> = axes.iter().filter_map(column).collect();
-                if columns.len() == 3 {
-                    let unit = columns.first().and_then(|c| known_unit(&c.unit));
-                    return Some((
-                        columns
-                            .iter()
-                            .map(|c| full_name(&table.name, &c.name))
-                            .collect(),
-                        unit,
-                    ));
-                }
-            }
-        }
-        None
-    }
-
-    /// Columns with one of these words in their name, of one of these units or none.
-    fn like(
-        &self,
-        words: &[&str],
-        units: &[&str],
-        used: &[String],
-    ) -> Vec<(String, Option<&'static str>)> {
-        let mut found = Vec::new();
-        for table in &self.tables {
-            for c in &table.columns {
-                let name = c.name.to_lowercase();
-                let full = full_name(&table.name, &c.name);
-                let unit = known_unit(&c.unit);
-                let fits = unit.map_or(c.unit.is_empty(), |u| units.contains(&u));
-                if fits
-                    && words
-                        .iter()
-                        .any(|w| (w.len() > 2 && name.contains(w)) || ends_with_word(&name, w))
-                    && !OTHERS.iter().any(|w| name.contains(w))
-                    && !used.contains(&full)
-                    && found.len() < 8
-                {
-                    found.push((full, unit));
-                }
-            }
-        }
-        found
-    }
-}
-
-/// Words of wheel speeds and of torques in names of columns.
-const WHEELS: [&str; 7] = ["wheel", "vel", "speed", "fl", "fr", "rl", "rr"];
-const TORQUES: [&str; 4] = ["torque", "trq", "moment", "effort"];
-/// Words of columns that are neither.
-const OTHERS: [&str; 7] = [
-    "steer",
-    "engine",
-    "motor_speed",
-    "rpm",
-    "slope",
-    "wind",
-    "request",
-];
-
-/// Endings of the columns of an accelerometer, axis by axis.
-const ACCELERATION: [[&str; 3]; 5] = [
-    [
-        "linear_acceleration.x",
-        "linear_acceleration.y",
-        "linear_acceleration.z",
-    ],
-    ["acc_x", "acc_y", "acc_z"],
-    ["accel_x", "accel_y", "accel_z"],
-    ["fx", "fy", "fz"],
-    ["ax", "ay", "az"],
-];
-/// The same of a gyro.
-const RATE: [[&str; 3]; 4] = [
-    [
-        "angular_velocity.x",
-        "angular_velocity.y",
-        "angular_velocity.z",
-    ],
-    ["gyro_x", "gyro_y", "gyro_z"],
-    ["wx", "wy", "wz"],
-    ["gx", "gy", "gz"],
-];
-
-/// True if a name, without a unit in brackets, ends with this word.
-fn ends_with_word(name: &str, word: &str) -> bool {
-    let name = name.to_lowercase();
-    let bare = name.split([' ', '[', '(']).next().unwrap_or_default();
-    bare.strip_suffix(word)
-        .is_some_and(|rest| rest.chars().last().is_none_or(|c| !c.is_alphanumeric()))
-}
-
-fn known_unit(unit: &str) -> Option<&'static str> {
-    UNITS.iter().find(|u| u.is_called(unit)).map(|u| u.name)
-}
-
-/// A name in quotes where YAML needs them.
-fn quoted(name: &str) -> String {
-    let plain = name
-        .chars()
-        .all(|c| c.is_alphanumeric() || "_./".contains(c))
-        && name.starts_with(|c: char| c.is_alphabetic() || c == '/');
-    match plain {
-        true => name.to_owned(),
-        false => format!("'{}'", name.replace('\'', "''")),
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::proposal::proposed_map;
     use super::*;
 
     #[test]
@@ -440,50 +187,11 @@ mod tests {
             (ay.name.as_str(), ay.min, ay.max, ay.values),
             ("ay", 0.0, 6.0, 1000)
         );
-        let map = found.proposed_map("drive.csv");
+        let map = proposed_map(&[("log".into(), "drive.csv".into(), &found)]);
         for line in [
             "columns: [ax, ay, az], unit: m/s2",
             "columns: ['speed [km/h]'], unit: km/h",
             "rate_hz: 100",
-        ] {
-            assert!(map.contains(line), "{line} in\n{map}");
-        }
-    }
-
-    /// Three files make one map: the IMU, the four wheels without the steering, the torque, and the references.
-    #[test]
-    fn files_of_a_folder_make_one_map() {
-        let dir = tempfile::tempdir().unwrap();
-        let found: Vec<(String, String, Inspection)> = [
-            ("imu", "acc_x,acc_y,acc_z,gyro_x,gyro_y,gyro_z"),
-            (
-                "can",
-                "fl [km/h],fr [km/h],rl [km/h],rr [km/h],steering_wheel_speed,torque [Nm]",
-            ),
-            ("ref", "slope_deg,mass_kg"),
-        ]
-        .map(|(name, columns)| {
-            let path = dir.path().join(format!("{name}.csv"));
-            let n = columns.split(',').count();
-            let row = |i: i32| format!("{}{}\n", f64::from(i) * 0.02, ",1720".repeat(n));
-            let text = format!("t,{columns}\n{}", (0..50).map(row).collect::<String>());
-            std::fs::write(&path, text).unwrap();
-            let found = inspect(&path, &ReadOptions::default()).unwrap();
-            (name.to_owned(), format!("{name}.csv"), found)
-        })
-        .into();
-        let files: Vec<_> = found
-            .iter()
-            .map(|(a, b, c)| (a.clone(), b.clone(), c))
-            .collect();
-        let map = proposed_map(&files);
-        for line in [
-            "files: {imu: imu.csv, can: can.csv, ref: ref.csv}",
-            "specific_force: {file: imu, columns: [acc_x, acc_y, acc_z]",
-            "wheel_speed: [{file: can, columns: ['fl [km/h]', 'fr [km/h]', 'rl [km/h]', 'rr [km/h]'], unit: km/h}]",
-            "traction: {file: can, torque: ['torque [Nm]'], unit: Nm}",
-            "slope: {file: ref, column: slope_deg, unit: deg",
-            "mass: {kg: 1720, sd_kg: 34}",
         ] {
             assert!(map.contains(line), "{line} in\n{map}");
         }

@@ -14,8 +14,9 @@ const HALF: usize = 12;
 const SLOW: usize = 100;
 /// Fewest steps of a correlation: 20 s.
 const MIN_STEPS: f64 = 1000.0;
-/// Least standard deviation of the acceleration without what is slow, m/s².
-const MIN_SD_MPS2: f64 = 0.03;
+/// Least standard deviation of the acceleration without what is slow, m/s²: that of a train at a steady speed. Where it
+/// is noise the correlation is too small for a verdict.
+const MIN_SD_MPS2: f64 = 0.01;
 
 /// Sums of a correlation at each shift.
 #[derive(Clone, Debug)]

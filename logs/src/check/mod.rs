@@ -8,17 +8,20 @@
 //! | `rules` | the checks of values |
 //! | `channels` | the checks of each channel by itself: rate, gaps, share that counts, values that stay |
 //! | `mounting` | the checks of how the IMU is built in: box, axes, drift |
-//! | `inspect` | the contents of a log, and a map proposed for it |
+//! | `inspect` | the contents of a log |
+//! | `proposal` | a map proposed for a log |
 
 mod channels;
 mod inspect;
 mod lag;
 mod mounting;
+mod proposal;
 mod rules;
 mod series;
 mod statistics;
 
-pub use inspect::{InspectedFile, Inspection, TableReport, inspect, proposed_map};
+pub use inspect::{Inspection, TableReport, inspect};
+pub use proposal::{InspectedFile, proposed_map};
 
 use crate::drive::{Plan, calibrate};
 use crate::map::Map;

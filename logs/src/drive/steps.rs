@@ -13,6 +13,9 @@ use monorig_sim::error::Error;
 const MAX_AGE_NS: i64 = 1_000_000_000;
 /// Below this speed no force follows from a power, m/s.
 const MIN_SPEED_MPS: f64 = 0.5;
+/// Steps that a log may have beside those of its rows, and for each row: more are hours of work for nothing.
+const FREE_STEPS: u64 = 1_000_000;
+const STEPS_A_ROW: u64 = 1_000;
 
 /// A step of the replay.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -58,6 +61,9 @@ pub struct Drive {
     begun: bool,
     by_arrival: bool,
     samples: u64,
+    /// Rows taken, and steps made.
+    taken: u64,
+    made: u64,
 }
 
 impl Drive {
@@ -108,6 +114,8 @@ impl Drive {
             begun: false,
             by_arrival: map.by() == crate::read::merge::By::Arrival,
             samples: 0,
+            taken: 0,
+            made: 0,
         })
     }
 
@@ -160,6 +168,14 @@ impl Drive {
         }
         self.begun = true;
         self.steps += 1;
+        self.made += 1;
+        if self.made > FREE_STEPS + STEPS_A_ROW * self.taken {
+            return Err(map.error(
+                "step.rate_hz",
+                format!("there are more than {STEPS_A_ROW} steps for each row of this log"),
+                "fewer steps a second, or a shorter `time.segment_gap_s`: the steps of a longer gap are left out",
+            ));
+        }
         let until_ns = self.steps.saturating_mul(self.step_ns);
         while self.next_ns().is_some_and(|t| t <= until_ns) {
             self.merged.next(&mut self.row)?;
@@ -195,6 +211,7 @@ impl Drive {
     }
 
     fn take_row(&mut self, map: &Map) -> Result<(), Error> {
+        self.taken += 1;
         let row = &self.row;
         if self.pieces.len() <= row.part {
             self.pieces.resize(row.part + 1, None);

@@ -22,6 +22,9 @@ pub struct Applied {
     pub found: String,
 }
 
+/// Beginning of the name of the noise of a wheel speed.
+const NOISE_OF_WHEELS: &str = "noise of the wheel speed";
+
 /// A change below this many standard deviations is not one that was seen: the map keeps what it says.
 const SEEN_SDS: f64 = 2.0;
 
@@ -65,6 +68,11 @@ pub fn apply(map: &Map, found: &[Parameter]) -> Vec<Applied> {
     }
     if let Some(p) = one(ParameterKind::DragArea) {
         add("nominal.drag_area_m2".into(), short(p.value.max(0.0)), p);
+    }
+    // the noise of each log is taken from it
+    let noise = found.iter().find(|p| p.name.starts_with(NOISE_OF_WHEELS));
+    if let Some(p) = noise.filter(|_| file.noise.is_none()) {
+        add("noise".into(), "from-log".into(), p);
     }
     if let Some(v) = file.channels.vector(Measurand::SpecificForce) {
         let key = |name: &str| format!("channels.specific_force.{name}");

@@ -340,3 +340,30 @@ impl LogFaultKind {
         })
     }
 }
+
+/// Names and descriptions of the faults that are put on logs alone.
+pub fn faults_of_logs() -> Vec<(String, String)> {
+    let schema = serde_json::to_value(schemars::schema_for!(LogFaultKind)).unwrap_or_default();
+    let all = schema.get("oneOf").and_then(|all| all.as_array().cloned());
+    let each = all.into_iter().flatten().filter_map(|fault| {
+        let text = |key: &str| fault.get(key)?.as_str().map(str::to_owned);
+        let kind: LogFaultKind = serde_json::from_value(fault.get("const")?.clone()).ok()?;
+        kind.of_rig()
+            .is_none()
+            .then(|| Some((text("const")?, text("description")?)))?
+    });
+    each.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_of_logs_alone_have_names_and_descriptions() {
+        let all = faults_of_logs();
+        let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, ["jitter", "loss", "lag"]);
+        assert!(all.iter().all(|(_, text)| text.contains("`size`")));
+    }
+}

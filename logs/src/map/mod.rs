@@ -10,7 +10,7 @@ mod formula;
 mod load;
 mod reference_keys;
 
-pub use file::{MapFile, NoiseSource};
+pub use file::{MapFile, NoiseSource, faults_of_logs};
 pub use load::Map;
 
 pub(crate) use channel_keys::{

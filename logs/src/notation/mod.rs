@@ -2,10 +2,12 @@
 
 mod expression;
 mod time;
+mod title;
 mod units;
 
 pub(crate) use expression::Expression;
 pub(crate) use time::NS;
 pub use time::TimeUnit;
+pub(crate) use title::Title;
 pub(crate) use units::UnitName;
-pub(crate) use units::{Quantity, STANDARD_GRAVITY_MPS2, UNITS, Unit};
+pub(crate) use units::{Quantity, STANDARD_GRAVITY_MPS2, Unit};

@@ -24,7 +24,8 @@ pub enum TimeUnit {
     /// Nanoseconds.
     #[serde(rename = "ns")]
     Nanoseconds,
-    /// Date and time as ISO 8601, such as `2023-11-14T22:13:20.125Z`; without a zone it is taken as UTC.
+    /// Date and time as ISO 8601, such as `2023-11-14T22:13:20.125Z`; without a zone it is taken as UTC. Also
+    /// `14.11.2023 22:13:20`, `2023/11/14 22:13:20`, `14-Nov-2023 22:13:20`, and a time of day alone.
     #[serde(rename = "iso8601")]
     Iso8601,
 }
@@ -96,14 +97,28 @@ fn decimal(text: &str, digits: u32) -> Option<i64> {
 
 /// Parts of a date and time as chrono takes them.
 type Items = LazyLock<Vec<Item<'static>>>;
-static DATE: Items = LazyLock::new(|| StrftimeItems::new("%Y-%m-%dT%H:%M:%S%.f").collect());
+/// Dates before a time of day: ISO 8601, and what loggers write besides. Day and month are never guessed.
+static DATES: LazyLock<[Vec<Item<'static>>; 4]> = LazyLock::new(|| {
+    ["%Y-%m-%d", "%d.%m.%Y", "%Y/%m/%d", "%d-%b-%Y"].map(|date| StrftimeItems::new(date).collect())
+});
+static TIME: Items = LazyLock::new(|| StrftimeItems::new("T%H:%M:%S%.f").collect());
 static ZONE: Items = LazyLock::new(|| StrftimeItems::new("%#z").collect());
 
 /// Nanoseconds since 1970 of a date and time; `T` or a space between the two, a point or a comma before the decimals.
 fn iso8601(text: &str) -> Option<i64> {
     let text = text.replacen(' ', "T", 1).replace(',', ".");
-    let mut parsed = Parsed::new();
-    match parse_and_remainder(&mut parsed, &text, DATE.iter()).ok()? {
+    // a time of day alone is one of the first day
+    let text = match text.as_bytes().get(2) {
+        Some(b':') => format!("1970-01-01T{text}"),
+        _ => text,
+    };
+    let dated = |date: &Vec<Item<'static>>| {
+        let mut parsed = Parsed::new();
+        let time = parse_and_remainder(&mut parsed, &text, date.iter()).ok()?;
+        Some((parsed, time))
+    };
+    let (mut parsed, time) = DATES.iter().find_map(dated)?;
+    match parse_and_remainder(&mut parsed, time, TIME.iter()).ok()? {
         "" => {
             parsed.set_offset(0).ok()?;
         }
@@ -156,6 +171,14 @@ mod tests {
             d("2023-11-15T00:13:20,25+02:00"),
             Some(1_700_000_000 * NS + NS / 4)
         );
+        for other in [
+            "14.11.2023 22:13:20",
+            "2023/11/14 22:13:20",
+            "14-Nov-2023 22:13:20",
+        ] {
+            assert_eq!(d(other), Some(1_700_000_000 * NS), "{other}");
+        }
+        assert_eq!(d("01:00:00.5"), Some(3600 * NS + NS / 2));
         for zone in ["+0200", "+02"] {
             let there = d(&format!("2023-11-15 00:13:20.000000001{zone}"));
             assert_eq!(there, Some(1_700_000_000 * NS + 1), "{zone}");
@@ -166,7 +189,9 @@ mod tests {
             "2023-13-14T22:13:20Z",
             "2023-02-30T22:13:20Z",
             "2023-11-14",
-            "14.11.2023 22:13:20",
+            "14.11.23 22:13:20",
+            "11/14/2023 22:13:20",
+            "22:13",
             "",
         ] {
             assert_eq!(d(bad), None, "{bad}");

@@ -1,9 +1,10 @@
 //! CSV: names in the first line; comma, semicolon or tab between values; decimal point, or comma where values are not
 //! separated by one; UTF-8 with or without byte order mark, or Latin-1. Empty, `nan` and `null` stand for no value.
-//! Lines that begin with `#` are comments.
+//! Lines that begin with `#` are comments. Lines before the names in which nothing is separated are skipped, and so is a
+//! line of units behind them.
 
 use super::{LogColumn, LogReader, Out, ReadOptions, Row, Section, text, time_column};
-use crate::notation::TimeUnit;
+use crate::notation::{TimeUnit, Title};
 use crate::{io, wrong};
 use ::csv::{ByteRecord, ErrorKind, Position, ReaderBuilder, Trim};
 use monorig_sim::error::{Error, InputError};
@@ -13,6 +14,8 @@ use std::path::Path;
 
 /// Longest first line.
 const MAX_HEADER: u64 = 1 << 20;
+/// Most lines before the line of names.
+const MAX_PREAMBLE: u64 = 100;
 
 /// The reader of CSV; also of every text that no other reader recognises.
 pub(super) struct CsvReader;
@@ -30,23 +33,32 @@ impl LogReader for CsvReader {
         out: &mut Out<'_>,
     ) -> Result<(), Error> {
         let mut file = File::open(path).map_err(|e| io(path, e))?;
-        let delimiter = prepare(path, &mut file)?;
+        let (delimiter, skipped) = prepare(path, &mut file)?;
         let mut reader = ReaderBuilder::new()
             .delimiter(delimiter)
             .comment(Some(b'#'))
             .trim(Trim::All)
             .from_reader(BufReader::with_capacity(1 << 16, file));
-        let header = reader.byte_headers().map_err(|e| broken(path, &e))?;
+        let header = reader
+            .byte_headers()
+            .map_err(|e| broken(path, skipped, &e))?;
         let names = header.iter().map(|n| text::of_bytes(n).into_owned());
-        let titles = Titles::new(path, names.collect(), options, delimiter != b',')?;
-        let table = out.table("", titles.columns());
+        let mut titles = Titles::new(path, names.collect(), options, delimiter != b',')?;
+        titles.skipped = skipped;
         let mut record = ByteRecord::new();
+        let mut more = reader
+            .read_byte_record(&mut record)
+            .map_err(|e| broken(path, skipped, &e))?;
+        if more && titles.take_units(&record) {
+            more = reader
+                .read_byte_record(&mut record)
+                .map_err(|e| broken(path, skipped, &e))?;
+        }
+        titles.settle_time(&record);
+        let table = out.table("", titles.columns());
         let mut pieces = Pieces::default();
         let mut values = Vec::with_capacity(titles.wanted.len());
-        while reader
-            .read_byte_record(&mut record)
-            .map_err(|e| broken(path, &e))?
-        {
+        while more {
             let line = Line {
                 path,
                 titles: &titles,
@@ -63,13 +75,16 @@ impl LogReader for CsvReader {
             if !out.row(row, values.iter().copied()) {
                 return Ok(());
             }
+            more = reader
+                .read_byte_record(&mut record)
+                .map_err(|e| broken(path, skipped, &e))?;
         }
         Ok(())
     }
 }
 
-fn broken(path: &Path, e: &::csv::Error) -> Error {
-    let line = e.position().map(|p| p.line() as usize);
+fn broken(path: &Path, skipped: u64, e: &::csv::Error) -> Error {
+    let line = e.position().map(|p| (skipped + p.line()) as usize);
     let (message, help) = match e.kind() {
         ErrorKind::UnequalLengths {
             expected_len, len, ..
@@ -88,8 +103,13 @@ fn broken(path: &Path, e: &::csv::Error) -> Error {
 /// The first line: names, and the use of each column.
 struct Titles {
     names: Vec<String>,
+    /// Units of a line behind the names; empty where there is none.
+    units: Vec<String>,
     time: usize,
-    unit: TimeUnit,
+    /// Unit of the time; none until the first row tells it.
+    unit: Option<TimeUnit>,
+    /// Lines before the names.
+    skipped: u64,
     pieces: Option<usize>,
     wanted: Vec<usize>,
     /// Numbers may have a decimal comma.
@@ -107,7 +127,9 @@ impl Titles {
     ) -> Result<Self, Error> {
         let refused = |message, help: String| wrong(path, Some(1), message, help);
         let mut each = names.iter().enumerate();
-        if let Some((i, name)) = each.find(|(i, n)| names.iter().take(*i).any(|m| m == *n)) {
+        if let Some((i, name)) =
+            each.find(|(i, n)| !n.is_empty() && names.iter().take(*i).any(|m| m == *n))
+        {
             let message = format!("the column `{name}` is there twice (column {})", i + 1);
             return Err(refused(message, "a name for each column".into()));
         }
@@ -122,14 +144,16 @@ impl Titles {
         };
         let pieces = options.pieces.as_ref().map(place).transpose()?;
         let is_wanted = |(i, name): &(usize, &String)| {
-            *i != time && Some(*i) != pieces && options.wants("", name)
+            *i != time && Some(*i) != pieces && !name.is_empty() && options.wants("", name)
         };
         let wanted = names.iter().enumerate().filter(is_wanted);
         let wanted = wanted.map(|(i, _)| i).collect();
         Ok(Self {
             names,
+            units: Vec::new(),
             time,
             unit,
+            skipped: 0,
             pieces,
             wanted,
             comma,
@@ -138,8 +162,42 @@ impl Titles {
     }
 
     fn columns(&self) -> Vec<LogColumn> {
-        let wanted = self.wanted.iter().filter_map(|i| self.names.get(*i));
-        wanted.map(|n| titled(n)).collect()
+        let of = |i: &usize| {
+            let name = self.names.get(*i)?;
+            let below = self.units.get(*i).filter(|u| !u.is_empty()).cloned();
+            Some(LogColumn {
+                name: name.clone(),
+                unit: below.unwrap_or_else(|| Title::of(name).unit),
+            })
+        };
+        self.wanted.iter().filter_map(of).collect()
+    }
+
+    /// Takes a line of units: one whose time is a unit of time, and that has no number.
+    fn take_units(&mut self, record: &ByteRecord) -> bool {
+        let words: Vec<String> = record
+            .iter()
+            .map(|w| text::of_bytes(w).into_owned())
+            .collect();
+        let of_time = words.get(self.time).and_then(|w| time_column::unit(w));
+        let is_number = |w: &String| number(w.as_bytes(), self.comma).is_some_and(f64::is_finite);
+        if of_time.is_none() || words.iter().any(is_number) {
+            return false;
+        }
+        self.unit = self.unit.or(of_time);
+        let bare = |w: &String| w.trim_matches(['[', ']', '(', ')']).to_owned();
+        self.units = words.iter().map(bare).collect();
+        true
+    }
+
+    /// Settles the unit of the time by the first row, where nothing else tells it.
+    fn settle_time(&mut self, first: &ByteRecord) {
+        let word = text::of_bytes(first.get(self.time).unwrap_or_default());
+        let word = match self.comma {
+            true => word.replace(',', "."),
+            false => word.into_owned(),
+        };
+        self.unit = self.unit.or_else(|| Some(time_column::guessed(&word)));
     }
 }
 
@@ -169,7 +227,7 @@ struct Line<'a> {
 
 impl Line<'_> {
     fn number(&self) -> u64 {
-        self.record.position().map_or(0, Position::line)
+        self.titles.skipped + self.record.position().map_or(0, Position::line)
     }
 
     fn word(&self, column: usize) -> &[u8] {
@@ -182,7 +240,8 @@ impl Line<'_> {
         if self.titles.comma {
             stamp = stamp.replace(',', ".").into();
         }
-        self.titles.unit.parse(&stamp).ok_or_else(|| {
+        let unit = self.titles.unit.unwrap_or_default();
+        unit.parse(&stamp).ok_or_else(|| {
             let (what, help) = (
                 format!("`{stamp}` in the column"),
                 "a number in the unit of the column, or `unit: iso8601` for dates",
@@ -221,19 +280,6 @@ impl Line<'_> {
     }
 }
 
-/// The name and the unit of a title such as `Speed [km/h]` or `ax (m/s²)`; the name is the whole title, as the map file
-/// writes it.
-fn titled(title: &str) -> LogColumn {
-    let unit = title
-        .strip_suffix(']')
-        .and_then(|t| t.rsplit_once('['))
-        .or_else(|| title.strip_suffix(')').and_then(|t| t.rsplit_once('(')));
-    LogColumn {
-        name: title.to_owned(),
-        unit: unit.map_or(String::new(), |u| u.1.trim().to_owned()),
-    }
-}
-
 /// A number; not a number where the field stands for none.
 fn number(word: &[u8], comma: bool) -> Option<f64> {
     let word = std::str::from_utf8(word).ok()?;
@@ -251,38 +297,45 @@ fn number(word: &[u8], comma: bool) -> Option<f64> {
     x.is_finite().then_some(x)
 }
 
-/// Skips a byte order mark, and finds what separates the values: of semicolon, tab and comma the one that is most often
-/// in the first line.
-fn prepare(path: &Path, file: &mut File) -> Result<u8, Error> {
+/// Skips a byte order mark and lines in which nothing is separated, and finds what separates the values: of semicolon,
+/// tab and comma the one that is most often in the line of names. How many lines were skipped is returned too; comments
+/// and empty lines are counted by the reader itself.
+fn prepare(path: &Path, file: &mut File) -> Result<(u8, u64), Error> {
     let mut mark = [0u8; 3];
     let bom = file.read_exact(&mut mark).is_ok() && mark == [0xEF, 0xBB, 0xBF];
-    let start = if bom { 3 } else { 0 };
-    let mut line = Vec::new();
+    let mut start = if bom { 3 } else { 0 };
     file.seek(SeekFrom::Start(start)).map_err(|e| io(path, e))?;
     let mut reader = BufReader::new(file.take(MAX_HEADER));
-    while line.is_empty() || line.starts_with(b"#") {
+    let count = |line: &[u8], mark: u8| line.iter().filter(|b| **b == mark).count();
+    let (mut at, mut lines, mut line) = (start, 0, Vec::new());
+    let (mut skipped, mut delimiter) = (0, b',');
+    loop {
         line.clear();
-        if reader
+        let read = reader
             .read_until(b'\n', &mut line)
-            .map_err(|e| io(path, e))?
-            == 0
-        {
+            .map_err(|e| io(path, e))?;
+        if at - start + read as u64 >= MAX_HEADER {
+            return Err(wrong(
+                path,
+                Some(1),
+                "the first line is longer than 1 MB",
+                "names of columns in the first line",
+            ));
+        }
+        if read == 0 || lines == MAX_PREAMBLE {
             break;
         }
+        let best = [b',', b'\t', b';']
+            .into_iter()
+            .max_by_key(|m| count(&line, *m));
+        if let Some(best) = best.filter(|m| count(&line, *m) > 0 && !line.starts_with(b"#")) {
+            (start, skipped, delimiter) = (at, lines, best);
+            break;
+        }
+        at += read as u64;
+        lines += 1;
     }
     drop(reader);
     file.seek(SeekFrom::Start(start)).map_err(|e| io(path, e))?;
-    if line.len() as u64 >= MAX_HEADER {
-        return Err(wrong(
-            path,
-            Some(1),
-            "the first line is longer than 1 MB",
-            "names of columns in the first line",
-        ));
-    }
-    let count = |mark: &u8| line.iter().filter(|b| *b == mark).count();
-    Ok([b',', b'\t', b';']
-        .into_iter()
-        .max_by_key(count)
-        .unwrap_or(b','))
+    Ok((delimiter, skipped))
 }

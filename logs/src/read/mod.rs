@@ -34,7 +34,7 @@ pub use rows::{Chunk, LogColumn, LogTable, Row};
 
 use monorig_sim::config::file::regular;
 use monorig_sim::error::Error;
-use monorig_sim::record::decoder::guarded;
+use monorig_sim::guarded::decoded;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -206,7 +206,7 @@ impl Part {
 
     /// Runs a decoder: a panic of it is an error of the file.
     fn guarded<T>(&self, decode: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
-        guarded(decode).unwrap_or_else(|what| {
+        decoded(decode).unwrap_or_else(|what| {
             Err(crate::wrong(
                 &self.path,
                 None,

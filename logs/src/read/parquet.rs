@@ -51,7 +51,7 @@ impl LogReader for ParquetReader {
             ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| broken(path, &e))?;
         let schema = builder.schema().clone();
         let names: Vec<String> = schema.fields().iter().map(|f| f.name().clone()).collect();
-        let (time, unit) = time_column::find(path, &names, options)?;
+        let (time, mut unit) = time_column::find(path, &names, options)?;
         let is_wanted =
             |(i, f): &(usize, &FieldRef)| *i != time && is_number(f) && options.wants("", f.name());
         let wanted = schema.fields().iter().enumerate().filter(is_wanted);
@@ -84,7 +84,9 @@ impl LogReader for ParquetReader {
                 let named = names.get(i).and_then(|n| batch.column_by_name(n));
                 named.ok_or_else(|| broken(path, &"a column is missing"))
             };
-            let stamps = stamps(column(time)?, unit).map_err(|e| broken(path, &e))?;
+            let times = column(time)?;
+            let unit = unit.get_or_insert_with(|| guessed(times.as_ref()));
+            let stamps = stamps(times, *unit).map_err(|e| broken(path, &e))?;
             let mut values = Vec::with_capacity(wanted.len());
             for &i in &wanted {
                 let numbers = cast(column(i)?, &DataType::Float64);
@@ -125,6 +127,15 @@ fn numbers(column: &ArrayRef) -> (&[f64], Option<&NullBuffer>) {
     let column = column.as_primitive::<Float64Type>();
     let nulls = column.nulls().filter(|n| n.null_count() > 0);
     (column.values().as_ref(), nulls)
+}
+
+/// The unit of a column of time by its first value.
+fn guessed(times: &dyn Array) -> TimeUnit {
+    let words = cast(times, &DataType::Utf8).ok();
+    let first = words
+        .as_ref()
+        .and_then(|w| w.as_string::<i32>().iter().flatten().next());
+    first.map_or(TimeUnit::Seconds, time_column::guessed)
 }
 
 /// The stamps of a column of time, ns.

@@ -1,43 +1,46 @@
 //! The column of time of a table.
 
 use super::ReadOptions;
-use crate::notation::TimeUnit;
+use crate::notation::{TimeUnit, Title};
 use crate::wrong;
 use monorig_sim::error::Error;
 use std::path::Path;
 
-/// Names that a column of time may have, and the unit it then has.
-const TIMES: &[(&str, TimeUnit)] = &[
-    ("t", TimeUnit::Seconds),
-    ("time", TimeUnit::Seconds),
-    ("t_s", TimeUnit::Seconds),
-    ("time_s", TimeUnit::Seconds),
-    ("timestamp", TimeUnit::Seconds),
-    ("timestamps", TimeUnit::Seconds),
-    ("t_ms", TimeUnit::Milliseconds),
-    ("time_ms", TimeUnit::Milliseconds),
-    ("timestamp_ms", TimeUnit::Milliseconds),
-    ("t_us", TimeUnit::Microseconds),
-    ("time_us", TimeUnit::Microseconds),
-    ("timestamp_us", TimeUnit::Microseconds),
-    ("t_ns", TimeUnit::Nanoseconds),
-    ("time_ns", TimeUnit::Nanoseconds),
-    ("timestamp_ns", TimeUnit::Nanoseconds),
+/// Names of a column of time, without their unit; of several columns the first name of this list.
+const TIMES: &[&str] = &[
+    "t",
+    "time",
+    "timestamp",
+    "timestamps",
+    "time stamp",
+    "stamp",
+    "zeit",
+    "zeitstempel",
+    "seconds elapsed",
+    "elapsed",
+    "elapsed time",
+    "time elapsed",
+    "datetime",
+    "date time",
+    "datum uhrzeit",
+    "device time",
+    "system time",
+    "utc time",
+    "utc",
+    "unix time",
+    "epoch",
+    "gps time",
+    "uhrzeit",
 ];
 
-/// The column of time among these names, and its unit: the one asked for, else the first that is called like a time.
+/// The column of time among these names, and its unit where the options or the name tell it: the column asked for, else
+/// the one that is called most like a time.
 pub(super) fn find(
     file: &Path,
     names: &[String],
     options: &ReadOptions,
-) -> Result<(usize, TimeUnit), Error> {
+) -> Result<(usize, Option<TimeUnit>), Error> {
     let all = || names.join(", ");
-    let by_name = |name: &str| {
-        TIMES
-            .iter()
-            .find(|(t, _)| name.eq_ignore_ascii_case(t))
-            .map(|t| t.1)
-    };
     let column = match &options.time {
         Some(name) => names.iter().position(|n| n == name).ok_or_else(|| {
             wrong(
@@ -47,18 +50,82 @@ pub(super) fn find(
                 format!("columns here: {}", all()),
             )
         })?,
-        None => names
-            .iter()
-            .position(|n| by_name(n).is_some())
-            .ok_or_else(|| {
+        None => {
+            let called = |name: &&str| {
+                let is = |title: &String| Title::of(title).words.join(" ") == **name;
+                names.iter().position(is)
+            };
+            TIMES.iter().find_map(|name| called(&name)).ok_or_else(|| {
                 wrong(
                     file,
                     Some(1),
                     format!("none of the columns {} is called like a time", all()),
                     "`time: {column: NAME, unit: s}` in the map file",
                 )
-            })?,
+            })?
+        }
     };
-    let named = names.get(column).and_then(|n| by_name(n));
-    Ok((column, options.unit.or(named).unwrap_or_default()))
+    let named = names.get(column).and_then(|n| unit(&Title::of(n).unit));
+    Ok((column, options.unit.or(named)))
+}
+
+/// The unit of a time as a title or a row of units writes it.
+pub(super) fn unit(word: &str) -> Option<TimeUnit> {
+    Some(match word.trim_matches(['[', ']', '(', ')']) {
+        "s" | "sec" | "seconds" => TimeUnit::Seconds,
+        "ms" => TimeUnit::Milliseconds,
+        "us" | "µs" => TimeUnit::Microseconds,
+        "ns" => TimeUnit::Nanoseconds,
+        _ => return None,
+    })
+}
+
+/// The unit of times of which only the first is known: a date, or a number, which since 1970 has a size by its unit.
+pub(super) fn guessed(first: &str) -> TimeUnit {
+    let first = first.trim();
+    match first.parse::<f64>().map(f64::abs) {
+        Ok(x) if x >= 1e17 => TimeUnit::Nanoseconds,
+        Ok(x) if x >= 1e14 => TimeUnit::Microseconds,
+        Ok(x) if x >= 1e11 => TimeUnit::Milliseconds,
+        Err(_) if TimeUnit::Iso8601.parse(first).is_some() => TimeUnit::Iso8601,
+        _ => TimeUnit::Seconds,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_in_the_ways_of_loggers() {
+        let column = |names: &[&str]| {
+            let names: Vec<String> = names.iter().map(|n| (*n).to_owned()).collect();
+            find(Path::new("a.csv"), &names, &ReadOptions::default())
+        };
+        for (names, place, unit) in [
+            (&["v", "t"][..], 1, None),
+            (&["time", "seconds_elapsed", "z"], 0, None),
+            (&["Zeit [s]", "v"], 0, Some(TimeUnit::Seconds)),
+            (&["v", "time_ms"], 1, Some(TimeUnit::Milliseconds)),
+            (&["timestamp_ns"], 0, Some(TimeUnit::Nanoseconds)),
+            (&["%time", "field.header.stamp"], 0, None),
+            (&["GPS Time", "Device Time"], 1, None),
+            (&["TIMESTAMP", "v"], 0, None),
+        ] {
+            assert_eq!(column(names).unwrap(), (place, unit), "{names:?}");
+        }
+        assert!(column(&["uptime_of_what", "v"]).is_err());
+        for (first, unit) in [
+            ("0.01", TimeUnit::Seconds),
+            ("1700000000.5", TimeUnit::Seconds),
+            ("1700000000123", TimeUnit::Milliseconds),
+            ("1700000000123456", TimeUnit::Microseconds),
+            ("1700000000123456789", TimeUnit::Nanoseconds),
+            ("2023-11-14T22:13:20+02:00", TimeUnit::Iso8601),
+            ("14.11.2023 22:13:20", TimeUnit::Iso8601),
+            ("what", TimeUnit::Seconds),
+        ] {
+            assert_eq!(guessed(first), unit, "{first}");
+        }
+    }
 }

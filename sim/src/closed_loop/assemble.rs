@@ -133,6 +133,7 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
         Some(controller) => controller,
         None => parts::controller(&scenario, &registry, &vehicle, &setup)?,
     };
+    let plant_is_ours = plant.is_none();
     let plant = match plant {
         Some(plant) => plant,
         None => {
@@ -140,6 +141,7 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
                 train: &train,
                 gravity_mps2: gravity,
                 dt_s,
+                is_ours: true,
             };
             causes.build(|| moving.plant(s.plant(), train.clone(), rail.clone(), &options))?
         }
@@ -163,6 +165,7 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
         rail,
         train,
         plant,
+        plant_is_ours,
         sensors,
         instruments: specs,
         vehicle,

@@ -2,6 +2,7 @@
 
 use crate::closed_loop::registry::BoxedEstimator;
 use crate::error::Error;
+use crate::guarded::guarded;
 use monorig_estimators::Error as Refused;
 use monorig_estimators::api::aid::AidStatus;
 use monorig_estimators::api::estimator::Internal;
@@ -50,9 +51,18 @@ impl RunningEstimator {
     }
 
     /// Give it new samples. A refused step keeps the last estimate, marked invalid; so is one
-    /// refused that marks a value valid that is no finite number. An estimator that cannot go on is an error.
+    /// refused that marks a value valid that is no finite number. An estimator that cannot go on, or panics, is
+    /// an error.
     pub fn step(&mut self, z: &Measurements, command: &Command, dt_s: f64) -> Result<(), Error> {
-        let refused = match self.estimator.step(z, command, dt_s) {
+        let broken = |what: String| Error::Estimator {
+            name: self.name.clone(),
+            t_s: z.t.s(),
+            what,
+        };
+        let estimator = &mut self.estimator;
+        let stepped = guarded(|| estimator.step(z, command, dt_s));
+        let stepped = stepped.map_err(|told| broken(format!("it panicked: {told}")))?;
+        let refused = match stepped {
             Ok(e) => {
                 self.estimate = e;
                 let wrong = values(&mut self.estimate)
@@ -60,13 +70,7 @@ impl RunningEstimator {
                     .any(|v| v.valid && !v.value.is_finite());
                 wrong.then(|| "it marked a value valid that is no finite number".to_owned())
             }
-            Err(Refused::Broken(what)) => {
-                return Err(Error::Estimator {
-                    name: self.name.clone(),
-                    t_s: z.t.s(),
-                    what: what.to_string(),
-                });
-            }
+            Err(Refused::Broken(what)) => return Err(broken(what.to_string())),
             Err(e) => Some(e.to_string()),
         };
         let Some(reason) = refused else {

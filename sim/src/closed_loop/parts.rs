@@ -6,6 +6,7 @@ use super::registry::{BoxedController, Refusal, Registry};
 use crate::config::scenario::Scenario;
 use crate::control::ControllerSetup;
 use crate::error::Error;
+use crate::guarded::guarded;
 use monorig_estimators::api::signals::Vehicle;
 use std::collections::BTreeMap;
 
@@ -20,7 +21,8 @@ pub fn estimators(
     for (name, settings) in &scenario.file.estimators {
         let at = format!("estimators.{name}");
         if let Some(make) = given.remove(name) {
-            let estimator = make(vehicle).map_err(|w| scenario.error(at, w.message, w.help))?;
+            let made = made(|| make(vehicle));
+            let estimator = made.map_err(|w| scenario.error(at, w.message, w.help))?;
             built.push(RunningEstimator::new(name, estimator));
             continue;
         }
@@ -40,8 +42,7 @@ pub fn estimators(
                 .check(key, value)
                 .map_err(|w| scenario.parameter_error(name, key, w.message, w.help))?;
         }
-        let estimator = of_type
-            .build(vehicle, &settings.named())
+        let estimator = made(|| of_type.build(vehicle, &settings.named()))
             .map_err(|w| scenario.error(at, w.message, w.help))?;
         let mut running = RunningEstimator::new(name, estimator);
         running.reference = registry.is_reference(of_type.name());
@@ -67,7 +68,14 @@ pub fn controller(
     for (key, value) in settings.named() {
         of_kind.check(key, value).map_err(|w| at(key, w))?;
     }
-    of_kind
-        .build(vehicle, setup, &settings.named())
+    made(|| of_kind.build(vehicle, setup, &settings.named()))
         .map_err(|w| scenario.error("drive.controller", w.message, w.help))
+}
+
+/// Builds a part. A panic is a refusal.
+fn made<T>(build: impl FnOnce() -> Result<T, Refusal>) -> Result<T, Refusal> {
+    guarded(build).unwrap_or_else(|told| {
+        let help = "values that it can be built with";
+        Err(Refusal::new(format!("it panicked: {told}"), help))
+    })
 }

@@ -82,6 +82,7 @@ impl Simulation {
             instruments: InstrumentSpecs::default(),
             rail: Arc::new(no_rail()),
             plant,
+            plant_is_ours: false,
             sensors,
             estimators,
             in_loop: None,

@@ -124,6 +124,9 @@ const ESTIMATOR_KEYS: &[&str] = &["is", "from"];
 /// Keys of a scenario's controller that are not parameters.
 const CONTROLLER_KEYS: &[&str] = &["kind", "feedforward"];
 
+/// The estimator of ours that is built for a vehicle on a rail only.
+const RAIL_ONLY: &str = "rail_fusion";
+
 impl Default for Registry {
     fn default() -> Self {
         let mut registry = Self::empty();
@@ -132,6 +135,11 @@ impl Default for Registry {
             .map(|name| {
                 let groups = ours::key_groups(name).unwrap_or_default();
                 let build = |vehicle: &Vehicle, settings: NamedSettings<'_>| {
+                    if *name == RAIL_ONLY && vehicle.road.is_some() {
+                        let message = "it is made for a rail: no drag of the air is in its force balance, and this is a road vehicle";
+                        let help = "`attitude`, or a supervised method such as `imm_stf_robust`";
+                        return Err(Refusal::new(message, help));
+                    }
                     let built = ours::build(name, vehicle, settings.iter().copied())?;
                     Ok(Box::new(built) as BoxedEstimator)
                 };

@@ -7,6 +7,7 @@ pub use super::observer::{Observer, StepFrame};
 use super::simulation::Simulation;
 use crate::control::{Perception, Reference};
 use crate::error::Error;
+use crate::guarded::guarded;
 use crate::plant::divergence::Causes;
 use monorig_estimators::api::signals::{Command, Measurements};
 
@@ -48,7 +49,10 @@ fn closed_loop(
             return Ok(outcome);
         }
         let seen = steps.look(s);
-        let command = s.control(&seen);
+        let command = guarded(|| s.control(&seen)).map_err(|told| Error::Broken {
+            t_s: s.plant.truth().t_s,
+            what: format!("the controller panicked: {told}"),
+        })?;
         steps.make(s, command, &seen, observers)?;
     }
 }
@@ -114,6 +118,7 @@ impl Steps {
             train: &s.train,
             gravity_mps2: s.scenario.file.physics.gravity_mps2.get(),
             dt_s: s.dt_s,
+            is_ours: s.plant_is_ours,
         };
         causes.step(s.plant.as_mut(), &command)?;
         self.made += 1;

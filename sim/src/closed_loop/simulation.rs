@@ -28,6 +28,8 @@ pub struct Simulation {
     pub train: Train,
     /// The train or the car in motion.
     pub plant: Box<dyn Plant>,
+    /// True of a plant of monorig's own, not of one that a program brings.
+    pub(crate) plant_is_ours: bool,
     /// The instruments.
     pub sensors: Suite,
     /// Specifications of the instruments; empty for a recorded drive.

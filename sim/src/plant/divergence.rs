@@ -6,7 +6,7 @@
 
 use super::Plant;
 use crate::error::Error;
-use crate::record::decoder::guarded;
+use crate::guarded::guarded;
 use crate::train::Train;
 use monorig_estimators::api::signals::Command;
 
@@ -60,6 +60,8 @@ pub(crate) struct Causes<'a> {
     pub(crate) train: &'a Train,
     pub(crate) gravity_mps2: f64,
     pub(crate) dt_s: f64,
+    /// True of a plant of monorig's own: its panics are those of its arithmetic.
+    pub(crate) is_ours: bool,
 }
 
 impl Causes<'_> {
@@ -77,6 +79,10 @@ impl Causes<'_> {
             truth.speed_mps.abs() <= MAX_SPEED_MPS && truth.accel_mps2.abs() <= MAX_ACCEL_MPS2;
         match stepped {
             Ok(done) if moves || plant.is_recorded() => done,
+            Err(told) if !self.is_ours => Err(Error::Broken {
+                t_s,
+                what: format!("the plant panicked: {told}"),
+            }),
             _ => Err(self.broken(t_s, plant.diverging_body())),
         }
     }

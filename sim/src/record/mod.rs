@@ -4,7 +4,6 @@
 //! |---|---|
 //! | `channels` | the channel table: every column with its unit and its value |
 //! | `recorder` | the observer that fills rows and hands them on in chunks |
-//! | `decoder` | decoders of other libraries, whose panics are errors |
 //! | `extra` | channels that others add, such as the Cramér-Rao bound |
 //! | `background` | a sink on a thread of its own |
 //! | `parquet` `readback` | columns written to a file, and read from one |
@@ -16,7 +15,6 @@
 mod arithmetic;
 mod background;
 mod channels;
-pub mod decoder;
 mod extra;
 pub mod folder;
 pub mod identity;

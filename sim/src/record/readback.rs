@@ -1,9 +1,9 @@
 //! Reading `channels.parquet` back: what is in it, whether all of it can be read, and its columns.
 
-use super::decoder::guarded;
 use super::parquet::{EVENTS, PANDAS};
 use crate::config::file::{nearest, regular};
 use crate::error::{Error, InputError};
+use crate::guarded::decoded;
 use arrow::array::{Array, Float64Array};
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -68,7 +68,7 @@ impl Columns {
 
 /// Read every value of a file of channels. One that breaks off, or is not ours, is an error.
 pub fn read(path: &Path) -> Result<Contents, Error> {
-    guarded(|| read_all(path)).unwrap_or_else(|e| Err(broken(path, e)))
+    decoded(|| read_all(path)).unwrap_or_else(|e| Err(broken(path, e)))
 }
 
 fn read_all(path: &Path) -> Result<Contents, Error> {
@@ -81,7 +81,7 @@ fn read_all(path: &Path) -> Result<Contents, Error> {
 
 /// Reads the columns whose name `wanted` accepts, and always `time`.
 pub fn columns(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<(Contents, Columns), Error> {
-    guarded(|| read_columns(path, wanted)).unwrap_or_else(|e| Err(broken(path, e)))
+    decoded(|| read_columns(path, wanted)).unwrap_or_else(|e| Err(broken(path, e)))
 }
 
 fn read_columns(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<(Contents, Columns), Error> {

@@ -5,6 +5,8 @@ use serde_yaml::Value;
 
 /// Keys whose values have a range of their own: least and most magnitude. Zero is left to the type of the value.
 const KEYS: &[(&str, f64, f64)] = &[
+    // a second of smaller steps takes minutes
+    ("dt_ms", 0.05, 100.0),
     ("gravity_mps2", 0.1, 100.0),
     ("bearing_n", 1e-6, 1e6),
     ("bearing_nspm", 1e-6, 1e4),

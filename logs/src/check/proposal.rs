@@ -1,0 +1,549 @@
+//! A map proposed for the files of a log, by the names, units and values of their columns.
+
+use super::inspect::{ColumnReport, Inspection, TableReport};
+use crate::notation::{Quantity, STANDARD_GRAVITY_MPS2, Title};
+use crate::read::full_name;
+use std::ptr;
+
+/// A file of a log that a map is proposed for: its name in the map, that of the file, and what is in it.
+pub type InspectedFile<'a> = (String, String, &'a Inspection);
+
+/// A column with the words that tell what it is.
+struct Candidate<'a> {
+    /// Name of its file in the map.
+    file: &'a str,
+    /// Place of its table among all.
+    table: usize,
+    /// Name as a map writes it.
+    name: String,
+    title: Title,
+    /// Words of file and table.
+    around: Title,
+    values: &'a ColumnReport,
+}
+
+/// Words of accelerometers and gyros; stems of their columns that are too short for a word: `ax`, `wx`.
+const FORCE: Kind = Kind {
+    words: &[
+        "g",
+        "acc",
+        "accel",
+        "acceleration",
+        "accelerometer",
+        "beschleunigung",
+        "force",
+    ],
+    stems: &["a", "f", "acc", "accel", "acceleration"],
+    quantity: Quantity::Acceleration,
+};
+const RATE: Kind = Kind {
+    words: &[
+        "gyro",
+        "gyr",
+        "gyroscope",
+        "gyrometer",
+        "angular",
+        "rate",
+        "omega",
+        "drehrate",
+    ],
+    stems: &["w", "g", "gyro", "gyr", "omega"],
+    quantity: Quantity::AngularRate,
+};
+/// Words of columns beside them that are neither: gravity taken off or alone, angles, magnetic fields.
+const NOT_IMU: [&str; 8] = [
+    "gravity",
+    "user",
+    "uncalibrated",
+    "bias",
+    "mag",
+    "quat",
+    "ref",
+    "truth",
+];
+
+/// Words of wheel speeds, of single wheels, and of torques.
+const SPEEDS: [&str; 8] = [
+    "wheel",
+    "wheels",
+    "vel",
+    "velocity",
+    "speed",
+    "v",
+    "vf",
+    "geschwindigkeit",
+];
+const WHEELS: [&str; 7] = ["wheel", "wheels", "wheelspeed", "fl", "fr", "rl", "rr"];
+const TORQUES: [&str; 8] = [
+    "torque",
+    "trq",
+    "moment",
+    "drehmoment",
+    "motormoment",
+    "effort",
+    "wheeltorque",
+    "enginetorque",
+];
+/// Words of columns that are none of these.
+const OTHERS: [&str; 22] = [
+    "steer",
+    "steering",
+    "engine",
+    "rpm",
+    "slope",
+    "wind",
+    "request",
+    "requested",
+    "accuracy",
+    "limit",
+    "target",
+    "max",
+    "min",
+    "ref",
+    "truth",
+    "vertical",
+    "angular",
+    "fan",
+    "rotation",
+    "acc",
+    "sd",
+    "lateral",
+];
+/// Words of a speed that no wheel has.
+const NO_WHEEL: [&str; 5] = ["gps", "gnss", "location", "ground", "laser"];
+
+/// A kind of instrument with three axes.
+struct Kind {
+    words: &'static [&'static str],
+    stems: &'static [&'static str],
+    quantity: Quantity,
+}
+
+/// A map file for the files of a log, to be looked through: a comment marks guesses from names.
+pub fn proposed_map(files: &[InspectedFile<'_>]) -> String {
+    let names: Vec<String> = files
+        .iter()
+        .map(|(name, file, _)| format!("{}: {}", quoted(name), quoted(file)))
+        .collect();
+    let mut lines = vec![
+        "version: 1".to_owned(),
+        format!("files: {{{}}}", names.join(", ")),
+    ];
+    if files.iter().any(|(_, _, found)| found.is_can) {
+        lines.push("dbc: DATABASE.dbc".into());
+    }
+    let tables = || files.iter().flat_map(|(_, _, found)| &found.tables);
+    let rate = tables().map(TableReport::rate_hz);
+    let rate = rate.filter(|r| r.is_finite()).fold(1.0, f64::max);
+    lines.push(format!(
+        "step: {{rate_hz: {}}}",
+        rate.round().clamp(1.0, 200.0)
+    ));
+    lines.push("nominal: {tare_kg: ???, wheel_radius_m: ???}   # or vehicle: FILE".into());
+    lines.push(
+        "channels:   # guessed from the names of the columns: check each unit and axis".into(),
+    );
+    let all = candidates(files);
+    let channels = channels(&all, files.len() > 1);
+    if channels.is_empty() {
+        lines.push("  wheel_speed: [{columns: [???], unit: m/s}]   # no column has a name that says what it is".into());
+    }
+    lines.extend(channels);
+    lines.extend(references(&all, files.len() > 1));
+    lines.push("estimators: {ekf_v_theta_biases: {}}".into());
+    lines.join("\n") + "\n"
+}
+
+/// Every column with a value.
+fn candidates<'a>(files: &'a [InspectedFile<'_>]) -> Vec<Candidate<'a>> {
+    let mut all = Vec::new();
+    let mut tables = 0;
+    for (file, path, found) in files {
+        for table in &found.tables {
+            tables += 1;
+            let stem = path
+                .rsplit_once('.')
+                .map_or(path.as_str(), |(stem, _)| stem);
+            for values in table.columns.iter().filter(|c| c.values > 0) {
+                let mut title = Title::of(&values.name);
+                if !values.unit.is_empty() {
+                    title.unit.clone_from(&values.unit);
+                }
+                all.push(Candidate {
+                    file,
+                    table: tables,
+                    name: full_name(&table.name, &values.name),
+                    title,
+                    around: Title::of(&format!("{stem} {}", table.name)),
+                    values,
+                });
+            }
+        }
+    }
+    all
+}
+
+/// The channels, a line each; `several`: where there are several files a channel says which.
+fn channels<'a>(all: &'a [Candidate<'a>], several: bool) -> Vec<String> {
+    let mut lines = Vec::new();
+    let of = |c: &Candidate<'_>| match several {
+        true => format!("file: {}, ", quoted(c.file)),
+        false => String::new(),
+    };
+    let list = |columns: &[&Candidate<'_>]| {
+        let columns: Vec<String> = columns.iter().map(|c| quoted(&c.name)).collect();
+        columns.join(", ")
+    };
+    let mut used: Vec<&Candidate<'_>> = Vec::new();
+    for (channel, kind) in [("specific_force", FORCE), ("angular_rate", RATE)] {
+        if let Some(axes) = triple(all, &kind, &used) {
+            let [first, ..] = axes;
+            used.extend(axes);
+            let unit = unit(&axes, kind.quantity);
+            lines.push(format!(
+                "  {channel}: {{{}columns: [{}], unit: {unit}, axes: [forward, left, up]}}",
+                of(first),
+                list(&axes)
+            ));
+        }
+    }
+    let wheels = speeds(all);
+    if let [first, ..] = wheels.as_slice() {
+        let unit = unit(&wheels, Quantity::Speed);
+        lines.push(format!(
+            "  wheel_speed: [{{{}columns: [{}], unit: {unit}}}]",
+            of(first),
+            list(&wheels)
+        ));
+    }
+    let torques = of_one_table(all.iter().filter(|c| {
+        c.title.has(&TORQUES)
+            && !c.title.has(&[
+                "steering",
+                "steer",
+                "request",
+                "requested",
+                "limit",
+                "max",
+                "min",
+            ])
+            && fits(c, Quantity::Torque)
+    }));
+    if let [first, ..] = torques.as_slice() {
+        let unit = unit(&torques, Quantity::Torque);
+        lines.push(format!(
+            "  traction: {{{}torque: [{}], unit: {unit}}}   # gear ratio and radius: `nominal`",
+            of(first),
+            list(&torques)
+        ));
+    }
+    lines
+}
+
+/// True if its unit is one of this quantity, or none is told.
+fn fits(c: &Candidate<'_>, quantity: Quantity) -> bool {
+    c.title.unit.is_empty() || c.title.known_unit().is_some_and(|u| u.quantity == quantity)
+}
+
+/// The first eight of those that are of the first one's table.
+fn of_one_table<'a>(of: impl Iterator<Item = &'a Candidate<'a>>) -> Vec<&'a Candidate<'a>> {
+    let mut found: Vec<&Candidate<'_>> = Vec::new();
+    for c in of {
+        if found.first().is_none_or(|f| f.table == c.table) && found.len() < 8 {
+            found.push(c);
+        }
+    }
+    found
+}
+
+/// The speeds of wheels; without any, the first speed of another name, that of a satellite receiver last.
+fn speeds<'a>(all: &'a [Candidate<'a>]) -> Vec<&'a Candidate<'a>> {
+    let speeds = || {
+        all.iter().filter(|c| {
+            let numbered = |w: &String| SPEEDS.contains(&w.trim_end_matches(char::is_numeric));
+            let named = c.title.words.iter().any(numbered) || c.title.has(&WHEELS);
+            named && !c.title.has(&OTHERS) && fits(c, Quantity::Speed)
+        })
+    };
+    let wheels = of_one_table(speeds().filter(|c| c.title.has(&WHEELS)));
+    if !wheels.is_empty() {
+        return wheels;
+    }
+    let no_wheel = |c: &Candidate<'_>| c.title.has(&NO_WHEEL) || c.around.has(&NO_WHEEL);
+    let first = speeds().find(|c| !no_wheel(c)).or_else(|| speeds().next());
+    let side = ["l", "r", "left", "right"];
+    let name = |c: &Candidate<'_>| -> Vec<String> {
+        let words = c.title.words.iter();
+        words
+            .filter(|w| !side.contains(&w.as_str()) && w.parse::<u8>().is_err())
+            .cloned()
+            .collect()
+    };
+    let alike = |c: &&Candidate<'_>| first.is_some_and(|f| name(f) == name(c));
+    of_one_table(speeds().filter(alike))
+}
+
+/// Three columns of one table, the axes x, y and z of an instrument; of several accelerometers the first that shows
+/// gravity.
+fn triple<'a>(
+    all: &'a [Candidate<'a>],
+    kind: &Kind,
+    used: &[&Candidate<'_>],
+) -> Option<[&'a Candidate<'a>; 3]> {
+    let firsts = all.iter().filter_map(|c| Some((c, stem(c, kind, "x")?)));
+    let triples = firsts.filter_map(|(first, name)| {
+        let other = |axis: &str| {
+            let mut beside = all.iter().filter(|c| c.table == first.table);
+            beside.find(|c| stem(c, kind, axis).as_ref() == Some(&name))
+        };
+        let axes = [first, other("y")?, other("z")?];
+        let free = axes.iter().all(|c| !used.iter().any(|u| ptr::eq(*u, *c)));
+        free.then_some(axes)
+    });
+    let triples: Vec<_> = triples.collect();
+    let shows = |axes: &&[&Candidate<'_>; 3]| gravity_unit(mean_norm(*axes)).is_some();
+    let shown = triples
+        .iter()
+        .find(shows)
+        .filter(|_| kind.quantity == Quantity::Acceleration);
+    shown.or(triples.first()).copied()
+}
+
+/// Length of the vector of the means.
+fn mean_norm(axes: &[&Candidate<'_>]) -> f64 {
+    let squares = axes.iter().map(|c| c.values.mean * c.values.mean);
+    squares.sum::<f64>().sqrt()
+}
+
+/// The unit in which gravity is about so much.
+fn gravity_unit(norm: f64) -> Option<&'static str> {
+    let units = [("m/s2", STANDARD_GRAVITY_MPS2), ("g", 1.0), ("mg", 1000.0)];
+    let found = units
+        .into_iter()
+        .find(|(_, g)| (norm / g - 1.0).abs() < 0.1);
+    found.map(|(unit, _)| unit)
+}
+
+/// The name without the axis, of a column of this kind of instrument and this axis.
+fn stem(c: &Candidate<'_>, kind: &Kind, axis: &str) -> Option<String> {
+    let (last, before) = c.title.words.split_last()?;
+    let rest = last.strip_suffix(axis)?;
+    if c.title.has(&NOT_IMU) || c.around.has(&NOT_IMU) || !fits(c, kind.quantity) {
+        return None;
+    }
+    let in_name =
+        before.iter().any(|w| kind.words.contains(&w.as_str())) || kind.stems.contains(&rest);
+    // `x` alone is of the instrument that file or table are named after
+    let in_file = rest.is_empty() && before.is_empty() && c.around.has(kind.words);
+    (in_name || in_file).then(|| format!("{} {rest}", before.join(" ")))
+}
+
+/// The unit of columns: as told, else what the values look like.
+fn unit(columns: &[&Candidate<'_>], quantity: Quantity) -> &'static str {
+    let told = columns.iter().find_map(|c| c.title.known_unit());
+    if let Some(unit) = told {
+        return unit.name;
+    }
+    let most = columns
+        .iter()
+        .map(|c| c.values.max.abs().max(c.values.min.abs()));
+    let most = most.fold(0.0, f64::max);
+    match quantity {
+        Quantity::Acceleration => gravity_unit(mean_norm(columns)).unwrap_or("m/s2"),
+        // no vehicle turns so fast, and none drives so fast
+        Quantity::AngularRate if most > 10.0 => "deg/s",
+        Quantity::Speed if most > 70.0 => "km/h",
+        _ => quantity.si_name(),
+    }
+}
+
+/// The references of a map: columns of the slope and of a mass that stays.
+fn references(all: &[Candidate<'_>], several: bool) -> Vec<String> {
+    let mut lines = Vec::new();
+    let slope = all.iter().find(|c| {
+        let is_slope = c
+            .title
+            .words
+            .last()
+            .is_some_and(|w| w == "slope" || w == "grade");
+        let known = c.title.known_unit().map(|u| u.name);
+        is_slope && known.is_some_and(|u| Quantity::Slope.unit(u).is_some())
+    });
+    if let Some(c) = slope {
+        let file = match several {
+            true => format!("file: {}, ", quoted(c.file)),
+            false => String::new(),
+        };
+        lines.push(format!(
+            "  slope: {{{file}column: {}, unit: {}, sd_deg: 0.1}}   # sd_deg: how well it is known",
+            quoted(&c.name),
+            c.title.known_unit().map_or("deg", |u| u.name)
+        ));
+    }
+    let mass = all.iter().find(|c| {
+        let stays = c.values.min == c.values.max && c.values.min > 0.0;
+        let kg = c.title.unit == "kg" || c.title.words.last().is_some_and(|w| w == "kg");
+        stays && kg && c.title.has(&["mass"])
+    });
+    if let Some(c) = mass {
+        lines.push(format!(
+            "  mass: {{kg: {}, sd_kg: {:.0}}}",
+            c.values.min,
+            0.02 * c.values.min
+        ));
+    }
+    if !lines.is_empty() {
+        lines.insert(0, "reference:".into());
+    }
+    lines
+}
+
+/// A name in quotes where YAML needs them.
+fn quoted(name: &str) -> String {
+    let plain = name
+        .chars()
+        .all(|c| c.is_alphanumeric() || "_./".contains(c))
+        && name.starts_with(|c: char| c.is_alphabetic() || c == '/');
+    match plain {
+        true => name.to_owned(),
+        false => format!("'{}'", name.replace('\'', "''")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::inspect::inspect;
+    use super::*;
+    use crate::read::ReadOptions;
+
+    /// The map for files of these names, titles and first values; the values stay.
+    fn proposed(files: &[(&str, &str, &str)]) -> String {
+        let dir = tempfile::tempdir().unwrap();
+        let all: Vec<(String, String, Inspection)> = files
+            .iter()
+            .map(|(file, titles, values)| {
+                let path = dir.path().join(file);
+                let row = |i: u32| format!("{:.2}{values}\n", 0.02 * f64::from(i));
+                let rows: String = (0..50).map(row).collect();
+                std::fs::write(&path, format!("{titles}\n{rows}")).unwrap();
+                let found = inspect(&path, &ReadOptions::default()).unwrap();
+                let (name, _) = file.split_once('.').unwrap();
+                (name.to_owned(), (*file).to_owned(), found)
+            })
+            .collect();
+        let files = all.iter().map(|(a, b, c)| (a.clone(), b.clone(), c));
+        proposed_map(&files.collect::<Vec<_>>())
+    }
+
+    fn has(map: &str, lines: &[&str]) {
+        for line in lines {
+            assert!(map.contains(line), "{line} in\n{map}");
+        }
+    }
+
+    /// Names, units in heads and files of one sensor each, in the ways of loggers.
+    #[test]
+    fn columns_in_the_ways_of_loggers() {
+        let phone = proposed(&[
+            (
+                "Accelerometer.csv",
+                "time,seconds_elapsed,z,y,x",
+                ",0,9.81,0,0",
+            ),
+            ("Gravity.csv", "time,z,y,x", ",9.81,0,0"),
+            ("Gyroscope.csv", "time,seconds_elapsed,z,y,x", ",0,0.01,0,0"),
+            (
+                "Location.csv",
+                "time,speedAccuracy,speed,latitude",
+                ",1,5,48",
+            ),
+        ]);
+        has(
+            &phone,
+            &[
+                "specific_force: {file: Accelerometer, columns: [x, y, z], unit: m/s2",
+                "angular_rate: {file: Gyroscope, columns: [x, y, z], unit: rad/s",
+                "wheel_speed: [{file: Location, columns: [speed], unit: m/s}]",
+            ],
+        );
+        let heads = "Zeit [s],Geschwindigkeit [km/h],Beschleunigung X [g],Beschleunigung Y [g],Beschleunigung Z [g],\
+            Drehrate X [°/s],Drehrate Y [°/s],Drehrate Z [°/s],Motormoment [Nm]";
+        has(
+            &proposed(&[("fahrt.csv", heads, ",36,0,0,1,0,0,0,50")]),
+            &[
+                "columns: ['Geschwindigkeit [km/h]'], unit: km/h",
+                "columns: ['Beschleunigung X [g]', 'Beschleunigung Y [g]', 'Beschleunigung Z [g]'], unit: g",
+                "columns: ['Drehrate X [°/s]', 'Drehrate Y [°/s]', 'Drehrate Z [°/s]'], unit: deg/s",
+                "torque: ['Motormoment [Nm]'], unit: Nm",
+            ],
+        );
+        let names = "time_s,WheelSpeedFL,WheelSpeedFR,imu_acc_x_mps2,imu_acc_y_mps2,imu_acc_z_mps2,imu_gyr_x_dps,\
+            imu_gyr_y_dps,imu_gyr_z_dps,MotorTorque_Nm,SteeringWheelSpeed,EngineSpeed,VehicleSpeed";
+        has(
+            &proposed(&[("d.csv", names, ",90,90,0,0,9.8,1,1,1,5,0,900,90")]),
+            &[
+                "wheel_speed: [{columns: [WheelSpeedFL, WheelSpeedFR], unit: km/h}]",
+                "columns: [imu_acc_x_mps2, imu_acc_y_mps2, imu_acc_z_mps2], unit: m/s2",
+                "columns: [imu_gyr_x_dps, imu_gyr_y_dps, imu_gyr_z_dps], unit: deg/s",
+                "torque: [MotorTorque_Nm], unit: Nm",
+            ],
+        );
+        let ros = "%time,field.angular_velocity.x,field.angular_velocity.y,field.angular_velocity.z,\
+            field.linear_acceleration.x,field.linear_acceleration.y,field.linear_acceleration.z";
+        has(
+            &proposed(&[("imu.csv", ros, ",0,0,0,0,0,1.0")]),
+            &[
+                "columns: [field.linear_acceleration.x, field.linear_acceleration.y, field.linear_acceleration.z], unit: g",
+                "columns: [field.angular_velocity.x, field.angular_velocity.y, field.angular_velocity.z], unit: rad/s",
+            ],
+        );
+        let sides = "t,ax,ay,az,wx,wy,wz,velL,velR";
+        has(
+            &proposed(&[("r.csv", sides, ",0,0,9.8,0,0,0,1,1")]),
+            &[
+                "columns: [ax, ay, az]",
+                "columns: [wx, wy, wz]",
+                "columns: [velL, velR]",
+            ],
+        );
+    }
+
+    /// Three files make one map: the IMU, the four wheels without the steering, the torque, and the references.
+    #[test]
+    fn files_of_a_folder_make_one_map() {
+        let speeds = "fl [km/h],fr [km/h],rl [km/h],rr [km/h],steering_wheel_speed,torque [Nm]";
+        let map = proposed(&[
+            (
+                "imu.csv",
+                "t,acc_x,acc_y,acc_z,gyro_x,gyro_y,gyro_z",
+                ",0,0,9.8,0,0,0",
+            ),
+            ("can.csv", &format!("t,{speeds}"), ",9,9,9,9,5,100"),
+            ("ref.csv", "t,slope_deg,mass_kg", ",2,1720"),
+        ]);
+        has(
+            &map,
+            &[
+                "files: {imu: imu.csv, can: can.csv, ref: ref.csv}",
+                "specific_force: {file: imu, columns: [acc_x, acc_y, acc_z], unit: m/s2",
+                "wheel_speed: [{file: can, columns: ['fl [km/h]', 'fr [km/h]', 'rl [km/h]', 'rr [km/h]'], unit: km/h}]",
+                "traction: {file: can, torque: ['torque [Nm]'], unit: Nm}",
+                "slope: {file: ref, column: slope_deg, unit: deg",
+                "mass: {kg: 1720, sd_kg: 34}",
+            ],
+        );
+    }
+
+    /// Of two accelerometers the one that shows gravity is taken.
+    #[test]
+    fn an_acceleration_without_gravity_is_no_specific_force() {
+        let map = proposed(&[
+            ("Accelerometer.csv", "time,z,y,x", ",0.1,0,0"),
+            ("TotalAcceleration.csv", "time,z,y,x", ",9.8,0,0"),
+        ]);
+        has(
+            &map,
+            &["specific_force: {file: TotalAcceleration, columns: [x, y, z], unit: m/s2"],
+        );
+    }
+}
