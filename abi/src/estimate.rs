@@ -89,7 +89,7 @@ impl From<&Estimated> for Estimate {
     }
 }
 
-/// What became of a measurement: `monorig_aid`.
+/// Status of a measurement: `monorig_aid`.
 #[repr(C)]
 #[derive(Clone, Copy, Default)]
 #[allow(missing_docs)] // the header has them

@@ -215,7 +215,7 @@ fn a_program_in_c_with_the_static_library_gets_the_native_numbers() {
     assert_eq!(printed.lines().collect::<Vec<_>>(), native);
 }
 
-/// What the header adds to a step: `cargo test --release --test header -- --ignored --nocapture`.
+/// Prints the cost of the header: `cargo test --release --test header -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement: prints times and asserts nothing"]
 fn cost_of_the_header() {

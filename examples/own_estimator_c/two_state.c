@@ -15,6 +15,8 @@ typedef struct {
   double p00, p01, p11;
   double mass, mass_variance;
   double accel; /* the last specific force along the train */
+  double slow_accel, slow_force; /* both behind the same low-pass of 0.5 s */
+  double steady_theta, steady_m; /* the grade that has not changed for so long a way */
   uint64_t seen; /* a wheel has been heard */
 } two_state;
 
@@ -46,10 +48,11 @@ int32_t monorig_parameter_at(const char *name, uint64_t index, monorig_parameter
 
 void monorig_reset(void *memory) {
   two_state *s = memory;
-  s->v = s->theta = s->accel = 0.0;
+  s->v = s->theta = s->accel = s->slow_accel = s->slow_force = 0.0;
+  s->steady_theta = s->steady_m = 0.0;
   s->p00 = 0.01, s->p01 = 0.0, s->p11 = 0.03;
   s->mass = 0.5 * (s->vehicle.mass_range_kg[0] + s->vehicle.mass_range_kg[1]);
-  s->mass_variance = 1e6;
+  s->mass_variance = 1e8;
   s->seen = 0;
 }
 
@@ -105,22 +108,37 @@ int32_t monorig_step(void *memory, const monorig_input *z, monorig_estimate *out
     s->seen = 1;
   }
 
-  /* force = mass (f + c g) + rotating masses */
+  /* the grade is that of the whole train once it has not changed over its length */
+  double length = fmax(c->tare_span_m[1], c->load_span_m[1]) - fmin(c->tare_span_m[0], c->load_span_m[0]);
+  s->steady_m += fabs(s->v) * dt;
+  if (fabs(s->theta - s->steady_theta) > 0.015) {
+    s->steady_theta = s->theta;
+    s->steady_m = 0.0;
+  }
+  uint64_t steady = s->steady_m > length + 1.0;
+
+  /* force = mass (f + c g) + rotating masses, where f is large against the bias of the accelerometer */
   uint64_t moving = fabs(s->v) > 0.05;
-  if (moving && torques == c->drives) {
-    double h = s->accel + G * c->running_resistance, forget = 0.9995;
-    double k = s->mass_variance * h / (forget + h * s->mass_variance * h);
-    s->mass += k * (force - c->rotating_mass_kg * a - h * s->mass);
-    s->mass_variance = fmin((s->mass_variance - k * h * s->mass_variance) / forget, 1e9);
+  double share = dt / (0.5 + dt);
+  s->slow_accel += share * (s->accel - s->slow_accel);
+  if (torques == c->drives) s->slow_force += share * (force - s->slow_force);
+  double h = s->slow_accel + G * c->running_resistance;
+  uint64_t excited = moving && steady && fabs(h) > 0.8;
+  if (excited) {
+    double forget = 0.9995, noise = 300.0 + 0.03 * fabs(s->slow_force);
+    double k = s->mass_variance * h / (forget * noise * noise + h * s->mass_variance * h);
+    s->mass += k * (s->slow_force - c->rotating_mass_kg * (s->slow_accel - G * sin(s->theta)) - h * s->mass);
+    s->mass_variance = fmin((s->mass_variance - k * h * s->mass_variance) / forget, 1e8);
   }
 
-  uint64_t mass_valid = s->mass_variance < 1e5;
+  uint64_t mass_valid = sqrt(s->mass_variance) < 0.05 * s->mass;
   out->t_ns = z->t_ns;
   out->total_mass_kg = (monorig_value){s->mass, sqrt(s->mass_variance), mass_valid};
-  out->grade_rad = out->effective_grade_rad = (monorig_value){s->theta, sqrt(fmax(s->p11, 0.0)), s->seen};
+  out->grade_rad = (monorig_value){s->theta, sqrt(fmax(s->p11, 0.0)), s->seen};
+  out->effective_grade_rad = (monorig_value){s->theta, out->grade_rad.sd, s->seen && steady};
   out->speed_mps = (monorig_value){s->v, sqrt(fmax(s->p00, 0.0)), s->seen};
   out->moving = moving;
-  out->excited = torques > 0;
+  out->excited = excited;
   out->saturated = 0;
   return MONORIG_OK;
 }

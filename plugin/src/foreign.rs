@@ -94,7 +94,7 @@ impl Foreign {
             .map(|(k, v)| SetParameter::new(k, *v))
             .collect();
         let mut reason = Reason::default();
-        // SAFETY: memory of the size and alignment that the library asks for, a text, and structs that live until it is over.
+        // SAFETY: memory as the library asks for, a text, and structs that live until it is over.
         let code = unsafe {
             (library.create)(
                 memory.as_ptr().cast_mut().cast(),

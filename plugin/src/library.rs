@@ -44,7 +44,7 @@ pub(crate) struct Library {
     pub aid_status: Option<unsafe extern "C" fn(*const c_void, *mut Aid, u64)>,
     pub snapshot: Option<unsafe extern "C" fn(*const c_void, *mut u8, u64) -> i64>,
     pub restore: Option<unsafe extern "C" fn(*mut c_void, *const u8, u64, *mut Reason) -> i32>,
-    /// Whether its one instance is in use; none for a library that can have several.
+    /// True while its one instance is in use; none for a library that can have several.
     pub in_use: Option<AtomicBool>,
     /// Parameters of each name, once asked for.
     parameters: Mutex<BTreeMap<&'static str, &'static [&'static [Key]]>>,

@@ -66,8 +66,8 @@ pub struct PartType<B: ?Sized> {
     about: String,
     groups: &'static [&'static [Key]],
     build: Arc<B>,
-    /// A published method as it stands in its source, without supervision: it is shown beside the others, and is not for
-    /// use. One that a program adds is none.
+    /// A published method as it stands in its source, without supervision: for comparison, not for use. One that a
+    /// program adds is none.
     pub(super) reference: bool,
 }
 
