@@ -113,8 +113,7 @@ fn include_parameters(
     Ok(included)
 }
 
-/// Finds the libraries that estimators name, from the document's folder, and reads them, so that their digests are among
-/// those of the inputs.
+/// Finds the libraries that estimators name, from the document's folder, and reads them: the inputs have their digests.
 fn find_libraries(
     estimators: &mut BTreeMap<String, Settings>,
     document: &Document,
