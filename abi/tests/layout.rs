@@ -1,5 +1,6 @@
 //! The structs in Rust are laid out as a C compiler lays out those of the header.
 
+#![cfg(unix)] // compiles with `cc`
 #![allow(clippy::unwrap_used)] // helpers of tests
 
 use core::mem::offset_of;

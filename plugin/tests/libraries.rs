@@ -1,5 +1,6 @@
 //! Libraries of C in a scenario: one that works, and each mistake with its message.
 
+#![cfg(unix)] // compiles with `cc`
 #![allow(clippy::unwrap_used)] // helpers of tests
 
 use monorig_plugin::loads_libraries;
