@@ -133,6 +133,8 @@ impl App {
 
     /// Makes a program with the estimators and controllers of this registry and no others.
     pub fn with_registry(registry: Registry) -> Self {
+        #[cfg(feature = "plugins")]
+        let registry = monorig_plugin::loads_libraries(registry);
         Self {
             registry,
             commands: COMMANDS.to_vec(),

@@ -6,6 +6,7 @@ mod modules;
 mod public_face;
 mod style;
 mod type_names;
+mod unsafe_code;
 
 use std::path::{Path, PathBuf};
 

@@ -120,7 +120,7 @@ pub fn simulate(
         ));
     }
     for (name, settings) in &scenario.file.estimators {
-        detail(&format!("estimator {name}: {}", settings.type_name(name)));
+        detail(&format!("estimator {name}: {}", settings.origin(name)));
     }
     let resolved = resolved(&scenario, options.registry);
     let mut manifest = Manifest::new(&identity(), name, seed, inputs, resolved);
@@ -178,6 +178,11 @@ pub fn simulate(
         false => folder.commit()?,
         true => folder.commit_interrupted()?,
     };
+    for (name, settings) in &scenario.file.estimators {
+        if settings.library.is_some() {
+            note(&format!("{name} is {}", settings.origin(name)));
+        }
+    }
     for (name, times, reason) in &outcome.refusals {
         note(&format!(
             "{name} refused {times} steps, the first because {reason}"

@@ -86,8 +86,8 @@ impl AidOutcome {
 }
 
 impl AidOutcome {
-    /// The one with this code.
-    fn from_code(code: u8) -> Option<Self> {
+    /// Returns the outcome of this code, if there is one.
+    pub fn from_code(code: u8) -> Option<Self> {
         Some(match code {
             0 => AidOutcome::Stale,
             1 => AidOutcome::Fused,

@@ -193,7 +193,7 @@ impl RangesFile {
             };
             let key = format!("estimators.{name}");
             let of = registry
-                .find_estimator(settings.is.as_deref().unwrap_or(name))
+                .estimator_of(name, settings)
                 .map_err(|refusal| wrong(key.clone(), refusal))?;
             for parameter in settings.values.keys() {
                 of.key(parameter)

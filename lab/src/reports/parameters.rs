@@ -18,7 +18,7 @@ pub(crate) fn table(estimators: &BTreeMap<String, Settings>) -> Option<Table> {
             true => "defaults".to_owned(),
             false => values.collect::<Vec<_>>().join(", "),
         };
-        let of_type = settings.type_name(name);
+        let of_type = settings.origin(name);
         table.row([name.clone().into(), of_type.into(), given.into()]);
     }
     Some(table)

@@ -2,6 +2,7 @@
 
 use crate::reports::page::{Page, Section};
 use crate::reports::table::{Cell, Table};
+use crate::verdicts::judgement::Grade;
 use crate::stress::{Figures, MatrixCell, StressFile};
 use monorig_sim::config::scenario::IntegrityLimits;
 use std::collections::BTreeSet;
@@ -26,7 +27,10 @@ pub fn report(file: &StressFile) -> Page {
             0 => "No cell has misleading samples.".to_owned(),
             n => format!("{n} of {} cells have misleading samples.", file.cells.len()),
         },
-        bad == 0,
+        match bad {
+            0 => Grade::Held,
+            _ => Grade::Failed,
+        },
     ));
     page.sections.push(glance(file, most));
     for (title, of) in [

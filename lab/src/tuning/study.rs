@@ -6,7 +6,7 @@ use monorig_estimators::api::params::Setting;
 use monorig_sim::closed_loop::registry::{EstimatorType, Refusal, Registry};
 use monorig_sim::closed_loop::resolved;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
-use monorig_sim::config::file::{Document, Sets, name_of, named};
+use monorig_sim::config::file::{Document, Sets, name_of, named, read_bytes};
 use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::config::scenario::{ParameterValue, Scenario, Seeds, Settings};
 use monorig_sim::error::Error;
@@ -35,6 +35,9 @@ pub struct TuningFile {
     /// Its type, when its name is not that of one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) is: Option<String>,
+    /// Shared library that it is in, relative to the study.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) library: Option<String>,
     /// Which of its parameters vary, and how far.
     pub(crate) parameters: BTreeMap<String, Range>,
     /// Parameters that have another value than their default in every trial.
@@ -284,6 +287,8 @@ pub struct TuningStudy {
     pub(crate) validation: Vec<RunGroup>,
     /// The type of the estimator to tune.
     pub(crate) of: EstimatorType,
+    /// The same as a scenario would name it, with its defaults.
+    untuned: Settings,
     /// The estimators and controllers there are.
     pub(crate) registry: Registry,
     document: Document,
@@ -299,12 +304,20 @@ impl TuningStudy {
     ) -> Result<Self, Error> {
         let document = Document::read(path)?;
         let file: TuningFile = document.parse()?;
-        let (key, name) = match &file.is {
-            Some(is) => ("is", is),
-            None => ("estimator", &file.estimator),
+        let is = file.is.as_deref();
+        let mut untuned = is.map_or_else(Settings::default, Settings::of_type);
+        if let Some(library) = &file.library {
+            let found = named(path, "library", library)?;
+            read_bytes(&found)?;
+            untuned = untuned.in_library(library, found);
+        }
+        let key = match (&file.library, &file.is) {
+            (Some(_), _) => "library",
+            (None, Some(_)) => "is",
+            (None, None) => "estimator",
         };
         let of = registry
-            .find_estimator(name)
+            .estimator_of(&file.estimator, &untuned)
             .map_err(|w| document.error(key, w.message, w.help))?;
         let groups = |list: &[Runs], key: &str| -> Result<Vec<RunGroup>, Error> {
             let load = |(i, runs): (usize, &Runs)| {
@@ -329,7 +342,8 @@ impl TuningStudy {
             tuning: groups(&file.tuning, "tuning")?,
             validation: groups(&file.validation, "validation")?,
             file,
-            of: of.clone(),
+            of,
+            untuned,
             registry: registry.clone(),
             document,
             inputs: inputs.clone(),
@@ -401,8 +415,8 @@ impl TuningStudy {
     pub(crate) fn settings(&self, values: &Values) -> Settings {
         let mut all = self.file.fixed.clone();
         all.extend(values.iter().map(|(k, x)| (k.clone(), x.clone())));
-        let mut settings = Settings::new(all);
-        settings.is = self.file.is.clone();
+        let mut settings = self.untuned.clone();
+        settings.values = all;
         settings
     }
 }

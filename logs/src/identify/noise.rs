@@ -172,7 +172,7 @@ impl Noise {
         let figures = self.figures();
         let mut given = Vec::new();
         for (name, settings) in estimators.iter_mut() {
-            let Ok(of_type) = registry.find_estimator(settings.type_name(name)) else {
+            let Ok(of_type) = registry.estimator_of(name, settings) else {
                 continue; // refused where it is built
             };
             for (parameter, kind) in NAMES {

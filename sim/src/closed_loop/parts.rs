@@ -26,17 +26,16 @@ pub fn estimators(
             built.push(RunningEstimator::new(name, estimator));
             continue;
         }
-        let of_type =
-            registry
-                .find_estimator(settings.type_name(name))
-                .map_err(|w| match &settings.is {
-                    Some(_) => scenario.error(format!("{at}.is"), w.message, w.help),
-                    None => {
-                        let help =
-                            format!("{}; `is` names the type of one with another name", w.help);
-                        scenario.error(at.clone(), w.message, help)
-                    }
-                })?;
+        let of_type = registry.estimator_of(name, settings).map_err(|w| {
+            match (&settings.is, &settings.library) {
+                (_, Some(_)) => scenario.error(format!("{at}.library"), w.message, w.help),
+                (Some(_), None) => scenario.error(format!("{at}.is"), w.message, w.help),
+                (None, None) => {
+                    let help = format!("{}; `is` names the type of one with another name", w.help);
+                    scenario.error(at.clone(), w.message, help)
+                }
+            }
+        })?;
         for (key, value) in settings.named() {
             of_type
                 .check(key, value)
@@ -45,7 +44,7 @@ pub fn estimators(
         let estimator = made(|| of_type.build(vehicle, &settings.named()))
             .map_err(|w| scenario.error(at, w.message, w.help))?;
         let mut running = RunningEstimator::new(name, estimator);
-        running.reference = registry.is_reference(of_type.name());
+        running.reference = of_type.reference;
         built.push(running);
     }
     Ok(built)

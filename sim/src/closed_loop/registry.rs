@@ -32,13 +32,14 @@
 //! ```
 
 use crate::config::file::nearest;
-use crate::config::scenario::{DEFAULT_CONTROLLER, valid_name};
+use crate::config::scenario::{DEFAULT_CONTROLLER, Settings, valid_name};
 use crate::control::{Controller, ControllerSetup, SpeedController, SpeedControllerParams};
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::{Key, ParamError, Parameters, Setting};
 use monorig_estimators::api::signals::Vehicle;
 use monorig_estimators::registry::{self as ours, Kind};
 use std::fmt::Display;
+use std::path::Path;
 use std::sync::Arc;
 
 /// An estimator as a run holds it.
@@ -56,14 +57,18 @@ pub(crate) type BuildController = dyn Fn(&Vehicle, &ControllerSetup, NamedSettin
     + Send
     + Sync;
 
+/// Finds the estimator of this name, or the only one, in a library.
+type LoadLibrary = dyn Fn(&Path, Option<&str>) -> Result<EstimatorType, Refusal> + Send + Sync;
+
 /// A type of estimator or controller: its name, its parameters, and how it is built.
 pub struct PartType<B: ?Sized> {
     name: String,
     about: String,
     groups: &'static [&'static [Key]],
     build: Arc<B>,
-    /// A published method as it stands in its source, without supervision: for comparison, not for use.
-    reference: bool,
+    /// A published method as it stands in its source, without supervision: for comparison, not for use. One that a
+    /// program adds is none.
+    pub(super) reference: bool,
 }
 
 /// A type of estimator.
@@ -72,10 +77,18 @@ pub type EstimatorType = PartType<BuildEstimator>;
 pub type ControllerType = PartType<BuildController>;
 
 /// The types of estimators and controllers there are. Cheap to clone; can be shared between threads.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Registry {
     estimators: Vec<EstimatorType>,
     controllers: Vec<ControllerType>,
+    load_library: Option<Arc<LoadLibrary>>,
+}
+
+impl std::fmt::Debug for Registry {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let lists = (&self.estimators, &self.controllers);
+        out.debug_tuple("Registry").field(&lists).finish()
+    }
 }
 
 /// A name, a value or a part that cannot be used: what is wrong, and what would be right.
@@ -120,7 +133,7 @@ pub enum RegistryError {
 }
 
 /// Keys of a scenario's estimator that are not parameters.
-const ESTIMATOR_KEYS: &[&str] = &["is", "from"];
+const ESTIMATOR_KEYS: &[&str] = &["is", "from", "library"];
 /// Keys of a scenario's controller that are not parameters.
 const CONTROLLER_KEYS: &[&str] = &["kind", "feedforward"];
 
@@ -167,6 +180,7 @@ impl Registry {
         Self {
             estimators: Vec::new(),
             controllers: Vec::new(),
+            load_library: None,
         }
     }
 
@@ -247,12 +261,26 @@ impl Registry {
         find(&self.estimators, name, "estimator")
     }
 
-    /// True for a published method as it stands in its source, without supervision. It is shown beside the others, and
-    /// is not for use. An estimator that a program adds is none.
-    pub(crate) fn is_reference(&self, name: &str) -> bool {
-        self.estimators
-            .iter()
-            .any(|e| e.name == name && e.reference)
+    /// Lets scenarios name shared libraries, whose estimators `load` finds.
+    pub fn load_libraries_with(
+        &mut self,
+        load: impl Fn(&Path, Option<&str>) -> Result<EstimatorType, Refusal> + Send + Sync + 'static,
+    ) {
+        self.load_library = Some(Arc::new(load));
+    }
+
+    /// The type of an estimator of a scenario: that of its library, or the one of its name.
+    pub fn estimator_of(&self, name: &str, settings: &Settings) -> Result<EstimatorType, Refusal> {
+        let Some(library) = &settings.library else {
+            return self.find_estimator(settings.type_name(name)).cloned();
+        };
+        let load = self.load_library.as_ref().ok_or_else(|| {
+            let help = "the program `monorig` with its feature `plugins`, which is on by default";
+            Refusal::new("this program loads no libraries", help)
+        })?;
+        // found when the scenario was loaded; one put together in code has the name alone
+        let file = settings.library_file.as_deref();
+        load(file.unwrap_or(Path::new(library)), settings.is.as_deref())
     }
 
     /// The type of controller of this name.

@@ -10,8 +10,8 @@ use serde_json::{Map, Value, json};
 pub fn resolved(scenario: &Scenario, registry: &Registry) -> Value {
     let mut estimators = Map::new();
     for (name, settings) in &scenario.file.estimators {
-        if let Ok(of_type) = registry.find_estimator(settings.type_name(name)) {
-            estimators.insert(name.clone(), parameters(of_type, &settings.named()));
+        if let Ok(of_type) = registry.estimator_of(name, settings) {
+            estimators.insert(name.clone(), parameters(&of_type, &settings.named()));
         }
     }
     let settings = &scenario.file.drive.controller;

@@ -113,6 +113,26 @@ fn include_parameters(
     Ok(included)
 }
 
+/// Finds the libraries that estimators name, from the document's folder, and reads them: the inputs have their digests.
+fn find_libraries(
+    estimators: &mut BTreeMap<String, Settings>,
+    document: &Document,
+) -> Result<(), Error> {
+    let folder = document.path().parent().unwrap_or(Path::new(""));
+    for (name, settings) in estimators {
+        let Some(library) = &settings.library else {
+            continue;
+        };
+        let key = format!("estimators.{name}.library");
+        let found = folder.join(library);
+        crate::config::file::exists(&found)
+            .map_err(|(message, help)| document.error(key, message, help))?;
+        crate::config::file::read_bytes(&found)?;
+        settings.library_file = Some(found);
+    }
+    Ok(())
+}
+
 fn checked(file: &ScenarioFile, document: &Document) -> Result<(), Error> {
     check::check(file).map_err(|w| document.error(w.key, w.message, w.help))
 }
@@ -147,6 +167,7 @@ impl Scenario {
             }
         };
         let included = include_parameters(&mut file.estimators, &document)?;
+        find_libraries(&mut file.estimators, &document)?;
         let track = find("track", &file.track)?;
         // one of the two is there, as checked
         let vehicle = match &file.car {
@@ -252,6 +273,7 @@ impl Scenario {
         file.known_failures = log.known_failures;
         file.record = log.record;
         scenario.included = include_parameters(&mut scenario.file.estimators, &scenario.document)?;
+        find_libraries(&mut scenario.file.estimators, &scenario.document)?;
         check::check_log(&scenario.file)
             .map_err(|w| scenario.document.error(w.key, w.message, w.help))?;
         Ok(scenario)

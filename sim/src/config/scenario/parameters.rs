@@ -11,7 +11,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The value of a parameter: a number, `true` or `false`, or a word.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -95,12 +95,16 @@ impl JsonSchema for ParameterValue {
     }
 }
 
-/// One estimator of a scenario: its type and its parameters, those of the file named `from`, if any, with the others in
-/// their place.
+/// One estimator of a scenario: its type, the library it is in if it is foreign, and its parameters, those of the file
+/// named `from`, if any, with the others in their place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
     /// Name of its type in the registry; none = the name it has in the scenario.
     pub is: Option<String>,
+    /// Shared library with it, relative to the scenario; none: it is one of the registry.
+    pub library: Option<String>,
+    /// The file of the library, once the scenario is loaded.
+    pub(crate) library_file: Option<PathBuf>,
     /// Parameter file, relative to the scenario.
     pub from: Option<String>,
     /// Parameters by name; once the scenario is loaded, those of the file too.
@@ -126,6 +130,13 @@ impl Settings {
         }
     }
 
+    /// The same from a shared library, as it is named and where it was found.
+    pub fn in_library(mut self, library: &str, file: PathBuf) -> Self {
+        self.library = Some(library.into());
+        self.library_file = Some(file);
+        self
+    }
+
     /// The same with another value of a parameter.
     pub fn set(mut self, key: &str, value: impl Into<ParameterValue>) -> Self {
         self.values.insert(key.into(), value.into());
@@ -135,6 +146,15 @@ impl Settings {
     /// Name of its type, given its name in the scenario.
     pub fn type_name<'a>(&'a self, name: &'a str) -> &'a str {
         self.is.as_deref().unwrap_or(name)
+    }
+
+    /// Its type in words, given its name in the scenario: a foreign one with its library.
+    pub fn origin(&self, name: &str) -> String {
+        match (&self.library, &self.is) {
+            (None, _) => self.type_name(name).to_owned(),
+            (Some(library), None) => format!("foreign, of {library}"),
+            (Some(library), Some(is)) => format!("foreign, {is} of {library}"),
+        }
     }
 
     /// The parameters as a build function takes them.
@@ -236,6 +256,7 @@ impl<'de> Deserialize<'de> for Settings {
                 let mut settings = Settings::default();
                 while let Some(key) = map.next_key::<String>()? {
                     match key.as_str() {
+                        "library" => settings.library = Some(map.next_value()?),
                         "is" => settings.is = Some(map.next_value()?),
                         "from" => settings.from = Some(map.next_value()?),
                         _ => {
@@ -253,6 +274,9 @@ impl<'de> Deserialize<'de> for Settings {
 impl Serialize for Settings {
     fn serialize<S: Serializer>(&self, ser: S) -> Result<S::Ok, S::Error> {
         let mut map = ser.serialize_map(None)?;
+        if let Some(library) = &self.library {
+            map.serialize_entry("library", library)?;
+        }
         if let Some(is) = &self.is {
             map.serialize_entry("is", is)?;
         }
@@ -272,9 +296,9 @@ impl JsonSchema for Settings {
     }
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         json_schema!({
-            "description": "Parameters by name; `is` names the type of estimator when this entry has a name of its own; `from` names a parameter file, relative to the scenario, for those not given here.",
+            "description": "Parameters by name; `is` names the type of estimator when this entry has a name of its own; `library` names a shared library with it, relative to the scenario; `from` names a parameter file, relative to the scenario, for those not given here.",
             "type": "object",
-            "properties": { "is": { "type": "string" }, "from": { "type": "string" } },
+            "properties": { "is": { "type": "string" }, "library": { "type": "string" }, "from": { "type": "string" } },
             "additionalProperties": generator.subschema_for::<ParameterValue>()
         })
     }

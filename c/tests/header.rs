@@ -1,0 +1,248 @@
+//! Ours through the header are ours, to the last bit: loaded as a library beside the native ones, and linked into a
+//! program in C.
+
+#![allow(clippy::unwrap_used)] // helpers of tests
+
+use monorig_estimators::api::aid::AidStatus;
+use monorig_estimators::api::signals::{Command, Estimate, Measurements};
+use monorig_estimators::{Estimator, Vehicle, registry};
+use monorig_plugin::loads_libraries;
+use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::closed_loop::{Simulation, StepFrame};
+use monorig_sim::config::scenario::{Scenario, Settings};
+use std::path::{Path, PathBuf};
+
+fn project() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// A file that cargo has built with this test.
+fn built(name: &str) -> PathBuf {
+    let deps = std::env::current_exe().unwrap();
+    let deps = deps.parent().unwrap();
+    let places = [deps.join(name), deps.parent().unwrap().join(name)];
+    places.into_iter().find(|p| p.exists()).unwrap()
+}
+
+/// Ours as a shared library.
+fn library() -> PathBuf {
+    use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+    built(&format!("{DLL_PREFIX}monorig_c{DLL_SUFFIX}"))
+}
+
+/// Samples, command and time step of each step of a run, and its vehicle.
+fn steps(scenario: &str) -> (Vehicle, Vec<(Measurements, Command, f64)>) {
+    let file = project().join("scenarios").join(scenario);
+    let changes = [("stop.after_s".to_owned(), "30".to_owned())];
+    let scenario = Scenario::load(&file, &changes).unwrap();
+    let mut simulation = Simulation::build(scenario, &Registry::default(), 1).unwrap();
+    let (mut steps, mut last) = (Vec::new(), 0.0);
+    let mut keep = |f: &StepFrame<'_>| {
+        if f.sampled {
+            steps.push((*f.measurements, *f.command, f.truth.t_s - last));
+            last = f.truth.t_s;
+        }
+    };
+    monorig_sim::closed_loop::run(&mut simulation, &mut [&mut keep], &mut |_| true).unwrap();
+    (simulation.vehicle, steps)
+}
+
+fn bits(e: &Estimate) -> Vec<u64> {
+    let values = [
+        e.total_mass_kg,
+        e.grade_rad,
+        e.effective_grade_rad,
+        e.speed_mps,
+    ];
+    let values = values
+        .iter()
+        .flat_map(|v| [v.value.to_bits(), v.sd.to_bits(), v.valid.into()]);
+    let flags = [e.flags.moving, e.flags.excited, e.flags.saturated].map(u64::from);
+    let rest = [e.innovation.to_bits(), e.nis.to_bits(), e.t.ns() as u64];
+    values.chain(rest).chain(flags).collect()
+}
+
+fn names() -> impl Iterator<Item = &'static str> {
+    registry::NAMES
+        .iter()
+        .chain(registry::PRINTED_NAMES)
+        .copied()
+}
+
+/// Estimates, reasons, internal quantities, aid status and snapshots, of every estimator on two scenarios.
+#[test]
+fn every_estimator_through_the_header_is_the_native_one() {
+    let file = library();
+    let types = loads_libraries(Registry::default());
+    for scenario in ["liu2023_section1.yaml", "minimal.yaml"] {
+        let (vehicle, steps) = steps(scenario);
+        assert!(steps.len() > 1000);
+        let mut aids = 0;
+        for name in names() {
+            let mut native = registry::build(name, &vehicle, []).unwrap();
+            let settings = Settings::of_type(name).in_library("monorig_c", file.clone());
+            let of_type = types.estimator_of(name, &settings).unwrap();
+            let mut foreign = of_type.build(&vehicle, &[]).unwrap();
+            assert_eq!(native.internals(), foreign.internals(), "{name}");
+            assert_eq!(native.aid_sources(), foreign.aid_sources(), "{name}");
+            let places = native.internals().len();
+            let (mut a, mut b) = (vec![0.0; places], vec![0.0; places]);
+            let places = native.aid_sources().len();
+            aids += places;
+            let (mut p, mut q) = (
+                vec![AidStatus::default(); places],
+                vec![AidStatus::default(); places],
+            );
+            for (i, (z, u, dt)) in steps.iter().enumerate() {
+                match (native.step(z, u, *dt), foreign.step(z, u, *dt)) {
+                    (Ok(x), Ok(y)) => assert_eq!(bits(&x), bits(&y), "{name}, step {i}"),
+                    (x, y) => assert_eq!(
+                        x.unwrap_err().to_string().get(..90),
+                        y.unwrap_err().to_string().get(..90),
+                        "{name}, step {i}"
+                    ),
+                }
+                native.internal_values(&mut a);
+                foreign.internal_values(&mut b);
+                let bits = |v: &[f64]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                assert_eq!(bits(&a), bits(&b), "{name}, step {i}");
+                native.aid_status(&mut p);
+                foreign.aid_status(&mut q);
+                assert_eq!(format!("{p:?}"), format!("{q:?}"), "{name}, step {i}");
+            }
+            let (mut a, mut b) = (vec![0; 16_384], vec![0; 16_384]);
+            let (x, y) = (native.snapshot(&mut a), foreign.snapshot(&mut b));
+            assert!(x == y && a == b, "{name}: {x:?}, {y:?}");
+            native.reset();
+            if let Ok(used) = x {
+                foreign.reset();
+                foreign.restore(&b[..used]).unwrap();
+                assert!(foreign.restore(&b[1..used]).is_err(), "{name}");
+                let used = foreign.snapshot(&mut b).unwrap();
+                assert_eq!(a[..used], b[..used], "{name}");
+            }
+        }
+        assert!(aids > 10, "aid status is compared");
+    }
+}
+
+/// Parameters through the header are those that ours have, and no text is cut.
+#[test]
+fn parameters_through_the_header_are_ours() {
+    let file = library();
+    let types = loads_libraries(Registry::default());
+    for name in names() {
+        let settings = Settings::of_type(name).in_library("monorig_c", file.clone());
+        let of_type = types.estimator_of(name, &settings).unwrap();
+        let theirs: Vec<String> = of_type.keys().map(|k| format!("{k:?}")).collect();
+        let ours: Vec<String> = registry::keys(name)
+            .unwrap()
+            .map(|k| format!("{k:?}"))
+            .collect();
+        assert_eq!(ours.len(), theirs.len(), "{name}");
+        for (a, b) in ours.iter().zip(&theirs) {
+            // the words of a choice begin with the default there
+            assert!(a == b || a.contains("Choice"), "{a}\n{b}");
+        }
+    }
+}
+
+/// A program in C with the static library, its instance in static memory: the same numbers as natively.
+#[test]
+#[cfg(unix)]
+fn a_program_in_c_with_the_static_library_gets_the_native_numbers() {
+    use monorig_estimators::{Sample, Time, VehicleData};
+    let folder = tempfile::tempdir().unwrap();
+    let program = folder.path().join("program");
+    let mut cc = std::process::Command::new(std::env::var_os("CC").unwrap_or("cc".into()));
+    cc.args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", "-I"]);
+    cc.arg(project().join("abi/include"))
+        .arg("-o")
+        .arg(&program);
+    cc.arg(project().join("c/tests/program.c"))
+        .arg(built("libmonorig_c.a"));
+    assert!(
+        cc.args(["-lm", "-lpthread", "-ldl"])
+            .status()
+            .unwrap()
+            .success()
+    );
+    let printed = std::process::Command::new(&program).output().unwrap();
+    assert!(
+        printed.status.success(),
+        "{}",
+        String::from_utf8_lossy(&printed.stderr)
+    );
+
+    let vehicle = Vehicle::new(VehicleData {
+        tare_kg: 4000.0,
+        drives: 1,
+        wheel_radius_m: 0.17,
+        gear_ratio: 20.0,
+        efficiency: 0.9,
+        running_resistance: 0.02,
+        mass_range_kg: [4000.0, 30000.0],
+        ..VehicleData::default()
+    });
+    let settings = [("delta", 0.95.into())];
+    let mut native = registry::build("dffrls_aekf_robust", &vehicle.unwrap(), settings).unwrap();
+    let mut last = Estimate::default();
+    for step in 1..=2000_i64 {
+        let t = Time::from_ns(5_000_000 * step);
+        let mut z = Measurements::at(t);
+        let sample = |value| Some(Sample { t, value });
+        z.wheel_speed_mps[0] = sample(0.5 + 0.00001 * step as f64);
+        z.motor_torque_nm[0] = sample(20.0);
+        z.specific_force_mps2 = Some(Sample {
+            t,
+            value: [0.002, 0.0, 9.81],
+        });
+        z.angular_rate_radps = Some(Sample { t, value: [0.0; 3] });
+        last = native.step(&z, &Command::default(), 0.005).unwrap();
+    }
+    let native: Vec<String> = [last.total_mass_kg, last.grade_rad, last.speed_mps]
+        .iter()
+        .map(|v| {
+            format!(
+                "{:016x} {:016x} {}",
+                v.value.to_bits(),
+                v.sd.to_bits(),
+                u8::from(v.valid)
+            )
+        })
+        .collect();
+    let printed = String::from_utf8(printed.stdout).unwrap();
+    assert_eq!(printed.lines().collect::<Vec<_>>(), native);
+}
+
+/// Prints the cost of the header: `cargo test --release --test header -- --ignored --nocapture`.
+#[test]
+#[ignore = "a measurement: prints times and asserts nothing"]
+fn cost_of_the_header() {
+    let types = loads_libraries(Registry::default());
+    let best = |estimator: &mut dyn Estimator, steps: &[(Measurements, Command, f64)]| {
+        let once = |_| {
+            estimator.reset();
+            let began = std::time::Instant::now();
+            for (z, u, dt) in steps {
+                std::hint::black_box(estimator.step(z, u, *dt)).ok();
+            }
+            began.elapsed().as_secs_f64() * 1e9 / steps.len() as f64
+        };
+        (0..15).map(once).fold(f64::INFINITY, f64::min)
+    };
+    for scenario in ["liu2023_section1.yaml", "minimal.yaml"] {
+        let (vehicle, steps) = steps(scenario);
+        for name in ["dffrls_aekf", "complementary_filter", "rail_fusion"] {
+            let mut native = registry::build(name, &vehicle, []).unwrap();
+            let settings = Settings::of_type(name).in_library("monorig_c", library());
+            let of_type = types.estimator_of(name, &settings).unwrap();
+            let mut foreign = of_type.build(&vehicle, &[]).unwrap();
+            let (a, b) = (best(&mut native, &steps), best(&mut *foreign, &steps));
+            println!(
+                "{scenario}, {} drives, {name}: {a:.0} ns, through the header {b:.0} ns",
+                vehicle.drives
+            );
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! Only the packages at the border to C may use `unsafe`. The lints of the workspace forbid it in all others.
+
+use std::collections::BTreeSet;
+
+/// The packages with lints of their own.
+const MAY: [&str; 2] = ["c", "plugin"];
+
+#[test]
+fn two_packages_may_use_unsafe() {
+    let read = |path: &str| std::fs::read_to_string(crate::project().join(path)).unwrap();
+    let manifest = read("Cargo.toml");
+    assert!(manifest.contains("\nunsafe_code = \"forbid\""));
+    let members = manifest.lines().find(|l| l.starts_with("members = ["));
+    let members = members.unwrap().split('"').skip(1).step_by(2);
+    let may = |folder: &&str| {
+        let own = read(&format!("{folder}/Cargo.toml"));
+        let mut forbids = ["[lints]\nworkspace = true", "unsafe_code = \"forbid\""].into_iter();
+        let all = forbids.any(|lints| own.contains(lints));
+        let noted = own.contains("undocumented_unsafe_blocks = \"deny\"");
+        assert!(
+            all || noted,
+            "{folder}: lints of the workspace, or a SAFETY line a block"
+        );
+        !all
+    };
+    let found: BTreeSet<&str> = members.filter(may).collect();
+    assert_eq!(found, BTreeSet::from(MAY));
+}
