@@ -135,9 +135,12 @@ impl Foreign {
     }
 
     fn labels(&self, function: Option<LabelAt>) -> Vec<Label> {
-        // SAFETY: an instance, and a place for a label.
-        function.map_or_else(Vec::new, |f| {
-            labels(|index, out| unsafe { f(self.at(), index, out) })
+        let Some(f) = function else {
+            return Vec::new();
+        };
+        labels(|index, out| {
+            // SAFETY: an instance, and a place for a label.
+            unsafe { f(self.at(), index, out) }
         })
     }
 

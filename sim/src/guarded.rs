@@ -56,7 +56,7 @@ mod tests {
             (guarded(|| panic!("no wheel {wheel}")), "no wheel 3 ("),
             (guarded(|| std::panic::panic_any(5)), "it panicked ("),
         ] {
-            let told: String = told.map(|()| ()).unwrap_err();
+            let told: String = told.unwrap_err();
             assert!(
                 told.starts_with(message) && told.contains("guarded.rs:"),
                 "{told}"

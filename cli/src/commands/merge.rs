@@ -6,6 +6,7 @@ use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
+use crate::ui::terminal;
 use crate::verdicts::lines;
 use crate::verdicts::stress::print_matrix;
 use crate::verdicts::study::print_results;

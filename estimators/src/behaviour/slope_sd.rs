@@ -30,7 +30,7 @@ fn wave(s: Real) -> Real {
 fn drawn(random: &mut Random) -> impl Fn(&mut Measurements, &mut Command) + use<> {
     let accelerometer = [0; 3].map(|_| 0.00978 * random.normal());
     let gyro = [0; 3].map(|_| 2.424e-6 * random.normal());
-    let mount = (0.2f64.to_radians() * f64::from(random.normal())) as Real;
+    let mount = 0.2f64.to_radians() as Real * random.normal();
     let (cos, sin) = (mount.cos(), mount.sin());
     let scales = [0; 8].map(|_| 1.0 + 0.0033 * random.normal());
     move |z, _| {

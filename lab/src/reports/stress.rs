@@ -2,8 +2,8 @@
 
 use crate::reports::page::{Page, Section};
 use crate::reports::table::{Cell, Table};
-use crate::verdicts::judgement::Grade;
 use crate::stress::{Figures, MatrixCell, StressFile};
+use crate::verdicts::judgement::Grade;
 use monorig_sim::config::scenario::IntegrityLimits;
 use std::collections::BTreeSet;
 

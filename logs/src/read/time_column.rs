@@ -55,7 +55,7 @@ pub(super) fn find(
                 let is = |title: &String| Title::of(title).words.join(" ") == **name;
                 names.iter().position(is)
             };
-            TIMES.iter().find_map(|name| called(&name)).ok_or_else(|| {
+            TIMES.iter().find_map(called).ok_or_else(|| {
                 wrong(
                     file,
                     Some(1),
