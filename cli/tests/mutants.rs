@@ -17,7 +17,8 @@ use std::process::{Command, Stdio};
 const FEW: u64 = 150;
 /// Files handed to a process at once.
 const BATCH: u64 = 50;
-/// Address space of a process, kB, its computing time, s, and its time by the clock on a machine that does much else, s.
+/// Address space of a process, kB, its computing time, s, and its time by the clock on a machine that does much else,
+/// s.
 const MEMORY_KB: u64 = 1_000_000;
 const TIME_S: u64 = 5;
 const CLOCK_S: u64 = 60;

@@ -63,7 +63,8 @@ fn threads_kills_and_torn_lines_change_nothing() {
         arguments.extend(more);
         let (code, told, err) = dir.monorig(&arguments);
         assert_eq!(code, Some(0), "{told}{err}");
-        told
+        // the folder of the report differs
+        told.replace(&format!("{out}/tune"), "OUT/tune")
     };
     let told = tune("one", &["--jobs", "1"]);
     assert!(

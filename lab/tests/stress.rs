@@ -95,7 +95,9 @@ fn every_condition_changes_what_estimators_are_given() {
         assert_eq!(cell.changed, expected, "{} changes nothing", cell.condition);
         // and what is always wrong and always valid misleads under every condition
         for f in cell.quantities() {
-            assert_eq!(f.valid, Some(1.0), "{}", cell.condition);
+            // an estimate for which nothing comes loses its mark
+            let silent = cell.condition.starts_with("silence_");
+            assert!(f.valid == Some(1.0) || silent, "{}", cell.condition);
             assert_eq!(f.misleading, Some(1.0), "{}", cell.condition);
             assert_eq!(f.overconfident, Some(1.0), "{}", cell.condition);
             assert_eq!(f.recovery_s, None, "{}", cell.condition);

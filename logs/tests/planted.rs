@@ -434,8 +434,8 @@ fn planted_faults_are_named() {
     assert!((lag.value + 0.2).abs() < 0.02, "{lag:?}");
 }
 
-/// The first slope that an estimator marks valid of a drive in which it is switched on in motion, `from_s` into the log:
-/// name, time after the start, s, error and standard deviation, °.
+/// The first slope that an estimator marks valid of a drive in which it is switched on in motion, `from_s` into the
+/// log: name, time after the start, s, error and standard deviation, °.
 fn switched_on_in_motion(log: &Log, from_s: f64, names: &[&str]) -> Vec<(String, f64, f64, f64)> {
     let options = ReplayOptions {
         estimators: names.iter().map(|n| (*n).to_owned()).collect(),
@@ -461,7 +461,6 @@ fn switched_on_in_motion(log: &Log, from_s: f64, names: &[&str]) -> Vec<(String,
 /// Switched on in motion an estimator does not know how much of the specific force is acceleration: its first valid
 /// slope is within three of its standard deviations, of 60 starts all but one (more are as rare as one in a hundred).
 #[test]
-#[ignore = "does not hold: up to five standard deviations; the doubt at a start is that of a vehicle at rest"]
 fn the_first_slope_of_a_start_in_motion_is_within_its_doubt() {
     let names = ["attitude", "dffrls_aekf_robust", "imm_stf_robust"];
     let (mut off, mut told) = (0, String::new());

@@ -704,7 +704,7 @@ def oracle(table):
             x, P, att = fusion.balance.b.x, fusion.balance.b.P, fusion.att
             effective = math.asin(fusion.sine)
             own = [x[R0], x[AN], x[D], x[ET], x[LA], math.sqrt(P[ML, ML])]
-            read_sd = math.sqrt(att.sum_sd**2 + SHEET["mount"] ** 2 + 0.0003**2)
+            read_sd = math.hypot(att.sum_sd, 0.0003)
             out.append([2, att.v, math.sqrt(att.b.P[V, V]), att.grade, att.grade_sd, fusion.balance.mass(), effective, *own, read_sd])
     b = fusion.balance
     met = (b.used, b.inflated, b.deweighted, b.considered)

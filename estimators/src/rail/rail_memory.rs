@@ -29,8 +29,8 @@ const ONWARD_M: Real = 3.0;
 /// Standard deviation of the distance to what was read from which it is forgotten, m; up to which it does not count, m.
 const MAX_DOUBT_M: Real = 0.5;
 const MIN_DOUBT_M: Real = 0.02;
-/// Standard deviation of the grade 9 m behind the rail read, rad: of a train that is switched on at a standstill, and of
-/// one that came to where it is unseen.
+/// Standard deviation of the grade 9 m behind the rail read, rad: of a train that is switched on at a standstill, and
+/// of one that came to where it is unseen.
 const BEHIND_SD_RAD: [Real; 2] = [0.02, 0.3];
 
 /// A place on the way run: whole nodes and a rest of less than their distance.

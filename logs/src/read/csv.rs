@@ -1,7 +1,7 @@
 //! CSV: names in the first line; comma, semicolon or tab between values; decimal point, or comma where values are not
 //! separated by one; UTF-8 with or without byte order mark, or Latin-1. Empty, `nan` and `null` stand for no value.
-//! Lines that begin with `#` are comments. Lines before the names in which nothing is separated are skipped, and so is a
-//! line of units behind them.
+//! Lines that begin with `#` are comments. Lines before the names in which nothing is separated are skipped, and so is
+//! a line of units behind them.
 
 use super::{LogColumn, LogReader, Out, ReadOptions, Row, Section, text, time_column};
 use crate::notation::{TimeUnit, Title};

@@ -17,9 +17,9 @@ const WHEELS_APART_SD: Real = 7.0;
 /// Largest sines of the pitch and the roll at the start.
 const MAX_SINES: [Real; 2] = [0.6, 0.3];
 
-/// The belief by the first samples, `dt` seconds long, of a vehicle (on a `road`) that stands below `standing_mps` and whose biases
-/// of accelerometer and gyro have the standard deviations `bias_sd` (m/s², rad/s). `None` until there has been an
-/// accelerometer and a wheel.
+/// The belief by the first samples, `dt` seconds long, of a vehicle (on a `road`) that stands below `standing_mps`
+/// and whose biases of accelerometer and gyro have the standard deviations `bias_sd` (m/s², rad/s). `None` until
+/// there has been an accelerometer and a wheel.
 #[allow(
     clippy::indexing_slicing,
     reason = "indices of states are constants below N"

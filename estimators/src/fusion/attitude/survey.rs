@@ -63,14 +63,14 @@ impl AttitudeFilter {
     }
 
     /// Readings that a map of the rail needs: standard deviations of the accelerometer's bias, m/s², of sin θ + b/g
-    /// with that of the mounting, and of the scale of the wheels; distance of the IMU ahead of the place whose pitch is
-    /// estimated, m.
+    /// without that of the mounting, which all places share, and of the scale of the wheels; distance of the IMU ahead
+    /// of the place whose pitch is estimated, m.
     pub fn reading(&self) -> [Real; 4] {
         let P = &self.belief.P;
-        let (read, mount) = (self.found.sum_sd, self.mount_sd_rad());
+        let read = self.found.sum_sd;
         [
             sqrt(P[(BIAS_X, BIAS_X)]),
-            sqrt(read * read + mount * mount + MODEL_SD_RAD * MODEL_SD_RAD),
+            sqrt(read * read + MODEL_SD_RAD * MODEL_SD_RAD),
             sqrt(P[(SCALE, SCALE)]),
             self.model.lever.ahead_m,
         ]
