@@ -119,6 +119,7 @@ typedef struct {
   double rotating_mass_kg;
   double running_resistance; /* over total mass, g and the cosine of the grade */
   double mass_range_kg[2];
+  double mass_guess_kg; /* to start from; NaN: not told */
   double tare_span_m[2];
   double load_span_m[2];
   double imu_arm_m;

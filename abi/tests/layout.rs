@@ -117,6 +117,7 @@ fn the_header_and_rust_have_one_layout() {
             rotating_mass_kg,
             running_resistance,
             mass_range_kg,
+            mass_guess_kg,
             tare_span_m,
             load_span_m,
             imu_arm_m,

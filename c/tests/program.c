@@ -31,7 +31,8 @@ int main(void) {
   monorig_estimate estimate = {.size = sizeof estimate};
   double not_known = 0.0;
   not_known /= not_known;
-  vehicle.accel_bias_sd_mps2 = vehicle.gyro_bias_sd_radps = vehicle.longitudinal_stiffness_npm = not_known;
+  vehicle.mass_guess_kg = vehicle.accel_bias_sd_mps2 = vehicle.gyro_bias_sd_radps =
+      vehicle.longitudinal_stiffness_npm = not_known;
 
   if (monorig_abi() != MONORIG_ABI || monorig_size("nothing") != 0) return 1;
   if (monorig_size(NAME) == 0 || monorig_size(NAME) > sizeof memory) {

@@ -27,6 +27,7 @@ fn narrow_vehicle(v: &Vehicle) -> single::api::signals::Vehicle {
         rotating_mass_kg: v.rotating_mass_kg as f32,
         running_resistance: v.running_resistance as f32,
         mass_range_kg: pair(v.mass_range_kg),
+        mass_guess_kg: v.mass_guess_kg.map(|kg| kg as f32),
         tare_span_m: pair(v.tare_span_m),
         load_span_m: pair(v.load_span_m),
         imu_arm_m: v.imu_arm_m as f32,

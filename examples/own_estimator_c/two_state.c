@@ -51,7 +51,8 @@ void monorig_reset(void *memory) {
   s->v = s->theta = s->accel = s->slow_accel = s->slow_force = 0.0;
   s->steady_theta = s->steady_m = 0.0;
   s->p00 = 0.01, s->p01 = 0.0, s->p11 = 0.03;
-  s->mass = 0.5 * (s->vehicle.mass_range_kg[0] + s->vehicle.mass_range_kg[1]);
+  double guess = s->vehicle.mass_guess_kg;
+  s->mass = isnan(guess) ? 0.5 * (s->vehicle.mass_range_kg[0] + s->vehicle.mass_range_kg[1]) : guess;
   s->mass_variance = 1e8;
   s->seen = 0;
 }

@@ -53,6 +53,7 @@ class Vehicle:
         imu_arm_m: Distance of the IMU ahead of that middle, m.
         accel_bias_sd_mps2: Standard deviation of the accelerometer's bias, m/s²; None is not known.
         gyro_bias_sd_radps: Standard deviation of the gyro's biases, rad/s; None is not known.
+        mass_guess_kg: First guess of the total mass, kg, from which estimators start; None is not known.
 
     Raises:
         InputError: No such vehicle can be.
@@ -74,6 +75,7 @@ class Vehicle:
         imu_arm_m: float = 0.0,
         accel_bias_sd_mps2: float | None = None,
         gyro_bias_sd_radps: float | None = None,
+        mass_guess_kg: float | None = None,
     ) -> None: ...
     @staticmethod
     def from_scenario(path: str | os.PathLike[str]) -> Vehicle:
@@ -94,6 +96,8 @@ class Vehicle:
     def running_resistance(self) -> float: ...
     @property
     def mass_range_kg(self) -> tuple[float, float]: ...
+    @property
+    def mass_guess_kg(self) -> float | None: ...
     @property
     def accel_bias_sd_mps2(self) -> float | None: ...
     @property

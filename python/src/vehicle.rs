@@ -16,7 +16,7 @@ impl Vehicle {
     #[new]
     #[pyo3(signature = (*, tare_kg, wheel_radius_m, mass_range_kg, drives=1, gear_ratio=1.0, efficiency=1.0,
         rotating_mass_kg=0.0, running_resistance=0.0, tare_span_m=[0.0; 2], load_span_m=[0.0; 2], imu_arm_m=0.0,
-        accel_bias_sd_mps2=None, gyro_bias_sd_radps=None))]
+        accel_bias_sd_mps2=None, gyro_bias_sd_radps=None, mass_guess_kg=None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         tare_kg: f64,
@@ -32,6 +32,7 @@ impl Vehicle {
         imu_arm_m: f64,
         accel_bias_sd_mps2: Option<f64>,
         gyro_bias_sd_radps: Option<f64>,
+        mass_guess_kg: Option<f64>,
     ) -> PyResult<Self> {
         let data = VehicleData {
             tare_kg,
@@ -47,6 +48,7 @@ impl Vehicle {
             imu_arm_m,
             accel_bias_sd_mps2,
             gyro_bias_sd_radps,
+            mass_guess_kg,
             ..VehicleData::default()
         };
         let help = "values that the data sheet of a vehicle can have";
@@ -89,6 +91,10 @@ impl Vehicle {
     #[getter]
     fn mass_range_kg(&self) -> (f64, f64) {
         (self.0.mass_range_kg[0], self.0.mass_range_kg[1])
+    }
+    #[getter]
+    fn mass_guess_kg(&self) -> Option<f64> {
+        self.0.mass_guess_kg
     }
     #[getter]
     fn accel_bias_sd_mps2(&self) -> Option<f64> {

@@ -37,6 +37,8 @@ pub struct VehicleData {
     pub running_resistance: Real,
     /// Smallest and largest total mass thought possible, kg.
     pub mass_range_kg: [Real; 2],
+    /// First guess of the total mass, kg; `None`: not told. Estimators start from it.
+    pub mass_guess_kg: Option<Real>,
     /// From where to where behind the middle of the unit that carries the IMU (towards falling chainage; negative =
     /// ahead of it) the tare is spread, m. Both 0: a point.
     pub tare_span_m: [Real; 2],
@@ -69,6 +71,7 @@ impl Default for VehicleData {
             rotating_mass_kg: 0.0,
             running_resistance: 0.0,
             mass_range_kg: [0.0; 2],
+            mass_guess_kg: None,
             tare_span_m: [0.0; 2],
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,
@@ -160,6 +163,7 @@ impl Vehicle {
                 "mass_range_kg",
                 positive(low) && high > low && high.is_finite(),
             ),
+            ("mass_guess_kg", data.mass_guess_kg.is_none_or(positive)),
             ("tare_span_m", span(data.tare_span_m)),
             ("load_span_m", span(data.load_span_m)),
             ("imu_arm_m", data.imu_arm_m.abs() < MAX_LENGTH_M),
@@ -221,10 +225,12 @@ impl Vehicle {
         given_mps2.or(self.accel_bias_sd_mps2).unwrap_or(otherwise)
     }
 
-    /// The mass to start from, kg: the one given, or the middle of the mass range; always inside the range.
+    /// The mass to start from, kg: the one given, the vehicle's first guess, or the middle of the mass range; always
+    /// inside the range.
     pub fn first_mass_kg(&self, given_kg: Option<Real>) -> Real {
         let [low, high] = self.mass_range_kg;
-        let first = given_kg.unwrap_or(0.5 * (low + high));
+        let first = given_kg.or(self.mass_guess_kg);
+        let first = first.unwrap_or(0.5 * (low + high));
         first.max(low).min(high)
     }
 
@@ -239,6 +245,7 @@ impl Vehicle {
             rotating_mass_kg,
             running_resistance,
             mass_range_kg,
+            mass_guess_kg,
             tare_span_m,
             load_span_m,
             imu_arm_m,
@@ -263,8 +270,8 @@ impl Vehicle {
             layout.fingerprint(print);
         }
         // -1: not known.
-        let biases = [accel_bias_sd_mps2, gyro_bias_sd_radps].map(|sd| sd.unwrap_or(-1.0));
-        print.numbers(biases.iter());
+        let told = [accel_bias_sd_mps2, gyro_bias_sd_radps, mass_guess_kg];
+        print.numbers(told.map(|x| x.unwrap_or(-1.0)).iter());
         if let Some(road) = road {
             let RoadVehicle {
                 drag_area_m2,

@@ -94,9 +94,11 @@ impl Nominal {
         let [_, high] = vehicle.mass_range_kg;
         let max_load_kg = (high - vehicle.tare_kg).max(0.05 * vehicle.tare_kg);
         let least = MIN_START * max_load_kg;
-        let load0_kg = mass0_kg.map_or(max_load_kg / 3.0, |mass| {
-            (mass - vehicle.tare_kg).clamp(least, max_load_kg)
-        });
+        let load0_kg = mass0_kg
+            .or(vehicle.mass_guess_kg)
+            .map_or(max_load_kg / 3.0, |mass| {
+                (mass - vehicle.tare_kg).clamp(least, max_load_kg)
+            });
         Self {
             tare_kg: vehicle.tare_kg,
             gear_kg: layout.load.swinging_tare_kg,

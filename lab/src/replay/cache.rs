@@ -17,7 +17,7 @@ use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
 /// First bytes of a file; the number is the format's.
-const MAGIC: &[u8; 16] = b"monorig replay 5";
+const MAGIC: &[u8; 16] = b"monorig replay 6";
 
 /// A folder of recordings.
 #[derive(Clone, Debug)]
@@ -196,6 +196,7 @@ fn vehicle_numbers(vehicle: &Vehicle) -> Vec<f64> {
         rotating_mass_kg,
         running_resistance,
         mass_range_kg: [mass_low, mass_high],
+        mass_guess_kg,
         tare_span_m: [tare_near, tare_far],
         load_span_m: [load_near, load_far],
         imu_arm_m,
@@ -214,6 +215,7 @@ fn vehicle_numbers(vehicle: &Vehicle) -> Vec<f64> {
         running_resistance,
         mass_low,
         mass_high,
+        mass_guess_kg.unwrap_or(NOT_KNOWN),
         tare_near,
         tare_far,
         load_near,
@@ -256,6 +258,7 @@ fn vehicle_of(get: &mut impl FnMut() -> Option<f64>) -> Option<Vehicle> {
         rotating_mass_kg: get()?,
         running_resistance: get()?,
         mass_range_kg: [get()?, get()?],
+        mass_guess_kg: known(get()?),
         tare_span_m: [get()?, get()?],
         load_span_m: [get()?, get()?],
         imu_arm_m: get()?,

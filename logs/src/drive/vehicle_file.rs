@@ -42,6 +42,9 @@ struct NominalValues {
     running_resistance: f64,
     /// Smallest and largest total mass thought possible, kg.
     mass_range_kg: [f64; 2],
+    /// First guess of the total mass, kg; none = not told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    mass_guess_kg: Option<f64>,
     /// From where to where behind the middle of the unit with the IMU the tare is spread, m; both 0 = a point.
     #[serde(default)]
     tare_span_m: [f64; 2],
@@ -127,6 +130,7 @@ impl VehicleFile {
                 rotating_mass_kg: v.rotating_mass_kg,
                 running_resistance: v.running_resistance,
                 mass_range_kg: v.mass_range_kg,
+                mass_guess_kg: v.mass_guess_kg,
                 tare_span_m: v.tare_span_m,
                 load_span_m: v.load_span_m,
                 imu_arm_m: v.imu_arm_m,
@@ -157,6 +161,7 @@ impl VehicleFile {
             rotating_mass_kg: v.rotating_mass_kg,
             running_resistance: v.running_resistance,
             mass_range_kg: v.mass_range_kg,
+            mass_guess_kg: v.mass_guess_kg,
             tare_span_m: v.tare_span_m,
             load_span_m: v.load_span_m,
             imu_arm_m: v.imu_arm_m,

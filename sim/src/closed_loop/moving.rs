@@ -79,6 +79,7 @@ impl Moving {
                 .running_resistance
                 .map_or(sheet.running_resistance, f64::from),
             efficiency: nominal.efficiency.map_or(sheet.efficiency, f64::from),
+            mass_guess_kg: nominal.total_mass_guess_kg.map(f64::from),
             ..sheet
         }
     }

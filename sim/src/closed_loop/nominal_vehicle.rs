@@ -71,6 +71,7 @@ pub fn of_train(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
         rotating_mass_kg: train.rotating_mass_kg(),
         running_resistance: nominal.running_resistance.map_or(resistance, f64::from),
         mass_range_kg: [0.5 * tare, tare + 1.5 * train.limits.max_load_kg],
+        mass_guess_kg: nominal.total_mass_guess_kg.map(f64::from),
         tare_span_m,
         load_span_m,
         imu_arm_m: nominal.imu_arm_m.map_or(imu_arm_m, f64::from),

@@ -288,7 +288,7 @@ pub struct SpeedPoint {
 pub struct NominalVehicle {
     /// kg.
     pub tare_kg: Option<Positive>,
-    /// First guess of the total mass, kg.
+    /// First guess of the total mass, from which estimators and feed-forward start, kg.
     pub total_mass_guess_kg: Option<Positive>,
     /// Running-resistance coefficient.
     pub running_resistance: Option<NonNegative>,

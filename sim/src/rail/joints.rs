@@ -86,6 +86,11 @@ impl Joints {
         })
     }
 
+    /// The same joints without their steps; none if they have no steps.
+    pub(crate) fn without_steps(&self) -> Option<Self> {
+        (self.step > 0.0).then_some(Self { step: 0.0, ..*self })
+    }
+
     /// Chainages of the joints, m.
     pub fn chainages(&self) -> impl Iterator<Item = f64> + '_ {
         (1..=self.count).map(|i| i as f64 * self.every)

@@ -112,6 +112,8 @@ pub struct Rail {
     joints: Option<Joints>,
     section: Section,
     nodes: Nodes,
+    /// The line without the steps of joints, where it has any.
+    without_steps: Option<Nodes>,
     length: f64,
 }
 
@@ -126,7 +128,11 @@ impl Rail {
         section: Section,
     ) -> Self {
         let length = horizontal.length().max(vertical.length());
-        let nodes = Nodes::build(start, &horizontal, &vertical, joints.as_ref(), length);
+        let build =
+            |joints: Option<&Joints>| Nodes::build(start, &horizontal, &vertical, joints, length);
+        let nodes = build(joints.as_ref());
+        let smooth = joints.as_ref().and_then(Joints::without_steps);
+        let without_steps = smooth.map(|j| build(Some(&j)));
         Self {
             name: name.to_owned(),
             places: Vec::new(),
@@ -135,6 +141,7 @@ impl Rail {
             joints,
             section,
             nodes,
+            without_steps,
             length,
         }
     }
@@ -221,6 +228,19 @@ impl Rail {
     /// m, with one evaluation of the curve while `p` moves a few millimetres between calls.
     pub fn track(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> RailFrame {
         self.nodes.track(p, cursor)
+    }
+
+    /// As [`Rail::track`], on the line without the steps of joints: a step is no grade, and a point well below the rail
+    /// has no one place beside it. Kinks of joints are in it.
+    pub(crate) fn track_without_steps(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> RailFrame {
+        let nodes = self.without_steps.as_ref().unwrap_or(&self.nodes);
+        nodes.track(p, cursor)
+    }
+
+    /// Sine of the grade at s without the steps of joints.
+    pub(crate) fn sine_without_steps(&self, s: f64) -> f64 {
+        let nodes = self.without_steps.as_ref().unwrap_or(&self.nodes);
+        nodes.eval(nodes.find(s, 0), s).t.z
     }
 
     /// Cursor at the point of the rail nearest to `p`, searched along the whole rail: a cold start.

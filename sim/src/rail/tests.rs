@@ -210,6 +210,31 @@ fn projecting_a_point_of_a_cross_section_gives_its_chainage() {
     }
 }
 
+/// A point well below the rail, beyond the radius of curvature of a step, goes along without a jump at the joints.
+#[test]
+fn a_point_below_a_jointed_rail_has_one_chainage() {
+    let r = rail("horizontal: [{kind: line, length_m: 30}]\njoints: {every_m: 3, kink_deg: 0.1, step_m: 0.0005}").unwrap();
+    let mut cursor = Cursor::at(1.0);
+    let mut last = None;
+    for i in 0..28_000 {
+        let s = 1.0 + 0.001 * f64::from(i);
+        let p = Vector3::new(s, 0.0, -0.5);
+        let f = r.track_without_steps(&p, &mut cursor);
+        // 0.5 m times the angle, and how fast the angle turns in a kink
+        assert!(
+            (f.s - s).abs() < 0.5 * 0.1_f64.to_radians() + 1e-4,
+            "{} at {s}",
+            f.s
+        );
+        assert!(f.t.z.abs() < 0.06_f64.to_radians());
+        if let Some(last) = last {
+            let moved: f64 = f.s - last;
+            assert!((0.9e-3..1.1e-3).contains(&moved), "{moved} m at {s}");
+        }
+        last = Some(f.s);
+    }
+}
+
 #[test]
 fn tracking_agrees_with_the_converged_projection() {
     let joints = rail("horizontal: [{kind: arc, radius_m: 4, angle_deg: 300, easement_m: 2}]\njoints: {every_m: 2, kink_deg: 0.2, step_m: 0.001}").unwrap();

@@ -185,6 +185,7 @@ impl Car {
             rotating_mass_kg: self.rotating_mass_kg(),
             running_resistance: w.rolling_resistance.get(),
             mass_range_kg: MASS_RANGE.map(|share| share * mass),
+            mass_guess_kg: None,
             tare_span_m: [0.0; 2],
             load_span_m: [0.0; 2],
             imu_arm_m: 0.0,

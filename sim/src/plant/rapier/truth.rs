@@ -54,7 +54,7 @@ impl World {
         let m = &train.mounts[self.imu.0];
         let s = states[m.body];
         let at = s.point(&m.pose.translation.vector);
-        let f = self.rail.track(&at, &mut self.imu.1);
+        let f = self.rail.track_without_steps(&at, &mut self.imu.1);
         t.speed_at_imu_mps = s.velocity(&at).dot(&f.t);
         // rate of the chainage at which the IMU is: the derivative of (p − p(s))·t(s) = 0
         let speed = t.speed_at_imu_mps / (1.0 - (at - f.p).dot(&f.k));
