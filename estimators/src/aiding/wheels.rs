@@ -1,6 +1,7 @@
 //! Wheel speeds, which measure the speed: gate of each wheel (slip), and the mean of the rest.
 //!
-//! h = (v − l_z θ̇)(1 + e_w), R = σ_w²/n for n wheels in use. θ̇ is that of the step, linear in the state.
+//! h = (v + v̇ τ − l_z θ̇)(1 + e_w), R = σ_w²/n for n wheels in use. θ̇ is that of the step, linear in the state; τ is the
+//! time by which the wheels are ahead of the accelerometer by their stamps, and v̇ τ is known.
 
 use nalgebra::SVector;
 
@@ -32,12 +33,14 @@ pub struct Wheels {
     pub below_m: Real,
     /// Rate of the pitch.
     pub pitch_rate: LinearPitchRate,
+    /// Speed gained since the time of the state, v̇ τ, m/s.
+    pub gained_mps: Real,
 }
 
 impl Wheels {
-    /// v − l_z θ̇, m/s.
+    /// v + v̇ τ − l_z θ̇, m/s.
     fn at_rail(&self, x: &SVector<Real, N>) -> Real {
-        x[V] - self.below_m * self.pitch_rate.at(x)
+        x[V] + self.gained_mps - self.below_m * self.pitch_rate.at(x)
     }
 }
 
@@ -116,7 +119,8 @@ impl WheelGate {
         self.gated
     }
 
-    /// The new samples against a belief: the measurement, and the vote that made it.
+    /// The new samples against a belief: the measurement, and the vote that made it. The wheels are ahead of the state
+    /// by a time in which the vehicle gains a speed, m/s, known with a variance, m²/s².
     #[allow(
         clippy::indexing_slicing,
         reason = "indices of states are constants below N"
@@ -126,6 +130,7 @@ impl WheelGate {
         belief: &Gaussian<N>,
         (new_mps, torque_nm): (&[Option<Real>; MAX_DRIVES], &[Option<Real>; MAX_DRIVES]),
         (below_m, pitch_rate): (Real, LinearPitchRate),
+        (gained_mps, gained_variance): (Real, Real),
         dt: Real,
     ) -> (Control<Wheels>, Ballot) {
         let mut wheels = Wheels {
@@ -133,14 +138,15 @@ impl WheelGate {
             variance: self.sd_mps * self.sd_mps,
             below_m,
             pitch_rate,
+            gained_mps,
         };
         let predicted = wheels.h(&belief.x);
         let spread = SPREAD * predicted;
-        let variance = belief.P[(V, V)] + wheels.variance + spread * spread;
+        let variance = belief.P[(V, V)] + wheels.variance + gained_variance + spread * spread;
         let limit = self.gate_sd * sqrt(variance);
         let ballot = self.vote(new_mps, torque_nm, predicted, limit);
         wheels.speed_mps = ballot.speed_mps;
-        wheels.variance /= ballot.used.max(1) as Real;
+        wheels.variance = wheels.variance / ballot.used.max(1) as Real + gained_variance;
         if ballot.rejected == 0
             && ballot.used == self.drives
             && ballot.speed_mps.abs() > SCALE_SPEED_MPS

@@ -63,8 +63,8 @@ pub struct Channels {
     pub motor_torque_nm: [Option<Real>; MAX_DRIVES],
     /// Motor torque commanded of each drive unit, N·m.
     pub commanded_torque_nm: [Real; MAX_DRIVES],
-    /// Age of the newest torque and of the newest specific force when they came, by their stamps, s.
-    pub age_s: [Real; 2],
+    /// Age of the newest torque, specific force and wheel speed when they came, by their stamps, s.
+    pub age_s: [Real; 3],
     /// Time since the last step by the clock, s.
     pub since_s: Real,
 }
@@ -247,7 +247,7 @@ impl FrontEnd {
         );
         let new_force = self.own.force.take(z.specific_force_mps2, z.t);
         if let Some(sample) = z.specific_force_mps2 {
-            let [_, force] = &mut self.output.reading.channels.age_s;
+            let [_, force, _] = &mut self.output.reading.channels.age_s;
             *force = z.t.since(sample.t);
         }
         [new_force, self.own.rate.take(rate, z.t)]
@@ -265,8 +265,12 @@ impl FrontEnd {
         let now = z.t;
         let Checkpoint { torque, speed, .. } = before;
         if let Some(stamp) = z.motor_torque_nm.iter().flatten().map(|s| s.t).max() {
-            let [torque, _] = &mut self.output.reading.channels.age_s;
+            let [torque, ..] = &mut self.output.reading.channels.age_s;
             *torque = now.since(stamp);
+        }
+        if let Some(stamp) = z.wheel_speed_mps.iter().flatten().map(|s| s.t).max() {
+            let [.., wheels] = &mut self.output.reading.channels.age_s;
+            *wheels = now.since(stamp);
         }
         let new_torque = self.torque.take(&z.motor_torque_nm, torques, now, torque);
         let new_speed = self.speed.take(&z.wheel_speed_mps, speeds, now, speed);

@@ -270,9 +270,11 @@ fn wheels(random: &mut Random) {
             variance: 1e-5,
             below_m: model.lever.below_m,
             pitch_rate: model.rates(&from, &u).pitch_rate(),
+            gained_mps: 0.1 * random.normal(),
         };
         // At the state that the pitch rate is linear about, it is exact.
-        let exact = from[attitude::V] - aid.below_m * model.rates(&from, &u).theta_dot;
+        let speed = from[attitude::V] + aid.gained_mps;
+        let exact = speed - aid.below_m * model.rates(&from, &u).theta_dot;
         let off = aid.h(&from) - exact * (1.0 + from[attitude::SCALE]);
         assert!(off.abs() < 1e-12, "{off}");
         // Its derivatives are those of the pitch rate there.

@@ -19,6 +19,7 @@ pub mod params;
 pub mod rail_curvature;
 pub mod start;
 pub mod survey;
+mod wheels_ahead;
 
 use nalgebra::SVector;
 
@@ -48,6 +49,7 @@ use imu_health::{ImuHealth, SoundImu};
 use params::{AttitudeParams, AttitudeSupervision};
 use rail_curvature::{MAX_CURVATURE_PER_M, RailCurvature};
 use start::first_belief;
+use wheels_ahead::WheelsAhead;
 
 /// Standard deviation of the pitch up to which the arm's error is measured, rad.
 const MAX_ARM_SD_RAD: Real = 0.003;
@@ -136,6 +138,7 @@ pub struct AttitudeFilter {
     gyro_out_s: Real,
     /// Time for which the pitch stays open after a start in motion, s.
     opening_s: Real,
+    ahead: WheelsAhead,
     belief: Gaussian<N>,
     health: ImuHealth,
     wheels: WheelGate,
@@ -188,6 +191,7 @@ impl AttitudeFilter {
             silent_s: 0.0,
             gyro_out_s: NO_GYRO_S,
             opening_s: 0.0,
+            ahead: WheelsAhead::default(),
             belief: Gaussian::independent(SVector::zeros(), SVector::zeros()),
             health: ImuHealth::new(supervision.accelerometer_gate, supervision.spike_gate),
             wheels: WheelGate::new(vehicle.drives, wheel_sd, integrity.gate_sd, gated),
@@ -226,6 +230,7 @@ impl AttitudeFilter {
         if imu.shock {
             self.monitor.shock();
         }
+        self.ahead.step(z, dt);
         let ballot = self.aid_by_wheels(z, &rates, dt);
         self.aid_by_force(&imu, dt);
         self.aid_by_standstill(&imu, ballot.used > 0, dt);
@@ -335,6 +340,7 @@ impl AttitudeFilter {
             &self.belief,
             (&z.new_wheel_speed_mps, &z.motor_torque_nm),
             lever,
+            self.ahead.gained(self.found.acceleration_mps2),
             dt,
         );
         if let (Control::New(wheels), true) = (&wheels, ballot.used > 0) {
@@ -580,6 +586,7 @@ impl State for AttitudeFilter {
             silent_s,
             gyro_out_s,
             opening_s,
+            ahead,
             belief,
             health,
             wheels,
@@ -601,6 +608,7 @@ impl State for AttitudeFilter {
         silent_s.visit(archive);
         gyro_out_s.visit(archive);
         opening_s.visit(archive);
+        ahead.visit(archive);
         belief.visit_lower(archive);
         health.visit(archive);
         wheels.visit(archive);

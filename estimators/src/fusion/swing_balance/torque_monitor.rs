@@ -84,7 +84,7 @@ impl TorqueMonitor {
             *smooth = stored(last + share * (torque.unwrap_or(last) - last));
         }
         let median = self.median(z);
-        let [torque_s, force_s] = z.age_s;
+        let [torque_s, force_s, _] = z.age_s;
         self.age_s += dt / (AGE_MEMORY_S + dt) * (torque_s - force_s - self.age_s);
         self.observe_lag(median, (1.0 - share) * change / LAG_S, dt);
         let limit = self.limit(median);
