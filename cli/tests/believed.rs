@@ -189,7 +189,10 @@ fn all_reports_of_a_run_say_the_same() {
         let bound = 10f64.powi(random.below(9) as i32 - 6);
         let side = *random.of(&["at_most", "at_least"]);
         let known = match random.below(3) {
-            0 => format!("known_failures: [{{metric: {metric}, why: a test}}]\n"),
+            0 => format!(
+                "known_failures: [{{metric: {metric}, why: a test, no_worse_than: {:e}}}]\n",
+                2.0 * bound
+            ),
             1 => format!(
                 "known_failures: [{{metric: {metric}, why: a test, no_worse_than: {bound:e}}}]\n"
             ),

@@ -47,12 +47,17 @@ struct TestFile {
 }
 
 impl ShardScenario {
-    /// Describes a scenario as this program runs it.
-    pub fn new(scenario: &Scenario, registry: &Registry, monorig: &Identity) -> Self {
+    /// Describes a scenario as this program runs it over these seeds.
+    pub fn new(
+        scenario: &Scenario,
+        seeds: &[u64],
+        registry: &Registry,
+        monorig: &Identity,
+    ) -> Self {
         let inputs = scenario.input_digests();
         Self {
             name: scenario.name.clone(),
-            seeds: scenario.seeds().to_vec(),
+            seeds: seeds.to_vec(),
             hash: manifest::hash(monorig, &inputs, &resolved(scenario, registry)),
         }
     }

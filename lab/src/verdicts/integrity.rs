@@ -94,7 +94,7 @@ impl Integrity {
                 worst: None,
                 at_most: judged.then_some(limits.max_share),
                 known_failure: known_failure.map(|k| k.why.clone()),
-                no_worse_than: known_failure.and_then(|k| Some(k.no_worse_than?.get())),
+                no_worse_than: known_failure.map(|k| k.no_worse_than.get()),
             }
         })
     }

@@ -164,8 +164,7 @@ impl Observer for SummaryObserver {
             .chain(self.bounds.iter().map(of_bound))
             .collect();
         self.metrics = Some(WindowedMetrics::new(&names, &self.wanted, &self.limits));
-        let judged =
-            |e: &RunningEstimator| !e.reference && !file.integrity.reference_only.contains(&e.name);
+        let judged = |e: &RunningEstimator| !e.reference && expected::is_judged(file, &e.name);
         let reference = self.reference.as_ref();
         self.reference_at = names.iter().position(|name| Some(name) == reference);
         let common = |e: &RunningEstimator| {
@@ -256,14 +255,11 @@ fn judge(
         until_s: finite(Some(window.until_s())),
         at_most: e.at_most.map(f64::from),
         at_least: e.at_least.map(f64::from),
-        quantile: e.quantile.map(f64::from),
+        quantile: Some(e.share_of_runs()),
         value: finite(value).filter(|_| whole),
         held: false,
         known_failure: bound.known.as_ref().map(|k| k.why.clone()),
-        no_worse_than: bound
-            .known
-            .as_ref()
-            .and_then(|k| Some(k.no_worse_than?.get())),
+        no_worse_than: bound.known.as_ref().map(|k| k.no_worse_than.get()),
     };
     verdict.held = verdict.follows(finished);
     verdict

@@ -9,6 +9,10 @@ use crate::verdicts::summary::{ExpectationVerdict, Summary};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
+/// Runs that must all hold a known failure before it is one no longer: what fails in one run of three holds in all of ten
+/// once in sixty times.
+const ENOUGH_RUNS: usize = 10;
+
 /// A scenario and what became of its runs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ScenarioVerdict {
@@ -45,7 +49,7 @@ pub struct Check {
     pub worst_seed: Option<u64>,
     /// True if enough seeds hold it, or if it is known that they do not.
     pub held: bool,
-    /// Why it is known to fail, if it is. A known failure that holds after all is not as it should be.
+    /// Why it is known to fail, if it is. A known failure that never fails is not as it should be.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub known_failure: Option<String>,
     /// True for a check of integrity: a finding covers it too.
@@ -65,27 +69,7 @@ pub struct Check {
 impl ScenarioVerdict {
     /// Judge the runs of one scenario.
     pub fn new(scenario: &str, runs: Vec<RunResult>) -> Self {
-        Self::over(scenario, runs, Tally::default())
-    }
-
-    /// Judge one run by itself. A known failure may hold in it: that is decided over all seeds.
-    pub(crate) fn of_run(summary: &Summary) -> Self {
-        let run = RunResult {
-            index: 0,
-            scenario: summary.scenario.clone(),
-            seed: summary.seed,
-            draws: BTreeMap::new(),
-            summary: Some(summary.clone()),
-            error: None,
-        };
-        let one_run = Tally {
-            one_run: true,
-            ..Tally::default()
-        };
-        Self::over(&summary.scenario, vec![run], one_run)
-    }
-
-    fn over(scenario: &str, runs: Vec<RunResult>, mut tally: Tally) -> Self {
+        let mut tally = Tally::default();
         for run in &runs {
             tally.add(run);
         }
@@ -97,6 +81,19 @@ impl ScenarioVerdict {
             weakened: tally.weakened().map(str::to_owned).collect(),
             runs,
         }
+    }
+
+    /// Judge one run by itself.
+    pub(crate) fn of_run(summary: &Summary) -> Self {
+        let run = RunResult {
+            index: 0,
+            scenario: summary.scenario.clone(),
+            seed: summary.seed,
+            draws: BTreeMap::new(),
+            summary: Some(summary.clone()),
+            error: None,
+        };
+        Self::new(&summary.scenario, vec![run])
     }
 
     /// Adds a check that others have made, such as one against a baseline.
@@ -142,7 +139,8 @@ pub struct Tally {
     finishes: Count,
     /// Counts of the runs with a valid sample, by estimator.
     valid: BTreeMap<String, Count>,
-    /// The expectations of the scenario, each with its count, and that of the runs that fail beyond what is known.
+    /// The expectations of the scenario, each with its count, and the count of the runs that do not fail beyond what is
+    /// known.
     expected: Vec<(ExpectationVerdict, Count, Count)>,
     /// Integrity of the estimators that are judged, over all runs, each with the count of runs within the limit.
     integrity: Vec<(Integrity, Count)>,
@@ -150,8 +148,6 @@ pub struct Tally {
     broken: Vec<u64>,
     /// Limits that hold more easily than usual.
     weakened: BTreeSet<String>,
-    /// True if it is about one run, and not about all seeds of a scenario.
-    one_run: bool,
 }
 
 /// Number of seeds that hold a check.
@@ -220,7 +216,8 @@ impl Tally {
             return;
         };
         self.weakened.extend(summary.weakened.iter().cloned());
-        for name in summary.estimators.keys() {
+        let judged = |name: &&String| !summary.is_for_reference(name);
+        for name in summary.estimators.keys().filter(judged) {
             let never_valid =
                 summary.never_valid.contains(name) && !judged_otherwise(summary, name);
             let text = "its estimates were invalid all through".to_owned();
@@ -277,10 +274,11 @@ impl Tally {
             checks.push(count.check(name.clone(), "is valid at least once".into(), 1.0));
         }
         for (v, count, beyond) in &self.expected {
-            let check = count.check(v.what(), v.bound(), v.quantile.unwrap_or(1.0));
+            let judged =
+                |count: &Count| count.check(v.what(), v.bound(), v.quantile.unwrap_or(1.0));
             checks.push(match &v.known_failure {
-                Some(why) => check.known(why, beyond, self.one_run),
-                None => check,
+                Some(why) => judged(count).known(why, judged(beyond)),
+                None => judged(count),
             });
         }
         for (sum, count) in &self.integrity {
@@ -314,26 +312,29 @@ impl Tally {
             return Some(check);
         };
         check.beyond_known = outcome == Outcome::Fails;
-        check.held = outcome == Outcome::KnownFailure || self.one_run && !fails;
+        check.held = !check.beyond_known && !check.never_fails();
         check.known_failure = Some(why.clone());
         Some(check)
     }
 }
 
 impl Check {
-    /// Turns it into a check of a known failure: it holds only while it does fail, as it is known to. In one run it may
-    /// hold, too.
-    fn known(mut self, why: &str, beyond: &Count, one_run: bool) -> Self {
+    /// Turns it into a check of a known failure, which holds unless it is worse than what is known, as `beyond` judges by
+    /// the same quantile, or never fails any more.
+    fn known(mut self, why: &str, beyond: Self) -> Self {
         self.known_failure = Some(why.to_owned());
-        self.beyond_known = !beyond.failing.is_empty();
+        self.beyond_known = !beyond.held;
+        self.held = beyond.held && !self.never_fails();
         if self.beyond_known {
-            self.held = false;
-            self.worst = beyond.worst.as_ref().map(|(_, text, _)| text.clone());
-            self.worst_seed = beyond.worst.as_ref().map(|(.., seed)| *seed);
-        } else {
-            self.held = !self.held || one_run;
+            self.worst = beyond.worst;
+            self.worst_seed = beyond.worst_seed;
         }
         self
+    }
+
+    /// True if every run holds it, and there are enough of them to say so.
+    fn never_fails(&self) -> bool {
+        self.failing.is_empty() && self.holding >= ENOUGH_RUNS
     }
 
     /// A check that others have made: its name, its bound, the words for its failure if it does not hold.
@@ -623,16 +624,30 @@ mod tests {
     }
 
     #[test]
-    fn a_known_failure_is_not_red_until_it_holds() {
-        let known = |value| {
-            let mut run = run(1, Some(value), true, None);
-            let verdict = &mut run.summary.as_mut().unwrap().expectations[0];
-            verdict.known_failure = Some("the grade turns faster than the filter".into());
-            ScenarioVerdict::new("hill", vec![run])
+    fn a_known_failure_is_not_red_unless_it_is_worse_or_never_fails() {
+        let known = |values: &[f64]| {
+            let runs = values.iter().zip(1..).map(|(value, seed)| {
+                let mut run = run(seed, Some(*value), true, Some(0.5));
+                let verdict = &mut run.summary.as_mut().unwrap().expectations[0];
+                verdict.known_failure = Some("the grade turns faster than the filter".into());
+                verdict.no_worse_than = Some(3.0);
+                run
+            });
+            ScenarioVerdict::new("hill", runs.collect())
         };
-        let fails = known(2.0);
-        assert!(fails.held && fails.checks.iter().any(Check::fails_as_known));
-        let holds = known(0.5);
+        for fails in [&[2.0][..], &[2.0, 0.5], &[2.0, 9.0]] {
+            let judged = known(fails);
+            assert!(judged.held && judged.checks.iter().any(Check::fails_as_known));
+        }
+        let worse = known(&[2.0, 9.0, 9.0]);
+        assert!(!worse.held);
+        assert!(
+            reasons(&worse)[0].contains("not the known failure"),
+            "{:?}",
+            reasons(&worse)
+        );
+        assert!(known(&[0.5; 9]).held);
+        let holds = known(&[0.5; 10]);
         assert!(!holds.held);
         assert!(
             reasons(&holds)[0].contains("take it off"),

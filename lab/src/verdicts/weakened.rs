@@ -9,8 +9,6 @@ use monorig_sim::config::scenario::{Expectation, IntegrityLimits, ScenarioFile};
 const LOW_AVAILABILITY: f64 = 0.05;
 /// A bound that fewer runs must hold is not that of the median run.
 const LOW_QUANTILE: f64 = 0.5;
-/// An alert limit of the slope from published figures that is larger is none of a good method, °.
-const HIGH_PUBLISHED_DEG: f64 = 3.0;
 /// A window that is shorter says little, s.
 const SHORT_S: f64 = 1.0;
 /// Least share of the valid samples that must have a reference.
@@ -36,23 +34,15 @@ pub(crate) fn of_file(file: &ScenarioFile) -> Vec<String> {
         format!("integrity.mass_alert_rel {}", limits.mass_rel),
     );
     for (key, alert, limit) in [
-        ("slope_alert_deg", own.slope_alert_deg, usual.slope_deg),
+        ("slope_alert_deg", limits.slope_deg, usual.slope_deg),
         (
             "effective_slope_alert_deg",
-            own.effective_slope_alert_deg,
+            limits.effective_slope_deg,
             usual.effective_slope_deg,
         ),
     ] {
-        let alert = alert.map_or(0.0, f64::from);
         say(alert > limit, format!("integrity.{key} {alert}"));
     }
-    say(
-        own.slope_alert_deg.is_none() && limits.slope_deg > HIGH_PUBLISHED_DEG,
-        format!(
-            "an alert limit of {:.1}° from published figures",
-            limits.slope_deg
-        ),
-    );
     for name in &own.reference_only {
         say(
             true,
@@ -85,7 +75,7 @@ pub(crate) fn of_file(file: &ScenarioFile) -> Vec<String> {
                 format!("{of}: an availability of {share:e}"),
             );
         }
-        let quantile = e.quantile.map_or(1.0, f64::from);
+        let quantile = e.share_of_runs();
         say(
             quantile < LOW_QUANTILE,
             format!("{of}: a quantile of {quantile:e}"),
@@ -156,9 +146,9 @@ mod tests {
             let (key, usual, up) = *random.of(&[
                 ("integrity.k", 3.0, 1.0),
                 ("integrity.max_misleading_share", 0.001, 1.0),
-                ("integrity.mass_alert_rel", 0.1, 1.0),
-                ("integrity.slope_alert_deg", 1.0, 1.0),
-                ("integrity.effective_slope_alert_deg", 1.0, 1.0),
+                ("integrity.mass_alert_rel", 0.03, 1.0),
+                ("integrity.slope_alert_deg", 0.25, 1.0),
+                ("integrity.effective_slope_alert_deg", 0.25, 1.0),
                 ("availability.mass", LOW_AVAILABILITY, -1.0),
                 ("availability.slope", LOW_AVAILABILITY, -1.0),
             ]);

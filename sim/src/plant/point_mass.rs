@@ -141,7 +141,7 @@ impl PointMass {
         t.speed_mps = self.v;
         t.speed_at_imu_mps = self.v;
         t.accel_mps2 = accel;
-        t.grade_at_imu_rad = libm::asin(self.rail.sine_without_steps(f.s).clamp(-1.0, 1.0));
+        t.grade_at_imu_rad = libm::asin(self.rail.sine_without_steps(f).clamp(-1.0, 1.0));
         t.pitch_at_imu_rad = libm::asin(f.t.z.clamp(-1.0, 1.0));
         t.grade_effective_rad = t.grade_at_imu_rad;
         t.curvature_vertical_1pm = f.k.dot(&f.u);

@@ -237,10 +237,12 @@ impl Rail {
         nodes.track(p, cursor)
     }
 
-    /// Sine of the grade at s without the steps of joints.
-    pub(crate) fn sine_without_steps(&self, s: f64) -> f64 {
-        let nodes = self.without_steps.as_ref().unwrap_or(&self.nodes);
-        nodes.eval(nodes.find(s, 0), s).t.z
+    /// Sine of the grade at a frame of the rail, without the steps of joints.
+    pub(crate) fn sine_without_steps(&self, f: &RailFrame) -> f64 {
+        match &self.without_steps {
+            Some(nodes) => nodes.eval(nodes.find(f.s, 0), f.s).t.z,
+            None => f.t.z,
+        }
     }
 
     /// Cursor at the point of the rail nearest to `p`, searched along the whole rail: a cold start.

@@ -2,7 +2,6 @@
 
 use super::ScenarioFile;
 use super::check::{Wrong, one_of_them, wrong};
-use super::integrity::slope_rmse_deg;
 use crate::config::checked::{Fraction, NonNegative, Positive};
 use crate::config::file::nearest;
 
@@ -93,8 +92,6 @@ const MAX_K: f64 = 10.0;
 const MAX_MASS_ALERT: f64 = 1.0;
 /// Largest alert limit of a slope, °.
 const MAX_SLOPE_ALERT_DEG: f64 = 90.0;
-/// Largest published root mean square error of a slope, °; three times that becomes an alert limit.
-const MAX_PUBLISHED_SLOPE_DEG: f64 = 5.0;
 
 /// Limits of integrity that an estimate can exceed.
 fn limits(file: &ScenarioFile) -> Result<(), Wrong> {
@@ -110,19 +107,19 @@ fn limits(file: &ScenarioFile) -> Result<(), Wrong> {
             "mass_alert_rel",
             Some(i.mass_alert_rel),
             MAX_MASS_ALERT,
-            "a share of the mass, such as 0.1",
+            "a share of the mass, such as 0.03",
         ),
         (
             "slope_alert_deg",
-            i.slope_alert_deg,
+            Some(i.slope_alert_deg),
             MAX_SLOPE_ALERT_DEG,
-            "an angle, such as 1",
+            "an angle, such as 0.25",
         ),
         (
             "effective_slope_alert_deg",
             i.effective_slope_alert_deg,
             MAX_SLOPE_ALERT_DEG,
-            "an angle, such as 1",
+            "an angle, such as 0.25",
         ),
     ] {
         if let Some(value) = value.filter(|x| x.get() > most) {
@@ -133,19 +130,6 @@ fn limits(file: &ScenarioFile) -> Result<(), Wrong> {
                     value.get()
                 ),
                 help,
-            );
-        }
-    }
-    for (n, p) in file.published.iter().enumerate() {
-        let value = p.value.get();
-        let deg = slope_rmse_deg(p);
-        if value < 0.0 || deg.is_some_and(|x| !(x > 0.0 && x <= MAX_PUBLISHED_SLOPE_DEG)) {
-            return wrong(
-                format!("published[{n}].value"),
-                format!("{value} is no error of a published method"),
-                format!(
-                    "the figure of the source; of a slope above 0 and at most {MAX_PUBLISHED_SLOPE_DEG}°"
-                ),
             );
         }
     }

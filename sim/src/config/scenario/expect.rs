@@ -33,7 +33,8 @@ pub struct Expectation {
     /// Lower bound, in the metric's unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_least: Option<Finite>,
-    /// Over several seeds: the share of runs that must hold the bound (0.5 = the median run); none = every run.
+    /// Over several seeds: the share of runs that must hold the bound; none = 0.5 (the median run) of an estimator,
+    /// 1 (every run) of the train and the controller.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quantile: Option<Fraction>,
     /// Of an error of an estimator: the share of the same time in which the estimate must be marked valid; none = the
@@ -55,6 +56,15 @@ impl Expectation {
         from + &end("to", self.until_s.map(f64::from), &self.until)
     }
 
+    /// Share of the runs that must hold the bound.
+    pub fn share_of_runs(&self) -> f64 {
+        match (self.quantile, &self.estimator) {
+            (Some(share), _) => share.get(),
+            (None, Some(_)) => 0.5,
+            (None, None) => 1.0,
+        }
+    }
+
     /// True if the known failure is about this bound.
     pub fn is_meant_by(&self, known: &KnownFailure) -> bool {
         fn fits<T: PartialEq>(given: &Option<T>, ours: &Option<T>) -> bool {
@@ -69,7 +79,8 @@ impl Expectation {
     }
 }
 
-/// A bound that does not hold, for reasons of physics: shown as a known failure, and an error once it does hold.
+/// A bound that does not hold, for reasons of physics: shown as a known failure. It is an error once it is worse than is
+/// known, and once ten runs or more all hold the bound.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct KnownFailure {
     /// Place of its entry in the file; an entry may be about several bounds.
@@ -93,13 +104,13 @@ pub struct KnownFailure {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) until: Option<Moment>,
     /// A value beyond this is worse than what is known.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub no_worse_than: Option<Finite>,
+    pub no_worse_than: Finite,
     /// Reason in the physics or in the method.
     pub why: String,
 }
 
-/// Bounds that do not hold for one reason of physics: shown as known failures, and an error once they do hold.
+/// Bounds that do not hold for one reason of physics: shown as known failures. They are an error once they are worse
+/// than is known, and once ten runs or more all hold them.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "KnownFailure")] // the name in the JSON schema
@@ -121,9 +132,8 @@ pub struct KnownFailureEntry {
     /// See above.
     #[serde(default)]
     pub(crate) until: Option<Moment>,
-    /// In the metric's unit: a run whose value is beyond this is worse than what is known, and fails.
-    #[serde(default)]
-    pub(crate) no_worse_than: Option<Finite>,
+    /// In the metric's unit: what is beyond this, by the rule of the bound, is worse than what is known, and fails.
+    pub(crate) no_worse_than: Finite,
     /// Reason in the physics or in the method.
     pub(crate) why: String,
 }

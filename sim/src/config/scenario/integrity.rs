@@ -1,6 +1,6 @@
 //! When an estimate marked valid is misleading: alert limits of a scenario.
 
-use super::{Published, ScenarioFile};
+use super::ScenarioFile;
 use crate::config::checked::{Fraction, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,9 +12,8 @@ use serde::{Deserialize, Serialize};
 pub struct Integrity {
     /// Protection level over reported standard deviation.
     pub(crate) k: Positive,
-    /// Alert limit of the slope, °; none = 3 times the least slope RMSE in `published`, 1° if there is none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub slope_alert_deg: Option<Positive>,
+    /// Alert limit of the slope, °.
+    pub slope_alert_deg: Positive,
     /// Alert limit of the effective slope, °; none = that of the slope.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub effective_slope_alert_deg: Option<Positive>,
@@ -28,26 +27,21 @@ pub struct Integrity {
     pub reference_only: Vec<String>,
 }
 
-/// Alert limit of the slope where nothing is published, °: three times the 0.328° of a real vehicle (Liu et al. 2023,
-/// table 4).
-const SLOPE_ALERT_DEG: f64 = 1.0;
-/// A published RMSE becomes an alert limit by this factor.
-const OVER_PUBLISHED: f64 = 3.0;
-
 impl Default for Integrity {
     fn default() -> Self {
         Self {
             k: Positive::new(3.0),
-            slope_alert_deg: None,
+            // an application that trims traction by slope and mass
+            slope_alert_deg: Positive::new(0.25),
             effective_slope_alert_deg: None,
-            mass_alert_rel: Positive::new(0.1), // three times the 3.2 % of Liu et al. 2023
+            mass_alert_rel: Positive::new(0.03),
             max_misleading_share: Fraction::new(0.001),
             reference_only: Vec::new(),
         }
     }
 }
 
-/// The limits of a scenario, with published figures in the place of what it leaves open.
+/// The limits of a scenario, with defaults in the place of what it leaves open.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IntegrityLimits {
     /// Protection level over reported standard deviation.
@@ -65,21 +59,19 @@ pub struct IntegrityLimits {
 impl IntegrityLimits {
     /// Of a scenario.
     pub fn of(file: &ScenarioFile) -> Self {
-        let own = &file.integrity;
-        let published = file.published.iter().filter_map(slope_rmse_deg);
-        let least = published.reduce(f64::min);
-        let slope_deg = match (own.slope_alert_deg, least) {
-            (Some(limit), _) => limit.get(),
-            (None, Some(least)) => OVER_PUBLISHED * least,
-            (None, None) => SLOPE_ALERT_DEG,
-        };
+        Self::from(&file.integrity)
+    }
+}
+
+impl From<&Integrity> for IntegrityLimits {
+    fn from(own: &Integrity) -> Self {
+        let slope_deg = own.slope_alert_deg.get();
+        let effective = own.effective_slope_alert_deg;
         Self {
             k: own.k.get(),
             mass_rel: own.mass_alert_rel.get(),
             slope_deg,
-            effective_slope_deg: own
-                .effective_slope_alert_deg
-                .map_or(slope_deg, Positive::get),
+            effective_slope_deg: effective.map_or(slope_deg, Positive::get),
             max_share: own.max_misleading_share.get(),
         }
     }
@@ -87,22 +79,6 @@ impl IntegrityLimits {
 
 impl Default for IntegrityLimits {
     fn default() -> Self {
-        let own = Integrity::default();
-        Self {
-            k: own.k.get(),
-            mass_rel: own.mass_alert_rel.get(),
-            slope_deg: SLOPE_ALERT_DEG,
-            effective_slope_deg: SLOPE_ALERT_DEG,
-            max_share: own.max_misleading_share.get(),
-        }
-    }
-}
-
-/// A published root mean square error of the slope, °.
-pub(super) fn slope_rmse_deg(p: &Published) -> Option<f64> {
-    match p.metric.as_str() {
-        "slope_rmse_deg" => Some(p.value.get()),
-        "slope_rmse_percent" => Some((p.value.get() / 100.0).atan().to_degrees()),
-        _ => None,
+        Self::from(&Integrity::default())
     }
 }

@@ -239,7 +239,7 @@ impl Dynamics {
         let mut air_v = None;
         for (i, spec) in self.train.bodies.iter().enumerate() {
             let body = &bodies[i];
-            let mut tangents = Vector3::zeros();
+            let (mut tangents, mut sines) = (Vector3::zeros(), 0.0);
             for (k, st) in spec.stations.iter().enumerate() {
                 let Some((cursor, rolling)) = stations.next() else {
                     return;
@@ -274,10 +274,11 @@ impl Dynamics {
                 sums.wheel_load_n += g.wheel_load;
                 sums.off_rail_m = sums.off_rail_m.max(g.off[0].abs()).max(g.off[1].abs());
                 tangents += f.t;
+                sines += rail.sine_without_steps(&f);
             }
             if !spec.stations.is_empty() {
                 self.directions.set(i, &tangents);
-                let sin = tangents.z / spec.stations.len() as f64;
+                let sin = sines / spec.stations.len() as f64;
                 sums.mass_sin += self.carried[i] * sin;
                 sums.normal_n +=
                     self.carried[i] * self.gravity * libm::sqrt((1.0 - sin * sin).max(0.0));

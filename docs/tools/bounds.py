@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+"""Writes an estimator's calibrated bounds into the scenarios, from runs over seeds that no verdict uses.
+
+    monorig test scenarios --seeds 1001..1004 --json calibration.json
+    docs/tools/bounds.py rail_fusion calibration.json [MORE.json ...] -- scenarios/*.yaml scenarios/harsh/*.yaml
+
+Every error is bounded by 1.25 times its 80 % quantile over the calibration runs. Of the share of valid samples the 20 %
+quantile is taken, and a fifth off, or a quarter more of what it lacks if that is stricter. Errors are root mean squares
+from 5 s on: of all slopes, of valid masses, and of valid slopes only where fewer than half are valid. A quantity that is
+valid in less than a twentieth of the time has no bound. The rule by which bounds are judged: docs/src/ci.md.
+"""
+
+import json
+import math
+import re
+import sys
+from pathlib import Path
+
+MARGIN = 1.25
+QUANTILE = 0.8
+LEAST_AVAILABILITY = 0.05
+MOST_AVAILABILITY = 0.99
+QUANTITIES = [
+    ("mass_rmse_rel_valid", "mass_availability"),
+    ("slope_rmse_deg", "slope_availability"),
+    ("effective_slope_rmse_deg", "effective_slope_availability"),
+]
+MARK = "  # Calibrated"
+
+
+def quantile(values, share):
+    """The least of the values that this share of them does not exceed; none if too many could not be measured."""
+    ordered = sorted(math.inf if x is None else x for x in values)
+    found = ordered[max(math.ceil(share * len(ordered) - 1e-9), 1) - 1]
+    return found if math.isfinite(found) else None
+
+
+def rounded_up(x):
+    """With two significant digits."""
+    if x == 0:
+        return 0.0
+    step = 10.0 ** (math.floor(math.log10(x)) - 1)
+    return float(f"{math.ceil(x / step - 1e-9) * step:.12g}")
+
+
+def bounds(estimator, runs):
+    """Lines of the bounds over these runs."""
+    of = lambda metric: [run["estimators"][estimator].get(metric) for run in runs]
+    lines = []
+    for error, availability in QUANTITIES:
+        valid = 1 - quantile([1 - (x or 0.0) for x in of(availability)], QUANTILE)
+        least = max(valid / MARGIN, 1 - MARGIN * (1 - valid))
+        share = min(math.floor(100 * least + 1e-9) / 100, MOST_AVAILABILITY)
+        if share < 0.5 and not error.endswith("_valid"):
+            error += "_valid"
+        largest = quantile(of(error), QUANTILE)
+        if share >= LEAST_AVAILABILITY and largest is not None:
+            bound = rounded_up(MARGIN * largest)
+            lines.append(
+                f"  - {{estimator: {estimator}, metric: {error}, after_s: 5, at_most: {bound:g}, availability: {share:g}}}"
+            )
+    return lines
+
+
+def ranges(seeds):
+    """Seeds in words, such as `1001..1004, 2001`."""
+    groups = []
+    for seed in sorted(seeds):
+        if groups and seed == groups[-1][1] + 1:
+            groups[-1][1] = seed
+        else:
+            groups.append([seed, seed])
+    return ", ".join(f"{a}" if a == b else f"{a}..{b}" for a, b in groups)
+
+
+def written(text, estimator, runs):
+    """The scenario with the bounds in it: the first lines of `expect`."""
+    lines = text.splitlines()
+    mark = f"{MARK}: {estimator}"
+    kept, skipping = [], False
+    for line in lines:
+        if line.startswith(mark):
+            skipping = True
+        elif not (skipping and line.startswith(f"  - {{estimator: {estimator},")):
+            skipping = False
+            kept.append(line)
+    new = bounds(estimator, runs)
+    if not new:
+        return "\n".join(kept) + "\n"
+    seeds = ranges({run["seed"] for run in runs})
+    new.insert(0, f"{mark} over seeds {seeds}, {MARGIN} times the {100 * QUANTILE:.0f} % quantile.")
+    if "expect:" in kept:
+        at = kept.index("expect:") + 1
+    else:
+        at = next((i for i, line in enumerate(kept) if re.match("known_failures:|published:", line)), len(kept))
+        new.insert(0, "expect:")
+    return "\n".join(kept[:at] + new + kept[at:]) + "\n"
+
+
+def main():
+    files = sys.argv[2:]
+    if "--" not in files or len(files) < 3:
+        sys.exit(__doc__)
+    estimator = sys.argv[1]
+    at = files.index("--")
+    runs = {}
+    for path in files[:at]:
+        for scenario in json.loads(Path(path).read_text())["scenarios"]:
+            found = [run["summary"] for run in scenario["runs"] if run.get("summary")]
+            runs.setdefault(scenario["scenario"], []).extend(r for r in found if estimator in r["estimators"])
+    for path in map(Path, files[at + 1 :]):
+        of = runs.get(path.stem, [])
+        if of:
+            path.write_text(written(path.read_text(), estimator, of))
+
+
+if __name__ == "__main__":
+    main()
