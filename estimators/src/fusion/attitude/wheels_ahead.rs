@@ -24,7 +24,8 @@ pub struct WheelsAhead {
 impl WheelsAhead {
     /// Takes the ages of a step of `dt` (s).
     pub fn step(&mut self, z: &Channels, dt: Real) {
-        let [_, force_s, wheels_s] = z.age_s;
+        // A stamp of the future is that of a clock of its own.
+        let [_, force_s, wheels_s] = z.age_s.map(|age_s| age_s.max(0.0));
         self.known_s = (self.known_s + dt).min(MEMORY_S);
         self.mean_s += dt / (self.known_s + dt) * (force_s - wheels_s - self.mean_s);
     }
