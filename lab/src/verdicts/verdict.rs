@@ -9,8 +9,8 @@ use crate::verdicts::summary::{ExpectationVerdict, Summary};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Runs that must all hold a known failure before it is one no longer: what fails in one run of three holds in all of ten
-/// once in sixty times.
+/// Runs that must all hold a known failure before it is one no longer: what fails in one run of three holds in all of
+/// ten once in sixty times.
 const ENOUGH_RUNS: usize = 10;
 
 /// A scenario and what became of its runs.
@@ -319,8 +319,8 @@ impl Tally {
 }
 
 impl Check {
-    /// Turns it into a check of a known failure, which holds unless it is worse than what is known, as `beyond` judges by
-    /// the same quantile, or never fails any more.
+    /// Turns it into a check of a known failure, which holds unless it is worse than what is known, as `beyond` judges
+    /// by the same quantile, or never fails any more.
     fn known(mut self, why: &str, beyond: Self) -> Self {
         self.known_failure = Some(why.to_owned());
         self.beyond_known = !beyond.held;

@@ -79,8 +79,8 @@ impl Expectation {
     }
 }
 
-/// A bound that does not hold, for reasons of physics: shown as a known failure. It is an error once it is worse than is
-/// known, and once ten runs or more all hold the bound.
+/// A bound that does not hold, for reasons of physics: shown as a known failure. It is an error once it is worse than
+/// is known, and once ten runs or more all hold the bound.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct KnownFailure {
     /// Place of its entry in the file; an entry may be about several bounds.
