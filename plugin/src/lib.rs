@@ -5,9 +5,21 @@
 //! |---|---|
 //! | `library` | a library: found, checked, its functions |
 //! | `foreign` | an estimator of it in a run |
+//! | `parent` | parts in processes of their own |
+//! | `child` | the process that runs a part |
+//! | `protocol` | the messages between the two |
 
+#[cfg(unix)]
+mod child;
 mod foreign;
 mod library;
+#[cfg(unix)]
+mod parent;
+#[cfg(unix)]
+mod protocol;
+
+#[cfg(unix)]
+pub use child::serve;
 
 use library::Library;
 use monorig_estimators::Vehicle;
@@ -16,10 +28,36 @@ use monorig_sim::closed_loop::registry::{
 };
 use std::path::Path;
 
-/// Lets scenarios that are built with this registry name libraries.
+/// A part that is a library.
+#[cfg(unix)]
+const LIBRARY: &str = "library";
+
+/// Lets scenarios that are built with this registry name libraries, which run inside of this program: a crash in one
+/// ends it.
 pub fn loads_libraries(mut registry: Registry) -> Registry {
     registry.load_libraries_with(estimator_of);
     registry
+}
+
+/// Lets scenarios that are built with this registry name libraries, which run in processes of their own: a crash in
+/// one is an error of its run. `program` is what to start: it calls [`serve`].
+#[cfg(unix)]
+pub fn guards_libraries(mut registry: Registry, program: Vec<std::ffi::OsString>) -> Registry {
+    let host = std::sync::Arc::new(parent::Host::new(program));
+    registry.load_libraries_with(move |path, name| host.estimator(LIBRARY, path, name));
+    registry
+}
+
+/// The part of a process.
+#[cfg(unix)]
+fn part(kind: &str, path: &Path, name: Option<&str>) -> Result<EstimatorType, Refusal> {
+    match kind {
+        LIBRARY => estimator_of(path, name),
+        _ => Err(Refusal::new(
+            format!("no part is a {kind}"),
+            "the same program at both ends",
+        )),
+    }
 }
 
 /// The estimator of this name in a library, or the only one there is.
