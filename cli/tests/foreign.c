@@ -1,5 +1,4 @@
 /* An estimator that does what no estimator should, one thing for each name defined by -D. */
-#include <signal.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,7 +8,7 @@
 /* What it does at last. */
 static void misbehave(void) {
 #ifdef SEGFAULT
-  raise(SIGSEGV);
+  *(volatile int *)8 = 1;
 #endif
 #ifdef ABORTS
   abort();
@@ -60,7 +59,8 @@ int32_t monorig_step(void *memory, const monorig_input *z, monorig_estimate *out
 #ifdef WITH_SOME_SEEDS
   if (*t_s > 1.0 && *first > 0.0) misbehave();
 #endif
-  out->total_mass_kg = (monorig_value){19000.0, 1000.0, 0};
+  out->total_mass_kg = (monorig_value){19000.0, 20000.0, 1};
+  out->grade_rad = out->effective_grade_rad = (monorig_value){0.0, 0.1, 1};
   return MONORIG_OK;
 }
 #ifdef AT_THE_END
