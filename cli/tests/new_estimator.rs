@@ -98,3 +98,35 @@ fn nothing_is_made_of_a_mistake() {
     }
     assert_eq!(dir.read("there"), "a file");
 }
+
+/// What is made in C builds, and what its scenario expects holds.
+#[test]
+#[cfg(unix)]
+fn libraries_build_and_their_scenarios_hold() {
+    let dir = TestFolder::new();
+    let sources = project().canonicalize().unwrap();
+    let sources = sources.to_str().unwrap();
+    let there = |name: &str| Command::new(name).arg("--version").output().is_ok();
+    for language in ["c", "simulink", "python"] {
+        let folder = format!("my_{language}_filter");
+        let task = ["new-estimator", language, &folder, "--monorig", sources];
+        let (code, out, err) = dir.monorig(&task);
+        assert_eq!((code, err.as_str()), (Some(0), ""), "{out}");
+        assert!(out.contains("the estimator `mine` is in "), "{out}");
+        let (code, _, err) = dir.monorig(&task);
+        assert_eq!(code, Some(2));
+        assert!(err.contains("is there already"), "{err}");
+        // pytest runs what is made in Python: it needs the package
+        if language == "python" || !there("make") || !there("cc") {
+            continue;
+        }
+        let make = dir.output(
+            Command::new("make")
+                .args(["-C", &folder])
+                .stdout(std::process::Stdio::piped()),
+        );
+        assert_eq!(make.0, Some(0), "{make:?}");
+        let (code, out, err) = dir.monorig(&["test", &format!("{folder}/climb.yaml")]);
+        assert_eq!(code, Some(0), "{out}{err}");
+    }
+}
