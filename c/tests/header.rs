@@ -247,31 +247,35 @@ fn a_program_in_c_with_the_static_library_gets_the_native_numbers() {
 #[ignore = "a measurement: prints times and asserts nothing"]
 fn cost_of_the_header() {
     let hosts = hosts();
-    let best = |estimator: &mut dyn Estimator, steps: &[(Measurements, Command, f64)]| {
-        let once = |_| {
-            estimator.reset();
-            let began = std::time::Instant::now();
-            for (z, u, dt) in steps {
-                std::hint::black_box(estimator.step(z, u, *dt)).ok();
-            }
-            began.elapsed().as_secs_f64() * 1e9 / steps.len() as f64
-        };
-        (0..15).map(once).fold(f64::INFINITY, f64::min)
+    let pass = |estimator: &mut dyn Estimator, steps: &[(Measurements, Command, f64)]| {
+        estimator.reset();
+        let began = std::time::Instant::now();
+        for (z, u, dt) in steps {
+            std::hint::black_box(estimator.step(z, u, *dt)).ok();
+        }
+        began.elapsed().as_secs_f64() * 1e9 / steps.len() as f64
     };
     for scenario in ["liu2023_section1.yaml", "minimal.yaml"] {
         let (vehicle, steps) = steps(scenario);
         for name in ["dffrls_aekf", "complementary_filter", "rail_fusion"] {
-            let mut native = registry::build(name, &vehicle, []).unwrap();
             let settings = Settings::of_type(name).in_library("monorig_c", library());
-            let base = best(&mut native, &steps);
-            let drives = vehicle.drives;
-            println!("{scenario}, {drives} drives, {name}: native {base:.0} ns a step");
+            let native = registry::build(name, &vehicle, []).unwrap();
+            let mut all: Vec<(&str, Box<dyn Estimator>, f64)> =
+                vec![("native", Box::new(native), f64::INFINITY)];
             for (host, types) in &hosts {
                 let of_type = types.estimator_of(name, &settings).unwrap();
-                let mut foreign = of_type.build(&vehicle, &[]).unwrap();
-                let through = best(&mut *foreign, &steps);
-                let times = through / base;
-                println!("    through the header {host}: {through:.0} ns a step, {times:.2} times");
+                all.push((host, of_type.build(&vehicle, &[]).unwrap(), f64::INFINITY));
+            }
+            // in turn, so that whatever else the machine does meets all of them
+            for _ in 0..30 {
+                for (_, estimator, best) in &mut all {
+                    *best = best.min(pass(estimator.as_mut(), &steps));
+                }
+            }
+            println!("{scenario}, {} drives, {name}, ns a step:", vehicle.drives);
+            let native = all[0].2;
+            for (host, _, ns) in all {
+                println!("    {host}: {ns:.0}, {:.2} times", ns / native);
             }
         }
     }
