@@ -99,7 +99,7 @@ fn nothing_is_made_of_a_mistake() {
     assert_eq!(dir.read("there"), "a file");
 }
 
-/// What is made in C builds, and what its scenario expects holds.
+/// A library that is made builds, and its scenario holds.
 #[test]
 #[cfg(unix)]
 fn libraries_build_and_their_scenarios_hold() {

@@ -4,25 +4,25 @@ use crate::protocol::{
     BUILD, Body, DONE, DROP, LOAD, Message, NOT_KEPT, REFUSED, RESET, RESTORE, SNAPSHOT, STEP,
     receive,
 };
-use monorig_abi::{
-    Aid, BROKEN, Estimated, Input, Label, NominalVehicle, OK, Parameter, REFUSED as NOT_DONE,
-    Reason, SetParameter, Text,
-};
+use monorig_abi::{Aid, BROKEN, Estimated, Input, NominalVehicle, OK, REFUSED as NOT_DONE, Reason};
 use monorig_estimators::api::aid::AidStatus;
 use monorig_estimators::api::signals::Estimate;
 use monorig_estimators::api::snapshot::SnapshotError;
 use monorig_estimators::{Error, Vehicle};
 use monorig_sim::closed_loop::registry::{BoxedEstimator, EstimatorType, Refusal};
+use monorig_sim::config::scenario::Settings;
 use monorig_sim::guarded::guarded;
+use std::ffi::OsStr;
 use std::io::{BufReader, ErrorKind, Result};
 use std::os::fd::AsFd;
+use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::parent_id;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// How often it looks whether the program is still there.
+/// Time between two looks whether the program is still there.
 const LOOKS: Duration = Duration::from_millis(500);
 
 /// Runs parts for the program that has started this process, until it is asked for nothing more.
@@ -80,23 +80,22 @@ fn answer(mut socket: UnixStream) -> Result<()> {
 
 /// The part that is named at the beginning of a message.
 fn part(asked: &mut Body<'_>) -> Result<std::result::Result<EstimatorType, Refusal>> {
-    let (kind, path, name) = (asked.text()?, asked.text()?, asked.text()?);
-    let name = (!name.is_empty()).then_some(name.as_str());
-    Ok(crate::part(&kind, Path::new(&path), name))
+    let path = Path::new(OsStr::from_bytes(asked.bytes()?));
+    let settings: Settings = serde_json::from_str(asked.text()?)?;
+    Ok(crate::load(path, &settings))
 }
 
 fn refuse(refusal: &Refusal, message: &mut Message) {
     let message = message.begin(REFUSED);
-    message.bytes(refusal.message.as_bytes());
-    message.bytes(refusal.help.as_bytes());
+    message.text(&refusal.message).text(&refusal.help);
 }
 
 fn describe(mut asked: Body<'_>, message: &mut Message) -> Result<()> {
     match part(&mut asked)? {
         Ok(of_type) => {
-            message.begin(DONE).bytes(of_type.name().as_bytes());
+            message.begin(DONE).text(of_type.name());
             for key in of_type.keys() {
-                message.put(&[Parameter::from(key)]);
+                message.key(key);
             }
         }
         Err(refusal) => refuse(&refusal, message),
@@ -116,10 +115,9 @@ struct Instance {
 fn build(mut asked: Body<'_>, message: &mut Message) -> Result<Option<Instance>> {
     let of_type = part(&mut asked)?;
     let vehicle: NominalVehicle = asked.take()?;
-    let settings: Vec<SetParameter> = asked.all()?;
+    let settings = asked.all(Body::setting)?;
     let built = of_type.and_then(|of_type| {
         let vehicle = Vehicle::try_from(&vehicle)?;
-        let settings: Vec<_> = settings.iter().map(SetParameter::setting).collect();
         let built = guarded(|| of_type.build(&vehicle, &settings));
         let panicked = |told| Refusal::new(format!("it panicked: {told}"), "a part that does not");
         Ok((built.map_err(panicked)??, vehicle.drives))
@@ -141,16 +139,10 @@ fn build(mut asked: Body<'_>, message: &mut Message) -> Result<Option<Instance>>
     message.begin(DONE);
     message.put(&[instance.values.len() as u64, instance.status.len() as u64]);
     for internal in instance.estimator.internals() {
-        message.put(&[Label {
-            name: Text::of(internal.name),
-            unit: Text::of(internal.unit),
-        }]);
+        message.text(internal.name).text(internal.unit);
     }
     for source in instance.estimator.aid_sources() {
-        message.put(&[Label {
-            name: Text::of(source),
-            unit: Text::default(),
-        }]);
+        message.text(source);
     }
     instance.state(OK, Reason::default(), message);
     Ok(Some(instance))

@@ -26,16 +26,13 @@ use monorig_estimators::Vehicle;
 use monorig_sim::closed_loop::registry::{
     BoxedEstimator, EstimatorType, NamedSettings, Refusal, Registry,
 };
+use monorig_sim::config::scenario::Settings;
 use std::path::Path;
-
-/// A part that is a library.
-#[cfg(unix)]
-const LIBRARY: &str = "library";
 
 /// Lets scenarios that are built with this registry name libraries, which run inside of this program: a crash in one
 /// ends it.
 pub fn loads_libraries(mut registry: Registry) -> Registry {
-    registry.load_libraries_with(estimator_of);
+    registry.load_libraries_with(|path, name| load(path, &settings(name)));
     registry
 }
 
@@ -44,26 +41,19 @@ pub fn loads_libraries(mut registry: Registry) -> Registry {
 #[cfg(unix)]
 pub fn guards_libraries(mut registry: Registry, program: Vec<std::ffi::OsString>) -> Registry {
     let host = std::sync::Arc::new(parent::Host::new(program));
-    registry.load_libraries_with(move |path, name| host.estimator(LIBRARY, path, name));
+    registry.load_libraries_with(move |path, name| host.estimator(path, &settings(name)));
     registry
 }
 
-/// The part of a process.
-#[cfg(unix)]
-fn part(kind: &str, path: &Path, name: Option<&str>) -> Result<EstimatorType, Refusal> {
-    match kind {
-        LIBRARY => estimator_of(path, name),
-        _ => Err(Refusal::new(
-            format!("no part is a {kind}"),
-            "the same program at both ends",
-        )),
-    }
+/// The keys of a scenario for the estimator of this name, or for the only one.
+fn settings(name: Option<&str>) -> Settings {
+    name.map_or_else(Settings::default, Settings::of_type)
 }
 
-/// The estimator of this name in a library, or the only one there is.
-fn estimator_of(path: &Path, name: Option<&str>) -> Result<EstimatorType, Refusal> {
+/// The estimator that the settings name in a library, or the only one there is.
+fn load(path: &Path, settings: &Settings) -> Result<EstimatorType, Refusal> {
     let library = Library::load(path)?;
-    let name = library.choose(name)?;
+    let name = library.choose(settings.is.as_deref())?;
     let groups = library.parameters(name)?;
     let build = move |vehicle: &Vehicle, settings: NamedSettings<'_>| {
         let built = foreign::Foreign::build(library, name, vehicle, settings)?;

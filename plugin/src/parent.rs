@@ -1,26 +1,25 @@
-//! Parts in processes of their own: a crash in one, or a step without an end, ends the run that it is in and nothing else.
-//! A process runs one instance at a time, and is used again for the next one of the same file.
+//! Parts in processes of their own: a crash in one, or a step without an end, ends the run that it is in and nothing
+//! else. A process runs one instance at a time, and is used again for the next one of the same file.
 
 use crate::protocol::{
     BUILD, Body, DONE, DROP, LOAD, Message, NOT_KEPT, RESET, RESTORE, SNAPSHOT, STEP, receive,
 };
-use monorig_abi::{
-    Aid, BROKEN, Estimated, Input, Label, NominalVehicle, OK, Parameter, Reason, SetParameter,
-};
+use monorig_abi::{Aid, BROKEN, Estimated, Input, NominalVehicle, OK, Reason};
 use monorig_estimators::api::aid::AidStatus;
 use monorig_estimators::api::estimator::Internal;
 use monorig_estimators::api::params::Key;
 use monorig_estimators::api::signals::{Command as Commanded, Estimate, Measurements};
 use monorig_estimators::api::snapshot::SnapshotError;
 use monorig_estimators::{Error, Estimator, Real, Vehicle};
-use monorig_sim::closed_loop::interned;
 use monorig_sim::closed_loop::registry::{BoxedEstimator, EstimatorType, NamedSettings, Refusal};
+use monorig_sim::config::scenario::Settings;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::io::{self, BufReader, ErrorKind};
 use std::net::Shutdown;
 use std::os::fd::{AsFd, OwnedFd};
+use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
@@ -53,17 +52,15 @@ struct Known {
 /// A part that a scenario names.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct Part {
-    kind: &'static str,
     path: PathBuf,
-    /// Empty for the only one there is.
-    name: String,
+    /// The keys of the scenario beside its parameters, as JSON.
+    settings: String,
 }
 
 impl Part {
     fn put<'a>(&self, message: &'a mut Message) -> &'a mut Message {
-        message.bytes(self.kind.as_bytes());
-        message.bytes(self.path.as_os_str().as_encoded_bytes());
-        message.bytes(self.name.as_bytes())
+        message.bytes(self.path.as_os_str().as_bytes());
+        message.text(&self.settings)
     }
 
     /// Its file, as reasons name it.
@@ -87,17 +84,19 @@ impl Host {
         }
     }
 
-    /// The estimator of this name in a file, or the only one there is.
+    /// The estimator that the settings name in a file.
     pub fn estimator(
         self: &Arc<Self>,
-        kind: &'static str,
         path: &Path,
-        name: Option<&str>,
+        settings: &Settings,
     ) -> Result<EstimatorType, Refusal> {
+        let mut settings = settings.clone();
+        settings.values.clear();
+        settings.from = None;
         let part = Part {
-            kind,
             path: path.into(),
-            name: name.unwrap_or_default().into(),
+            // texts and numbers: nothing in it can fail to serialise
+            settings: serde_json::to_string(&settings).unwrap_or_default(),
         };
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let Known { name, groups } = match known.get(&part) {
@@ -121,14 +120,9 @@ impl Host {
         part.put(process.message.begin(LOAD));
         process.ask_or(part, "while it is loaded")?;
         let read = |mut answer: Body<'_>| {
-            let name = interned(&answer.text()?);
-            let words = |words: &mut dyn Iterator<Item = &'static str>| -> &'static [&'static str] {
-                words.collect::<Vec<_>>().leak()
-            };
-            let keys = answer.all::<Parameter>()?.into_iter();
-            let keys: Option<Vec<Key>> = keys.map(|p| p.key(interned, words)).collect();
-            let keys = keys.ok_or(io::Error::from(ErrorKind::InvalidData))?;
-            let groups: &'static [&'static [Key]] = vec![&*keys.leak()].leak();
+            let name = answer.kept()?;
+            let keys: &'static [Key] = answer.all(Body::key)?.leak();
+            let groups: &'static [&'static [Key]] = vec![keys].leak();
             Ok(Known { name, groups })
         };
         let described = process.read(read);
@@ -266,7 +260,7 @@ impl Drop for Process {
     }
 }
 
-/// How a process ended that should not have.
+/// The end of a process that should not have ended, in words.
 fn ended(status: ExitStatus) -> String {
     let told = status.to_string();
     match status.signal() {
@@ -304,7 +298,7 @@ impl Remote {
         let message = part.put(process.message.begin(BUILD));
         message.put(&[NominalVehicle::from(vehicle)]);
         for (name, value) in settings {
-            message.put(&[SetParameter::new(name, *value)]);
+            message.setting(name, *value);
         }
         if let Err(refused) = process.ask_or(part, "while it is built") {
             if process.lost.is_none() {
@@ -326,15 +320,12 @@ impl Remote {
         let read = process.read(|mut answer| {
             let (internals, aids) = (answer.take::<u64>()?, answer.take::<u64>()?);
             for _ in 0..internals {
-                let label: Label = answer.take()?;
-                let name = interned(label.name.as_str());
-                let internal = Internal::new(name, interned(label.unit.as_str()));
+                let internal = Internal::new(answer.kept()?, answer.kept()?);
                 built.internals.push(internal);
                 built.values.push(f64::NAN);
             }
             for _ in 0..aids {
-                let label: Label = answer.take()?;
-                built.aids.push(interned(label.name.as_str()));
+                built.aids.push(answer.kept()?);
                 built.status.push(AidStatus::default());
             }
             built.state(answer)

@@ -2,15 +2,14 @@
 //! numbers of 64 bits, what it is and the length of the rest, and then structs of the header as they lie in memory:
 //! both ends are on one machine.
 
-use monorig_abi::{
-    Aid, Estimated, Input, Label, NominalVehicle, Parameter, Reason, SetParameter, Text,
-};
+use monorig_abi::{Aid, Estimated, Input, NominalVehicle, Reason, Text};
+use monorig_estimators::api::params::{Key, KeyKind, Setting};
+use monorig_sim::closed_loop::interned;
 use std::io::{Error, ErrorKind, Read, Result, Write};
 
-/// Describe a part: kind, path, name. Answer: [`DONE`] with its name and its parameters.
+/// Describe a part: its file, and its keys in a scenario as JSON. Answer: [`DONE`] with its name and its parameters.
 pub(crate) const LOAD: u64 = 1;
-/// Build an instance: the part as before, vehicle, settings. Answer: [`DONE`] with the labels of internals and
-/// sources, and the state.
+/// Build an instance: the part as before, vehicle, settings. Answer: [`DONE`] with internals, sources and the state.
 pub(crate) const BUILD: u64 = 2;
 /// Make a step: [`Input`]. Answer: the state.
 pub(crate) const STEP: u64 = 3;
@@ -55,15 +54,12 @@ unsafe impl Plain for Aid {}
 unsafe impl Plain for NominalVehicle {}
 // SAFETY: bytes.
 unsafe impl<const N: usize> Plain for Text<N> {}
-// SAFETY: bytes.
-unsafe impl Plain for Label {}
-// SAFETY: 608 bytes of texts, four numbers, 256 bytes.
-unsafe impl Plain for Parameter {}
-// SAFETY: 64 bytes, two numbers, 64 bytes.
-unsafe impl Plain for SetParameter {}
 
-const _: () = assert!(size_of::<Parameter>() == 608 + 4 * 8 + 256);
-const _: () = assert!(size_of::<SetParameter>() == 64 + 2 * 8 + 64);
+/// Kinds of a parameter and of its value.
+const NUMBER: u64 = 0;
+const FLAG: u64 = 1;
+const WORD: u64 = 2;
+
 const _: () = assert!(size_of::<Reason>() == 200);
 
 /// A message that is put together. Its memory is kept for the next one.
@@ -94,6 +90,44 @@ impl Message {
         self
     }
 
+    /// Appends a text after its length.
+    pub fn text(&mut self, text: &str) -> &mut Self {
+        self.bytes(text.as_bytes())
+    }
+
+    /// Appends a parameter that there is.
+    pub fn key(&mut self, key: &Key) -> &mut Self {
+        self.text(key.name).text(key.doc);
+        match key.kind {
+            KeyKind::Number {
+                unit,
+                default,
+                range: [least, most],
+            } => {
+                let known = u64::from(default.is_some());
+                let numbers = [default.unwrap_or_default(), least, most];
+                self.put(&[NUMBER, known]).text(unit).put(&numbers)
+            }
+            KeyKind::Flag { default } => self.put(&[FLAG, default.into()]),
+            KeyKind::Choice { default, choices } => {
+                self.put(&[WORD, choices.len() as u64]).text(default);
+                choices
+                    .iter()
+                    .fold(self, |message, word| message.text(word))
+            }
+        }
+    }
+
+    /// Appends the value of a parameter.
+    pub fn setting(&mut self, name: &str, value: Setting<'_>) -> &mut Self {
+        self.text(name);
+        match value {
+            Setting::Number(number) => self.put(&[NUMBER]).put(&[number]),
+            Setting::Flag(flag) => self.put(&[FLAG, flag.into()]),
+            Setting::Choice(word) => self.put(&[WORD]).text(word),
+        }
+    }
+
     /// Sends it.
     pub fn send(&mut self, to: &mut impl Write) -> Result<()> {
         let rest = (self.0.len() - 16) as u64;
@@ -118,7 +152,7 @@ pub(crate) fn receive(from: &mut impl Read, body: &mut Vec<u8>) -> Result<u64> {
     }
 }
 
-/// What of a message is not yet read.
+/// The rest of a message that is not yet read.
 pub(crate) struct Body<'a>(pub &'a [u8]);
 
 impl<'a> Body<'a> {
@@ -129,11 +163,11 @@ impl<'a> Body<'a> {
         Ok(unsafe { bytes.as_ptr().cast::<T>().read_unaligned() })
     }
 
-    /// The values up to the end.
-    pub fn all<T: Plain>(&mut self) -> Result<Vec<T>> {
+    /// All of a kind up to the end.
+    pub fn all<T>(&mut self, mut take: impl FnMut(&mut Self) -> Result<T>) -> Result<Vec<T>> {
         let mut values = Vec::new();
         while !self.0.is_empty() {
-            values.push(self.take()?);
+            values.push(take(self)?);
         }
         Ok(values)
     }
@@ -145,8 +179,54 @@ impl<'a> Body<'a> {
     }
 
     /// The next bytes, as a text.
-    pub fn text(&mut self) -> Result<String> {
-        Ok(String::from_utf8_lossy(self.bytes()?).into_owned())
+    pub fn text(&mut self) -> Result<&'a str> {
+        std::str::from_utf8(self.bytes()?).map_err(|_| ErrorKind::InvalidData.into())
+    }
+
+    /// The next text, kept as long as the program.
+    pub fn kept(&mut self) -> Result<&'static str> {
+        Ok(interned(self.text()?))
+    }
+
+    /// The next parameter that there is.
+    pub fn key(&mut self) -> Result<Key> {
+        let (name, doc) = (self.kept()?, self.kept()?);
+        let kind = match (self.take()?, self.take::<u64>()?) {
+            (NUMBER, known) => {
+                let unit = self.kept()?;
+                let [default, least, most] = [self.take()?, self.take()?, self.take()?];
+                KeyKind::Number {
+                    unit,
+                    default: (known != 0).then_some(default),
+                    range: [least, most],
+                }
+            }
+            (FLAG, default) => KeyKind::Flag {
+                default: default != 0,
+            },
+            (WORD, count) => {
+                let default = self.kept()?;
+                let words: Result<Vec<&'static str>> = (0..count).map(|_| self.kept()).collect();
+                KeyKind::Choice {
+                    default,
+                    choices: words?.leak(),
+                }
+            }
+            _ => return Err(ErrorKind::InvalidData.into()),
+        };
+        Ok(Key { name, doc, kind })
+    }
+
+    /// The next value of a parameter, and its name.
+    pub fn setting(&mut self) -> Result<(&'a str, Setting<'a>)> {
+        let name = self.text()?;
+        let value = match self.take()? {
+            NUMBER => Setting::Number(self.take()?),
+            FLAG => Setting::Flag(self.take::<u64>()? != 0),
+            WORD => Setting::Choice(self.text()?),
+            _ => return Err(ErrorKind::InvalidData.into()),
+        };
+        Ok((name, value))
     }
 
     fn cut(&mut self, length: usize) -> Result<&'a [u8]> {
@@ -169,7 +249,7 @@ mod tests {
         let mut wire = Vec::new();
         for what in [STEP, DONE] {
             let message = message.begin(what).put(&[2.5_f64, f64::NAN]);
-            message.bytes("slope °".as_bytes()).put(&[7_u64]);
+            message.text("slope °").put(&[7_u64]);
             message.send(&mut wire).unwrap();
         }
         let (mut from, mut body) = (&wire[..], Vec::new());
@@ -179,10 +259,48 @@ mod tests {
             assert_eq!(body.take::<f64>().unwrap(), 2.5);
             assert!(body.take::<f64>().unwrap().is_nan());
             assert_eq!(body.text().unwrap(), "slope °");
-            assert_eq!(body.all::<u64>().unwrap(), [7]);
+            assert_eq!(body.all(Body::take::<u64>).unwrap(), [7]);
         }
         assert!(receive(&mut from, &mut body).is_err(), "nothing is left");
         assert!(receive(&mut &wire[..wire.len() - 1], &mut body).is_ok());
+    }
+
+    #[test]
+    fn parameters_and_their_values_come_as_they_are() {
+        let number = |default| KeyKind::Number {
+            unit: "m/s²",
+            default,
+            range: [f64::NEG_INFINITY, 1.5],
+        };
+        let choice = KeyKind::Choice {
+            default: "two words",
+            choices: &["one", "two words"],
+        };
+        let kinds = [
+            number(None),
+            number(Some(-0.5)),
+            KeyKind::Flag { default: true },
+            choice,
+        ];
+        let doc = "A parameter.";
+        let name = "name";
+        let keys = kinds.map(|kind| Key { name, doc, kind });
+        let values = [
+            ("a", Setting::Number(1e-300)),
+            ("b", Setting::Flag(true)),
+            ("c", Setting::Choice("two words")),
+        ];
+        let mut message = Message::default();
+        message.begin(LOAD);
+        for key in &keys {
+            message.key(key);
+        }
+        for (name, value) in values {
+            message.setting(name, value);
+        }
+        let mut body = Body(&message.0[16..]);
+        assert_eq!(keys.map(|_| body.key().unwrap()), keys);
+        assert_eq!(body.all(Body::setting).unwrap(), values);
     }
 
     /// Whatever a broken process sends is an error and no panic.
@@ -191,9 +309,7 @@ mod tests {
         let mut body = Vec::new();
         assert!(receive(&mut &[0xff; 64][..], &mut body).is_err());
         let mut short = Body(&[1, 0, 0]);
-        assert!(
-            short.take::<u64>().is_err() && short.bytes().is_err() && short.all::<f64>().is_err()
-        );
+        assert!(short.take::<u64>().is_err() && short.bytes().is_err() && short.key().is_err());
         let long = [u64::MAX.to_ne_bytes(), [0; 8]].concat();
         assert!(Body(&long).bytes().is_err());
     }

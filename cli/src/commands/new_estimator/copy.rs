@@ -14,7 +14,7 @@ pub(super) struct Example {
     pub files: &'static [&'static str],
     /// The file with the estimator.
     pub estimator: &'static str,
-    /// What to do next, in the new folder; `{way}` is the way to monorig's sources.
+    /// The words of a shell that come next, in the new folder; `{way}` is the way to monorig's sources.
     pub next: &'static str,
 }
 
