@@ -30,6 +30,28 @@ fn library() -> PathBuf {
     built(&format!("{DLL_PREFIX}monorig_c{DLL_SUFFIX}"))
 }
 
+/// Estimators of libraries in this process, and in processes of their own.
+fn hosts() -> Vec<(&'static str, Registry)> {
+    let here = ("in this process", loads_libraries(Registry::default()));
+    #[cfg(unix)]
+    {
+        let program = std::env::current_exe().unwrap().into_os_string();
+        let words = ["serves", "--exact", "--ignored", "--nocapture"].map(Into::into);
+        let program = std::iter::once(program).chain(words).collect();
+        let guarded = monorig_plugin::guards_libraries(Registry::default(), program);
+        vec![here, ("in a process of its own", guarded)]
+    }
+    #[cfg(not(unix))]
+    vec![here]
+}
+
+#[test]
+#[cfg(unix)]
+#[ignore = "no test: the process that others start"]
+fn serves() {
+    monorig_plugin::serve();
+}
+
 /// Samples, command and time step of each step of a run, and its vehicle.
 fn steps(scenario: &str) -> (Vehicle, Vec<(Measurements, Command, f64)>) {
     let file = project().join("scenarios").join(scenario);
@@ -73,18 +95,22 @@ fn names() -> impl Iterator<Item = &'static str> {
 #[test]
 fn every_estimator_through_the_header_is_the_native_one() {
     let file = library();
-    let types = loads_libraries(Registry::default());
     for scenario in ["liu2023_section1.yaml", "minimal.yaml"] {
         let (vehicle, steps) = steps(scenario);
         assert!(steps.len() > 1000);
         let mut aids = 0;
-        for name in names() {
+        let hosts = hosts();
+        let all = hosts
+            .iter()
+            .flat_map(|host| names().map(move |name| (host, name)));
+        for ((host, types), name) in all {
+            let at = format!("{name} {host}, {scenario}");
             let mut native = registry::build(name, &vehicle, []).unwrap();
             let settings = Settings::of_type(name).in_library("monorig_c", file.clone());
             let of_type = types.estimator_of(name, &settings).unwrap();
             let mut foreign = of_type.build(&vehicle, &[]).unwrap();
-            assert_eq!(native.internals(), foreign.internals(), "{name}");
-            assert_eq!(native.aid_sources(), foreign.aid_sources(), "{name}");
+            assert_eq!(native.internals(), foreign.internals(), "{at}");
+            assert_eq!(native.aid_sources(), foreign.aid_sources(), "{at}");
             let places = native.internals().len();
             let (mut a, mut b) = (vec![0.0; places], vec![0.0; places]);
             let places = native.aid_sources().len();
@@ -95,31 +121,32 @@ fn every_estimator_through_the_header_is_the_native_one() {
             );
             for (i, (z, u, dt)) in steps.iter().enumerate() {
                 match (native.step(z, u, *dt), foreign.step(z, u, *dt)) {
-                    (Ok(x), Ok(y)) => assert_eq!(bits(&x), bits(&y), "{name}, step {i}"),
+                    (Ok(x), Ok(y)) => assert_eq!(bits(&x), bits(&y), "{at}, step {i}"),
                     (x, y) => assert_eq!(
                         x.unwrap_err().to_string().get(..90),
                         y.unwrap_err().to_string().get(..90),
-                        "{name}, step {i}"
+                        "{at}, step {i}"
                     ),
                 }
                 native.internal_values(&mut a);
                 foreign.internal_values(&mut b);
                 let bits = |v: &[f64]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-                assert_eq!(bits(&a), bits(&b), "{name}, step {i}");
+                assert_eq!(bits(&a), bits(&b), "{at}, step {i}");
                 native.aid_status(&mut p);
                 foreign.aid_status(&mut q);
-                assert_eq!(format!("{p:?}"), format!("{q:?}"), "{name}, step {i}");
+                assert_eq!(format!("{p:?}"), format!("{q:?}"), "{at}, step {i}");
             }
             let (mut a, mut b) = (vec![0; 16_384], vec![0; 16_384]);
             let (x, y) = (native.snapshot(&mut a), foreign.snapshot(&mut b));
-            assert!(x == y && a == b, "{name}: {x:?}, {y:?}");
+            assert!(x == y, "{at}: {x:?}, {y:?}");
             native.reset();
             if let Ok(used) = x {
+                assert!(a == b, "{at}: a snapshot");
                 foreign.reset();
                 foreign.restore(&b[..used]).unwrap();
-                assert!(foreign.restore(&b[1..used]).is_err(), "{name}");
+                assert!(foreign.restore(&b[1..used]).is_err(), "{at}");
                 let used = foreign.snapshot(&mut b).unwrap();
-                assert_eq!(a[..used], b[..used], "{name}");
+                assert_eq!(a[..used], b[..used], "{at}");
             }
         }
         assert!(aids > 10, "aid status is compared");
@@ -219,30 +246,37 @@ fn a_program_in_c_with_the_static_library_gets_the_native_numbers() {
 #[test]
 #[ignore = "a measurement: prints times and asserts nothing"]
 fn cost_of_the_header() {
-    let types = loads_libraries(Registry::default());
-    let best = |estimator: &mut dyn Estimator, steps: &[(Measurements, Command, f64)]| {
-        let once = |_| {
-            estimator.reset();
-            let began = std::time::Instant::now();
-            for (z, u, dt) in steps {
-                std::hint::black_box(estimator.step(z, u, *dt)).ok();
-            }
-            began.elapsed().as_secs_f64() * 1e9 / steps.len() as f64
-        };
-        (0..15).map(once).fold(f64::INFINITY, f64::min)
+    let hosts = hosts();
+    let pass = |estimator: &mut dyn Estimator, steps: &[(Measurements, Command, f64)]| {
+        estimator.reset();
+        let began = std::time::Instant::now();
+        for (z, u, dt) in steps {
+            std::hint::black_box(estimator.step(z, u, *dt)).ok();
+        }
+        began.elapsed().as_secs_f64() * 1e9 / steps.len() as f64
     };
     for scenario in ["liu2023_section1.yaml", "minimal.yaml"] {
         let (vehicle, steps) = steps(scenario);
         for name in ["dffrls_aekf", "complementary_filter", "rail_fusion"] {
-            let mut native = registry::build(name, &vehicle, []).unwrap();
             let settings = Settings::of_type(name).in_library("monorig_c", library());
-            let of_type = types.estimator_of(name, &settings).unwrap();
-            let mut foreign = of_type.build(&vehicle, &[]).unwrap();
-            let (a, b) = (best(&mut native, &steps), best(&mut *foreign, &steps));
-            println!(
-                "{scenario}, {} drives, {name}: {a:.0} ns, through the header {b:.0} ns",
-                vehicle.drives
-            );
+            let native = registry::build(name, &vehicle, []).unwrap();
+            let mut all: Vec<(&str, Box<dyn Estimator>, f64)> =
+                vec![("native", Box::new(native), f64::INFINITY)];
+            for (host, types) in &hosts {
+                let of_type = types.estimator_of(name, &settings).unwrap();
+                all.push((host, of_type.build(&vehicle, &[]).unwrap(), f64::INFINITY));
+            }
+            // in turn, so that whatever else the machine does meets all of them
+            for _ in 0..30 {
+                for (_, estimator, best) in &mut all {
+                    *best = best.min(pass(estimator.as_mut(), &steps));
+                }
+            }
+            println!("{scenario}, {} drives, {name}, ns a step:", vehicle.drives);
+            let native = all[0].2;
+            for (host, _, ns) in all {
+                println!("    {host}: {ns:.0}, {:.2} times", ns / native);
+            }
         }
     }
 }

@@ -108,6 +108,9 @@ files).";
 struct Arguments {
     #[command(flatten)]
     terminal: TerminalArgs,
+    /// Run estimators of libraries inside of this program: faster, and a crash in one ends the program
+    #[arg(long, global = true, hide = true)]
+    in_process: bool,
 }
 
 /// The program: commands over a registry of estimators and controllers.
@@ -133,8 +136,6 @@ impl App {
 
     /// Makes a program with the estimators and controllers of this registry and no others.
     pub fn with_registry(registry: Registry) -> Self {
-        #[cfg(feature = "plugins")]
-        let registry = monorig_plugin::loads_libraries(registry);
         Self {
             registry,
             commands: COMMANDS.to_vec(),
@@ -211,7 +212,12 @@ impl App {
     }
 
     /// Runs the command of these words, the first of them the program's name.
-    fn main_with(self, words: impl IntoIterator<Item = OsString>) -> ExitCode {
+    fn main_with(mut self, words: impl IntoIterator<Item = OsString>) -> ExitCode {
+        let words: Vec<OsString> = words.into_iter().collect();
+        #[cfg(all(unix, feature = "plugins"))]
+        if words.get(1).is_some_and(|word| word == SERVE) {
+            return monorig_plugin::serve();
+        }
         if let Some(wrong) = self.wrong {
             errors::show(&CliError::Program(wrong));
             return ExitCode::from(2);
@@ -224,6 +230,7 @@ impl App {
             Err(e) => return errors::usage(&e),
         };
         ui::terminal::set(arguments.terminal);
+        self.registry = with_libraries(self.registry, arguments.in_process);
         let program = Program {
             registry: &self.registry,
             command_line: &command_line,
@@ -268,6 +275,30 @@ impl App {
             // clap has refused every other name
             None => Ok(CommandOutcome::Held),
         }
+    }
+}
+
+/// The word by which the program starts itself to run a part.
+#[cfg(all(unix, feature = "plugins"))]
+const SERVE: &str = "serve-part";
+
+/// The registry with estimators of libraries, in processes of this program unless they are to run inside of it.
+fn with_libraries(registry: Registry, _in_process: bool) -> Registry {
+    #[cfg(all(unix, feature = "plugins"))]
+    if !_in_process && let Ok(program) = this_program() {
+        return monorig_plugin::guards_libraries(registry, vec![program.into(), SERVE.into()]);
+    }
+    #[cfg(feature = "plugins")]
+    let registry = monorig_plugin::loads_libraries(registry);
+    registry
+}
+
+/// The file of this program. On Linux the one that runs, even if another has come in its place.
+#[cfg(all(unix, feature = "plugins"))]
+fn this_program() -> std::io::Result<std::path::PathBuf> {
+    match cfg!(target_os = "linux") {
+        true => Ok("/proc/self/exe".into()),
+        false => std::env::current_exe(),
     }
 }
 

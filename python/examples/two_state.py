@@ -9,7 +9,7 @@ import sys
 
 import monorig
 
-SCENARIOS = pathlib.Path(__file__).resolve().parents[2] / "scenarios"
+SCENARIO = pathlib.Path(__file__).with_name("climb.yaml")
 G = 9.81
 
 
@@ -57,7 +57,7 @@ class TwoState:
 
 
 def main() -> None:
-    scenario = sys.argv[1] if len(sys.argv) > 1 else SCENARIOS / "liu2023_section1.yaml"
+    scenario = sys.argv[1] if len(sys.argv) > 1 else SCENARIO
     run = monorig.run(scenario, estimators={"mine": TwoState}, in_loop="mine")
     for name, of in run.metrics.items():
         print(f"{name:<24} slope RMSE {of['slope_rmse_deg']:.3f}°")

@@ -22,6 +22,7 @@ def run(folder: pathlib.Path, *words: str) -> str:
     ("name", "arguments", "said"),
     [
         ("two_state.py", [], "mine"),
+        ("test_climb.py", [], "held"),
         ("on_a_log.py", [], "slope_rmse_deg"),
         ("tune_with_optuna.py", [os.fspath(EXAMPLES.parents[1] / "scenarios/tuning/quick.yaml"), "8"], "loss"),
     ],
@@ -35,3 +36,9 @@ def test_the_notebook(tmp_path: pathlib.Path) -> None:
     words = ["-m", "nbconvert", "--execute", "--to", "notebook", "--output-dir", str(tmp_path)]
     run(EXAMPLES, *words, str(EXAMPLES / "first_steps.ipynb"))
     assert (tmp_path / "first_steps.ipynb").read_text().count("image/png") == 1
+
+
+def test_what_is_made_in_python_runs(program: str, tmp_path: pathlib.Path) -> None:
+    root = os.fspath(EXAMPLES.parents[1])
+    subprocess.run([program, "new-estimator", "python", "mine", "--monorig", root], cwd=tmp_path, check=True)
+    assert "held" in run(tmp_path / "mine", "test_climb.py")

@@ -25,15 +25,21 @@ pub enum Error {
         what: String,
     },
     /// An estimator cannot go on.
-    #[error("the estimator {name} broke down at t = {t_s:.3} s: {what}")]
+    #[error("the estimator {name} broke down at t = {t_s:.3} s{}: {what}", of_seed(*seed))]
     Estimator {
         /// Its name in the scenario.
         name: String,
+        /// Seed of the run, if it is one with a seed.
+        seed: Option<u64>,
         /// Simulated time, s.
         t_s: f64,
         /// Its reason.
         what: String,
     },
+}
+
+fn of_seed(seed: Option<u64>) -> String {
+    seed.map_or_else(String::new, |seed| format!(", seed {seed}"))
 }
 
 /// A mistake in an input: its place, the message and the remedy.

@@ -384,7 +384,13 @@ fn the_reason_of_an_estimator_of_ones_own_is_told() {
     assert_eq!((name.as_str(), reason.as_str()), ("mine", "no fix"));
     assert!(*times > 100);
     let broken = with(3.0).build(1).unwrap().run(&mut []).unwrap_err();
-    let monorig_sim::Error::Estimator { name, t_s, what } = &broken else {
+    let monorig_sim::Error::Estimator {
+        name,
+        seed: Some(1),
+        t_s,
+        what,
+    } = &broken
+    else {
         panic!("{broken}");
     };
     assert_eq!(

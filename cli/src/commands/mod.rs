@@ -15,6 +15,7 @@ mod list;
 mod man;
 mod map;
 mod merge;
+mod new_estimator;
 mod replay;
 mod report;
 mod run;
@@ -50,6 +51,7 @@ pub(crate) const COMMANDS: &[CommandEntry] = &[
     CommandEntry::of::<judge::JudgeArgs>(),
     CommandEntry::of::<calibrate::CalibrateArgs>(),
     CommandEntry::of::<inspect::InspectArgs>(),
+    CommandEntry::of::<new_estimator::NewEstimatorArgs>(),
     CommandEntry::of::<check::CheckArgs>(),
     CommandEntry::of::<schema::SchemaArgs>(),
     CommandEntry::of::<completions::CompletionsArgs>(),

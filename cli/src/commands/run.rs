@@ -8,7 +8,7 @@ use crate::identity::identity;
 use crate::recording::pace;
 use crate::recording::simulate::{RecordOptions, simulate};
 use crate::recording::variant::{self, Variant};
-use crate::ui::errors::CliError;
+use crate::ui::errors::{self, CliError};
 use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
@@ -17,10 +17,12 @@ use crate::ui::prose::paragraph;
 use crate::ui::summary;
 use clap::ValueEnum;
 use monorig_lab::verdicts::judgement::Totals;
+use monorig_lab::verdicts::run_result::RunResult;
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::scenario::Seeds;
+use monorig_sim::error::Error;
 use serde_json::json;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -162,13 +164,17 @@ fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliError> 
         };
         simulation.scenario.file.seeds = Seeds::one(seed);
         simulation.scenario.name = variant.run_name(&simulation.scenario.name);
-        one(simulation, &options, task.json.path(), &mut shown)?;
+        let name = simulation.scenario.name.clone();
+        match one(simulation, &options, task.json.path(), &mut shown) {
+            Err(CliError::Sim(e @ Error::Estimator { .. })) => shown.broke_down(name, seed, e),
+            done => done?,
+        }
     }
     task.json.write(|| {
         let monorig = identity().to_string();
         json!({ "version": 1, "kind": "run", "monorig": monorig, "runs": shown.json })
     })?;
-    if many {
+    if many || shown.broken {
         output::result(&format!("\n{}\n", shown.words()), &[task.json.path()])?;
     }
     Ok(match shown.verdicts.iter().all(|v| v.held) {
@@ -182,9 +188,32 @@ fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliError> 
 struct Shown {
     verdicts: Vec<ScenarioVerdict>,
     json: Vec<serde_json::Value>,
+    /// An estimator could not go on.
+    broken: bool,
 }
 
 impl Shown {
+    /// A run in which an estimator broke down has failed, and has no numbers. The others go on.
+    fn broke_down(&mut self, scenario: String, seed: u64, e: Error) {
+        let run = RunResult {
+            index: 0,
+            scenario: scenario.clone(),
+            seed,
+            draws: Default::default(),
+            summary: None,
+            error: Some(e.to_string()),
+        };
+        errors::show(&CliError::Sim(e));
+        let verdict = ScenarioVerdict::new(&scenario, vec![run]);
+        self.json.push(json!({
+            "held": verdict.held,
+            "verdict": verdict.judgement().words(),
+            "checks": verdict.checks,
+        }));
+        self.verdicts.push(verdict);
+        self.broken = true;
+    }
+
     /// All runs in a line, those that failed by name.
     fn words(&self) -> String {
         let all = self.verdicts.len();

@@ -56,6 +56,7 @@ impl RunningEstimator {
     pub fn step(&mut self, z: &Measurements, command: &Command, dt_s: f64) -> Result<(), Error> {
         let broken = |what: String| Error::Estimator {
             name: self.name.clone(),
+            seed: None,
             t_s: z.t.s(),
             what,
         };

@@ -183,7 +183,18 @@ impl Simulation {
     fn estimate(&mut self, z: &Measurements, command: &Command, dt_s: f64) -> Result<(), Error> {
         self.perception.measure(z);
         let mut all = self.estimators.iter_mut();
-        all.try_for_each(|estimator| estimator.step(z, command, dt_s))
+        let stepped = all.try_for_each(|estimator| estimator.step(z, command, dt_s));
+        stepped.map_err(|e| match e {
+            Error::Estimator {
+                name, t_s, what, ..
+            } => Error::Estimator {
+                name,
+                seed: Some(self.seed),
+                t_s,
+                what,
+            },
+            other => other,
+        })
     }
 
     /// Hands the state after the step to the observers. The clearance is costly: it is computed for those that ask for

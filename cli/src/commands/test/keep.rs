@@ -36,7 +36,14 @@ pub fn worst_run(
         changes: &variant.changes,
         registry,
     };
-    let run = simulate(simulation, &options, &mut |_| interrupt::go_on())?;
+    let run = match simulate(simulation, &options, &mut |_| interrupt::go_on()) {
+        Err(CliError::Sim(e)) => {
+            let scenario = &tested.judged.scenario;
+            note(&format!("{scenario} seed {seed} cannot be kept: {e}"));
+            return Ok(());
+        }
+        run => run?,
+    };
     if run.interrupted {
         return Err(CliError::Interrupted);
     }

@@ -1,0 +1,239 @@
+//! An estimator of one's own: a copy of an example in monorig's sources with its name and its way to them changed.
+
+use crate::ui::errors::CliError;
+use monorig_sim::config::file::read_text;
+use monorig_sim::error::Error;
+use monorig_sim::record::whole;
+use std::path::{Path, PathBuf};
+
+/// An example that is copied.
+pub(super) struct Example {
+    /// Its folder in the sources of monorig.
+    pub folder: &'static str,
+    /// Its files that are copied.
+    pub files: &'static [&'static str],
+    /// The file with the estimator.
+    pub estimator: &'static str,
+    /// The words of a shell that come next, in the new folder; `{way}` is the way to monorig's sources.
+    pub next: &'static str,
+}
+
+impl Example {
+    /// Returns whether it is a crate, which has a name and a lock file.
+    fn is_crate(&self) -> bool {
+        self.files.contains(&LOCK)
+    }
+}
+
+/// Name of the crate that is copied.
+const CRATE_NAME: &str = "own_estimator";
+/// The way from an example to the sources of monorig, as its files name it.
+const WAY: &str = "../../";
+const LOCK: &str = "Cargo.lock";
+/// Between two packages of a lock file.
+const PACKAGE: &str = "\n[[package]]\n";
+
+/// Copies the example, whole or not at all, and returns what to say about it.
+pub(super) fn make(
+    example: &Example,
+    folder: &Path,
+    monorig: Option<&Path>,
+) -> Result<String, CliError> {
+    let name = match example.is_crate() {
+        true => crate_name(folder)?,
+        false => file_name(folder)?,
+    };
+    if folder.symlink_metadata().is_ok() {
+        let message = format!("{} is there already", folder.display());
+        return Err(CliError::refused(message, "name a folder that is not"));
+    }
+    let here = std::env::current_dir().map_err(|e| failed(Path::new("."), e))?;
+    let folder = here.join(folder);
+    let parent = folder.parent().unwrap_or(&here);
+    let sources = sources(example, monorig, [&here, parent])?;
+    std::fs::create_dir_all(parent).map_err(|e| failed(parent, e))?;
+    let parent = parent.canonicalize().map_err(|e| failed(parent, e))?;
+    let way = way(&parent.join(&name), &sources)?;
+    let unfinished = parent.join(format!(".{name}-{}", whole::unique()));
+    let made = fill(example, &unfinished, &sources, &name, &way)
+        .and_then(|()| std::fs::rename(&unfinished, &folder).map_err(|e| failed(&folder, e)));
+    if let Err(e) = made {
+        // what is left of it is of no use; there is no one to return a second error to
+        let _ = std::fs::remove_dir_all(&unfinished);
+        return Err(e);
+    }
+    let at = folder.strip_prefix(&here).unwrap_or(&folder).display();
+    Ok(format!(
+        "made {at}: {} files; the estimator `mine` is in {}\n\
+         next: cd {at} && {}\n",
+        example.files.len(),
+        example.estimator,
+        example.next.replace("{way}", &way)
+    ))
+}
+
+/// The name of the crate: that of the folder.
+fn crate_name(folder: &Path) -> Result<String, CliError> {
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    let mut letters = name.chars();
+    let first = letters.next().is_some_and(|c| c.is_ascii_alphabetic());
+    if first && letters.all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
+        return Ok(name.into_owned());
+    }
+    Err(CliError::refused(
+        format!("`{name}` is no name of a crate"),
+        "name a folder that begins with a letter and has letters, digits, `_` and `-` only",
+    ))
+}
+
+/// The last part of a way to a folder.
+fn file_name(folder: &Path) -> Result<String, CliError> {
+    let name = folder.file_name().map(|name| name.to_string_lossy());
+    name.map(|name| name.into_owned()).ok_or_else(|| {
+        let message = format!("{} is no name of a folder", folder.display());
+        CliError::refused(message, "name a folder that is not there yet")
+    })
+}
+
+/// The folder of monorig's sources: the given one, or the nearest at or above `starts`.
+fn sources(
+    example: &Example,
+    given: Option<&Path>,
+    starts: [&Path; 2],
+) -> Result<PathBuf, CliError> {
+    let has = |folder: &Path| {
+        let mut files = example.files.iter();
+        files.all(|file| folder.join(example.folder).join(file).is_file())
+    };
+    let is = |folder: &&Path| has(folder);
+    let above = || starts.into_iter().flat_map(Path::ancestors).find(is);
+    let found = match given {
+        Some(folder) => Some(folder).filter(is),
+        None => above(),
+    };
+    let Some(found) = found else {
+        let message = match given {
+            Some(folder) => format!("{} has no {}", folder.display(), example.folder),
+            None => "the sources of monorig are not at or above this folder".into(),
+        };
+        let help =
+            "name the folder of monorig's sources with --monorig: what is made names files of them";
+        return Err(CliError::refused(message, help));
+    };
+    found.canonicalize().map_err(|e| failed(found, e))
+}
+
+/// The way from a folder to monorig's sources with `/` at its end, as TOML, YAML and a shell can name it.
+fn way(from: &Path, sources: &Path) -> Result<String, CliError> {
+    let way = pathdiff::diff_paths(sources, from).unwrap_or_else(|| sources.into());
+    let way = way.to_string_lossy().replace('\\', "/");
+    match way
+        .chars()
+        .all(|c| c.is_alphanumeric() || "/._-:~+@".contains(c))
+    {
+        true => Ok(format!("{way}/")),
+        false => Err(CliError::refused(
+            format!("the way to monorig's sources, `{way}`, cannot be written in every file"),
+            "move one of the folders: letters, digits and / . _ - : ~ + @ can be written",
+        )),
+    }
+}
+
+/// Writes the files of the example, changed.
+fn fill(
+    example: &Example,
+    folder: &Path,
+    sources: &Path,
+    name: &str,
+    way: &str,
+) -> Result<(), CliError> {
+    for file in example.files {
+        let text = read_text(&sources.join(example.folder).join(file))?;
+        let text = match *file {
+            LOCK => renamed_lock(&text, name),
+            _ if example.is_crate() => text.replace(WAY, way).replace(CRATE_NAME, name),
+            _ => text.replace(WAY, way),
+        };
+        crate::ui::output::write(&folder.join(file), &text)?;
+    }
+    Ok(())
+}
+
+/// The lock file with the package of the example under another name, at its place in the order of names.
+fn renamed_lock(text: &str, name: &str) -> String {
+    let mut parts = text.trim_end().split(PACKAGE).map(str::trim_end);
+    let head = parts.next().unwrap_or_default();
+    let name_line = |name: &str| format!("name = \"{name}\"\n");
+    let own = name_line(CRATE_NAME);
+    let (example, others): (Vec<&str>, Vec<&str>) = parts.partition(|p| p.starts_with(&own));
+    let example = example.concat().replacen(&own, &name_line(name), 1);
+    let of = |part: &str| part.split('"').nth(1).unwrap_or_default().to_owned();
+    let place = others.iter().position(|p| of(p).as_str() > name);
+    let mut all = others;
+    all.insert(place.unwrap_or(all.len()), &example);
+    let all: Vec<String> = all.iter().map(|p| format!("{PACKAGE}{p}\n")).collect();
+    format!("{head}\n{}", all.concat())
+}
+
+fn failed(path: &Path, source: std::io::Error) -> CliError {
+    let path = path.into();
+    Error::Io { path, source }.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every file of an example that is kept is copied, and no other.
+    #[test]
+    fn the_list_is_what_the_example_has() {
+        use super::super::{C, RUST, SIMULINK};
+        for example in [RUST, C, SIMULINK] {
+            compare(&example);
+        }
+    }
+
+    fn compare(listed: &Example) {
+        let example = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("..")
+            .join(listed.folder);
+        let names = |folder: &Path| -> Vec<String> {
+            let entries = std::fs::read_dir(folder).unwrap();
+            let name = |e: std::fs::DirEntry| e.file_name().into_string().unwrap();
+            entries.map(|e| name(e.unwrap())).collect()
+        };
+        let mut there = names(&example);
+        let made = |n: &str| ["target", "runs", "src", "tests"].contains(&n) || n.ends_with(".so");
+        there.retain(|n| !made(n));
+        for folder in ["src", "tests"] {
+            if !listed.is_crate() {
+                continue;
+            }
+            let inside = names(&example.join(folder));
+            there.extend(inside.iter().map(|n| format!("{folder}/{n}")));
+        }
+        there.sort();
+        let mut files = listed.files.to_vec();
+        files.sort();
+        assert_eq!(there, files);
+    }
+
+    /// The packages stay in the order of their names, whatever the new one is called.
+    #[test]
+    fn packages_of_the_lock_stay_in_order() {
+        let package = |name: &str| format!("{PACKAGE}name = \"{name}\"\nversion = \"1.0.0\"\n");
+        let lock = |names: &[&str]| {
+            let all: Vec<String> = names.iter().map(|n| package(n)).collect();
+            format!("# made by Cargo\nversion = 4\n{}", all.concat())
+        };
+        let before = lock(&["a", "m", CRATE_NAME, "z"]);
+        assert_eq!(renamed_lock(&before, CRATE_NAME), before);
+        for (name, after) in [
+            ("A1", ["A1", "a", "m", "z"]),
+            ("b", ["a", "b", "m", "z"]),
+            ("zz", ["a", "m", "z", "zz"]),
+        ] {
+            assert_eq!(renamed_lock(&before, name), lock(&after));
+        }
+    }
+}
