@@ -18,7 +18,7 @@ use std::path::Path;
 /// Name of the file in `resources/`.
 pub(crate) const FILE: &str = "part.json";
 /// Name of a user's library in `resources/`.
-pub(crate) const LIBRARY: &str = "library";
+pub(crate) const LIBRARY: &str = "library.bin";
 
 /// Content of an FMU.
 #[derive(Serialize, Deserialize)]

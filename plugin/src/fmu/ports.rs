@@ -174,12 +174,42 @@ pub(crate) fn unconnected<'a>(
     inputs.filter(|v| !fed(v)).collect()
 }
 
+/// Refuses a map with names that are none of ours, or with values that are no names.
+fn check_map(settings: &Settings) -> Result<(), Refusal> {
+    let quantities = QUANTITIES.iter().map(|q| q.name);
+    let outputs =
+        quantities.flat_map(|name| ["", "_sd", "_valid"].map(|part| format!("{name}{part}")));
+    let others = NUMBERS.iter().map(|n| n.0).chain(FLAGS.iter().map(|f| f.0));
+    let others = others.chain([signals::REFUSED]).map(str::to_owned);
+    let known: Vec<String> = outputs
+        .chain(others)
+        .chain(inputs().into_iter().map(|i| i.0))
+        .collect();
+    for (ours, value) in &settings.map {
+        if !known.contains(ours) {
+            let message =
+                format!("`map` has `{ours}`, which is no input or output of an estimator");
+            return Err(Refusal::new(
+                message,
+                format!("one of {}", known.join(", ")),
+            ));
+        }
+        let sd = matches!(value, ParameterValue::Number(_)) && ours.ends_with("_sd");
+        if !sd && !matches!(value, ParameterValue::Choice(_)) {
+            let help = "the name of a variable of the FMU; a number only for a standard deviation";
+            return Err(Refusal::new(format!("`map` has no name for {ours}"), help));
+        }
+    }
+    Ok(())
+}
+
 /// Finds the variables for ours.
 pub(crate) fn find(
     at: &str,
     description: &Description,
     settings: &Settings,
 ) -> Result<Ports, Refusal> {
+    check_map(settings)?;
     let theirs = description.variables.iter().map(|v| (v.name.as_str(), v));
     let names = Names {
         at,
@@ -187,54 +217,30 @@ pub(crate) fn find(
         map: &settings.map,
     };
     let mut ports = Ports::default();
-    let mut known: Vec<String> = Vec::new();
     for (ours, unit, source) in inputs() {
         if let Some(v) = names.find(&ours, unit, ("input", Kind::Real))? {
             ports.inputs.push((v.reference, source));
         }
-        known.push(ours);
     }
     for q in &QUANTITIES {
-        known.extend([
-            q.name.to_owned(),
-            format!("{}_sd", q.name),
-            format!("{}_valid", q.name),
-        ]);
         quantity(&mut ports, &names, q)?;
     }
     for (name, place) in NUMBERS {
-        known.push(name.to_owned());
         if let Some(v) = names.find(name, "1", ("output", Kind::Real))? {
             ports.numbers.push(v.reference);
             ports.numbers_at.push(Box::new(move |e, x| *place(e) = x));
         }
     }
     for (name, place) in FLAGS {
-        known.push(name.to_owned());
         if let Some(v) = names.find(name, "1", ("output", Kind::Boolean))? {
             ports.flags.push(v.reference);
             ports.flags_at.push(Box::new(move |e, x| *place(e) = x));
         }
     }
-    known.push(signals::REFUSED.to_owned());
     if let Some(v) = names.find(signals::REFUSED, "1", ("output", Kind::Boolean))? {
         ports.refused = Some(ports.flags.len());
         ports.flags.push(v.reference);
         ports.flags_at.push(Box::new(|_, _| {}));
-    }
-    if let Some(other) = settings.map.keys().find(|key| !known.contains(key)) {
-        let help = format!("one of {}", known.join(", "));
-        return Err(Refusal::new(
-            format!("`map` has `{other}`, which is no input or output of an estimator"),
-            help,
-        ));
-    }
-    for (ours, value) in &settings.map {
-        let is_sd = ours.ends_with("_sd");
-        if !matches!(value, ParameterValue::Choice(_)) && !(is_sd && names.number(ours).is_some()) {
-            let help = "the name of a variable of the FMU; a number only for a standard deviation";
-            return Err(Refusal::new(format!("`map` has no name for {ours}"), help));
-        }
     }
     let stamped = names.theirs.get(signals::STAMPED);
     let stamped = stamped.filter(|v| v.causality == "parameter" && v.kind == Kind::Boolean);
