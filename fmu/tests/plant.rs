@@ -301,7 +301,10 @@ impl Drop for Host {
 #[test]
 fn the_plant_under_recorded_commands_makes_the_recorded_truth() {
     let folder = tempfile::tempdir().unwrap();
-    for (file, seconds, seed) in [("minimal.yaml", 6.0, 3), ("car_sensor_faults.yaml", 3.0, 1)] {
+    for (file, seconds, seed) in [
+        ("minimal.yaml", 6.0, 3),
+        ("guo2024_flat_turning.yaml", 3.0, 1),
+    ] {
         let mut native = simulation(file, seconds, seed);
         let (drives, dt_s) = (native.vehicle.drives, native.dt_s);
         let mut keep = Keep::default();

@@ -264,7 +264,7 @@ fn every_mistake_of_a_scenario_has_its_message() {
         &[
             AT,
             "`slope` for grade, which the FMU has not",
-            "theta, theta_sd, ok",
+            "ok, theta, theta_sd",
         ],
     );
     has(
@@ -293,7 +293,7 @@ fn every_mistake_of_a_scenario_has_its_message() {
         &[
             AT,
             "neither `total_mass` nor `grade`",
-            "theta, theta_sd, ok",
+            "ok, theta, theta_sd",
         ],
     );
     has(
