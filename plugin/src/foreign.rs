@@ -44,7 +44,7 @@ impl Drop for Foreign {
 }
 
 /// Refuses what no estimate may have.
-fn checked(e: Estimate) -> Result<Estimate, Error> {
+pub(crate) fn checked(e: Estimate) -> Result<Estimate, Error> {
     let values = [
         ("total_mass_kg", e.total_mass_kg),
         ("grade_rad", e.grade_rad),

@@ -7,7 +7,7 @@ const MAX_COLUMNS: usize = 120;
 
 /// For each folder: how many lines of comments are wider, and how many doc comments open with a noun clause. Both may
 /// only fall.
-const AT_MOST: [(&str, usize, usize); 13] = [
+const AT_MOST: [(&str, usize, usize); 14] = [
     ("estimators", 13, 0),
     ("sim", 2, 0),
     ("logs", 1, 2),
@@ -20,6 +20,7 @@ const AT_MOST: [(&str, usize, usize); 13] = [
     ("abi", 0, 0),
     ("plugin", 0, 0),
     ("c", 0, 0),
+    ("fmu", 0, 0),
     ("examples", 0, 0),
 ];
 

@@ -9,6 +9,8 @@ mod completions;
 mod draw;
 mod explain;
 mod export;
+#[cfg(feature = "plugins")]
+mod fmu;
 mod inspect;
 mod judge;
 mod list;
@@ -48,6 +50,8 @@ pub(crate) const COMMANDS: &[CommandEntry] = &[
     CommandEntry::of::<list::ListArgs>(),
     CommandEntry::of::<replay::ReplayArgs>(),
     CommandEntry::of::<export::ExportArgs>(),
+    #[cfg(feature = "plugins")]
+    CommandEntry::of::<fmu::FmuArgs>(),
     CommandEntry::of::<judge::JudgeArgs>(),
     CommandEntry::of::<calibrate::CalibrateArgs>(),
     CommandEntry::of::<inspect::InspectArgs>(),

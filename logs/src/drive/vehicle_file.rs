@@ -110,7 +110,7 @@ impl VehicleFile {
     }
 
     /// The file of these values.
-    pub(crate) fn of(v: &VehicleData) -> Self {
+    pub fn of(v: &VehicleData) -> Self {
         let road = v.road.map(|r| RoadValues {
             drag_area_m2: r.drag_area_m2,
             air_density_kgpm3: r.air_density_kgpm3,
@@ -143,7 +143,7 @@ impl VehicleFile {
     }
 
     /// The values, not yet checked; none if the layout has too few numbers.
-    pub(crate) fn data(&self) -> Option<VehicleData> {
+    pub fn data(&self) -> Option<VehicleData> {
         let v = &self.nominal_vehicle;
         let layout = match &v.layout {
             None => None,

@@ -28,7 +28,10 @@ pub fn estimators(
         }
         let of_type = registry.estimator_of(name, settings).map_err(|w| {
             match (&settings.is, &settings.library) {
-                (_, Some(_)) => scenario.error(format!("{at}.library"), w.message, w.help),
+                (_, Some(_)) => {
+                    let at = format!("{at}.{}", settings.library_key());
+                    scenario.error(at, w.message, w.help)
+                }
                 (Some(_), None) => scenario.error(format!("{at}.is"), w.message, w.help),
                 (None, None) => {
                     let help = format!("{}; `is` names the type of one with another name", w.help);

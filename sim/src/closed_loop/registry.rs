@@ -57,8 +57,8 @@ pub(crate) type BuildController = dyn Fn(&Vehicle, &ControllerSetup, NamedSettin
     + Send
     + Sync;
 
-/// Finds the estimator of this name, or the only one, in a library.
-type LoadLibrary = dyn Fn(&Path, Option<&str>) -> Result<EstimatorType, Refusal> + Send + Sync;
+/// Finds the estimator that the settings name, or the only one, in a library or an FMU.
+type LoadLibrary = dyn Fn(&Path, &Settings) -> Result<EstimatorType, Refusal> + Send + Sync;
 
 /// A type of estimator or controller: its name, its parameters, and how it is built.
 pub struct PartType<B: ?Sized> {
@@ -133,7 +133,7 @@ pub enum RegistryError {
 }
 
 /// Keys of a scenario's estimator that are not parameters.
-const ESTIMATOR_KEYS: &[&str] = &["is", "from", "library"];
+const ESTIMATOR_KEYS: &[&str] = &["is", "from", "library", "fmu", "map"];
 /// Keys of a scenario's controller that are not parameters.
 const CONTROLLER_KEYS: &[&str] = &["kind", "feedforward"];
 
@@ -261,10 +261,10 @@ impl Registry {
         find(&self.estimators, name, "estimator")
     }
 
-    /// Lets scenarios name shared libraries, whose estimators `load` finds.
+    /// Lets scenarios name shared libraries and FMUs, whose estimators `load` finds.
     pub fn load_libraries_with(
         &mut self,
-        load: impl Fn(&Path, Option<&str>) -> Result<EstimatorType, Refusal> + Send + Sync + 'static,
+        load: impl Fn(&Path, &Settings) -> Result<EstimatorType, Refusal> + Send + Sync + 'static,
     ) {
         self.load_library = Some(Arc::new(load));
     }
@@ -280,7 +280,7 @@ impl Registry {
         })?;
         // found when the scenario was loaded; one put together in code has the name alone
         let file = settings.library_file.as_deref();
-        load(file.unwrap_or(Path::new(library)), settings.is.as_deref())
+        load(file.unwrap_or(Path::new(library)), settings)
     }
 
     /// The type of controller of this name.

@@ -117,7 +117,8 @@ impl InputFiles {
         Ok(bytes)
     }
 
-    fn named(&self, folder: &Path) -> BTreeMap<String, Arc<[u8]>> {
+    /// The bytes of every file, by its name relative to `folder`.
+    pub fn named(&self, folder: &Path) -> BTreeMap<String, Arc<[u8]>> {
         let shared = self.lock();
         let mut named: BTreeMap<String, Arc<[u8]>> = BTreeMap::new();
         for (path, file) in &shared.files {

@@ -485,9 +485,8 @@ trait Visitor {
     fn internals(&mut self, estimator: &RunningEstimator);
 }
 
-/// All channels of a run, group by group, in the order of the columns.
-fn visit(visitor: &mut impl Visitor, row: &RowSource<'_>) {
-    let truth = row.truth;
+/// The groups under `truth/`.
+fn groups_of_truth(visitor: &mut impl Visitor, truth: &Truth) {
     visitor.group(format_args!("truth"), TRUTH, truth);
     if let Some(balance) = &truth.balance {
         visitor.group(format_args!("truth/balance"), TRUTH_BALANCE, balance);
@@ -498,6 +497,11 @@ fn visit(visitor: &mut impl Visitor, row: &RowSource<'_>) {
     if let Some(road) = &truth.road {
         visitor.group(format_args!("truth/road"), TRUTH_ROAD, road);
     }
+}
+
+/// All channels of a run, group by group, in the order of the columns.
+fn visit(visitor: &mut impl Visitor, row: &RowSource<'_>) {
+    groups_of_truth(visitor, row.truth);
     visitor.sensors(row.sensors, row.samples);
     visitor.group(format_args!("control"), CONTROL, &row.control);
     for estimator in row.estimators {
@@ -509,6 +513,38 @@ fn visit(visitor: &mut impl Visitor, row: &RowSource<'_>) {
             visitor.group(format_args!("aid/{name}/{source}"), AID, &status);
         }
     }
+}
+
+/// A column under `truth/`, with its value.
+pub struct TruthColumn<'a> {
+    /// Path such as `truth/drive_1/slip`.
+    pub path: Arguments<'a>,
+    /// Unit such as `m/s²`.
+    pub unit: &'static str,
+    /// Description in one sentence.
+    pub doc: &'static str,
+    /// The value; NaN where there is none.
+    pub value: f64,
+}
+
+/// Visits all columns under `truth/`, in the order of the channels.
+pub fn visit_truth(truth: &Truth, visit: &mut dyn FnMut(&TruthColumn<'_>)) {
+    struct Columns<'a>(&'a mut dyn FnMut(&TruthColumn<'_>));
+    impl Visitor for Columns<'_> {
+        fn group<T>(&mut self, path: Arguments<'_>, columns: &[Column<T>], of: &T) {
+            for c in columns {
+                (self.0)(&TruthColumn {
+                    path: format_args!("{path}/{}", c.name),
+                    unit: c.unit,
+                    doc: c.doc,
+                    value: (c.value)(of),
+                });
+            }
+        }
+        fn sensors(&mut self, _: &[SensorChannel], _: &[f64]) {}
+        fn internals(&mut self, _: &RunningEstimator) {}
+    }
+    groups_of_truth(&mut Columns(visit), truth);
 }
 
 /// The channels of a run.

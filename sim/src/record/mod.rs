@@ -124,7 +124,7 @@ impl<S: Sink + ?Sized> Sink for Box<S> {
 }
 
 pub use background::BackgroundSink;
-pub use channels::{ChannelDescription, descriptions};
+pub use channels::{ChannelDescription, TruthColumn, descriptions, visit_truth};
 pub use extra::ExtraChannels;
 pub use recorder::Recorder;
 

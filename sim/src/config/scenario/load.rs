@@ -113,7 +113,7 @@ fn include_parameters(
     Ok(included)
 }
 
-/// Finds the libraries that estimators name, from the document's folder, and reads them: the inputs have their digests.
+/// Finds the libraries and FMUs that estimators name, from the document's folder, and reads them: the inputs have their digests.
 fn find_libraries(
     estimators: &mut BTreeMap<String, Settings>,
     document: &Document,
@@ -123,7 +123,7 @@ fn find_libraries(
         let Some(library) = &settings.library else {
             continue;
         };
-        let key = format!("estimators.{name}.library");
+        let key = format!("estimators.{name}.{}", settings.library_key());
         let found = folder.join(library);
         crate::config::file::exists(&found)
             .map_err(|(message, help)| document.error(key, message, help))?;

@@ -95,14 +95,18 @@ impl JsonSchema for ParameterValue {
     }
 }
 
-/// One estimator of a scenario: its type, the library it is in if it is foreign, and its parameters, those of the file
+/// One estimator of a scenario: its type, the library or FMU it is in if it is foreign, and its parameters, those of the file
 /// named `from`, if any, with the others in their place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
     /// Name of its type in the registry; none = the name it has in the scenario.
     pub is: Option<String>,
-    /// Shared library with it, relative to the scenario; none: it is one of the registry.
+    /// Shared library or FMU with it, relative to the scenario; none: it is one of the registry.
     pub library: Option<String>,
+    /// True of an FMU, which a scenario names by `fmu`.
+    pub is_fmu: bool,
+    /// Names that an FMU has in place of ours, and numbers in place of outputs that it has not.
+    pub map: BTreeMap<String, ParameterValue>,
     /// The file of the library, once the scenario is loaded.
     pub(crate) library_file: Option<PathBuf>,
     /// Parameter file, relative to the scenario.
@@ -135,6 +139,20 @@ impl Settings {
         self.library = Some(library.into());
         self.library_file = Some(file);
         self
+    }
+
+    /// The same from an FMU, as it is named and where it was found.
+    pub fn in_fmu(mut self, fmu: &str, file: PathBuf) -> Self {
+        self.is_fmu = true;
+        self.in_library(fmu, file)
+    }
+
+    /// The key that names its library or FMU.
+    pub fn library_key(&self) -> &'static str {
+        match self.is_fmu {
+            true => "fmu",
+            false => "library",
+        }
     }
 
     /// The same with another value of a parameter.
@@ -256,13 +274,26 @@ impl<'de> Deserialize<'de> for Settings {
                 let mut settings = Settings::default();
                 while let Some(key) = map.next_key::<String>()? {
                     match key.as_str() {
+                        "library" | "fmu" if settings.library.is_some() => {
+                            let why = "an estimator is in a library or in an FMU, not in both";
+                            return Err(serde::de::Error::custom(why));
+                        }
                         "library" => settings.library = Some(map.next_value()?),
+                        "fmu" => {
+                            settings.is_fmu = true;
+                            settings.library = Some(map.next_value()?);
+                        }
+                        "map" => settings.map = map.next_value()?,
                         "is" => settings.is = Some(map.next_value()?),
                         "from" => settings.from = Some(map.next_value()?),
                         _ => {
                             settings.values.insert(key, map.next_value()?);
                         }
                     }
+                }
+                if !settings.map.is_empty() && !settings.is_fmu {
+                    let why = "`map` gives the names in an FMU, and `fmu` names none";
+                    return Err(serde::de::Error::custom(why));
                 }
                 Ok(settings)
             }
@@ -275,7 +306,10 @@ impl Serialize for Settings {
     fn serialize<S: Serializer>(&self, ser: S) -> Result<S::Ok, S::Error> {
         let mut map = ser.serialize_map(None)?;
         if let Some(library) = &self.library {
-            map.serialize_entry("library", library)?;
+            map.serialize_entry(self.library_key(), library)?;
+        }
+        if !self.map.is_empty() {
+            map.serialize_entry("map", &self.map)?;
         }
         if let Some(is) = &self.is {
             map.serialize_entry("is", is)?;
@@ -296,9 +330,9 @@ impl JsonSchema for Settings {
     }
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         json_schema!({
-            "description": "Parameters by name; `is` names the type of estimator when this entry has a name of its own; `library` names a shared library with it, relative to the scenario; `from` names a parameter file, relative to the scenario, for those not given here.",
+            "description": "Parameters by name; `is` names the type of estimator when this entry has a name of its own; `library` or `fmu` names a shared library or an FMU with it, relative to the scenario; `map` gives the names that the FMU has in place of ours; `from` names a parameter file, relative to the scenario, for those not given here.",
             "type": "object",
-            "properties": { "is": { "type": "string" }, "library": { "type": "string" }, "from": { "type": "string" } },
+            "properties": { "is": { "type": "string" }, "library": { "type": "string" }, "fmu": { "type": "string" }, "map": { "type": "object", "additionalProperties": generator.subschema_for::<ParameterValue>() }, "from": { "type": "string" } },
             "additionalProperties": generator.subschema_for::<ParameterValue>()
         })
     }

@@ -1,0 +1,35 @@
+//! Estimators and the plant as FMUs for co-simulation, FMI 2.0 and 3.0. One shared library serves both standards; a
+//! file in the FMU says what it is.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `part` | what an FMU holds, as that file says it |
+//! | `package` | an FMU put together |
+//! | `description` | its `modelDescription.xml` |
+//! | `variable` | a variable, and the values of all |
+//! | `model/` | the estimator or the plant behind the variables |
+//! | `instance` | an instance, whatever the standard |
+//! | `two` `three` | the functions of FMI 2.0 and 3.0 |
+
+#![allow(clippy::missing_safety_doc)] // the standards say what each pointer must be
+
+mod description;
+mod instance;
+mod model;
+mod package;
+mod part;
+mod three;
+mod two;
+mod variable;
+
+pub use package::{Package, library};
+pub use part::{estimator, plant};
+
+/// A version of the standard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fmi {
+    /// FMI 2.0.
+    Two,
+    /// FMI 3.0.
+    Three,
+}

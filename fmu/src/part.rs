@@ -1,0 +1,205 @@
+//! What an FMU holds, as `resources/part.json` in it says.
+
+use crate::package::Package;
+use monorig_estimators::Vehicle;
+use monorig_estimators::api::signals::{Command, Shape, Slot};
+use monorig_estimators::api::snapshot::SnapshotError;
+use monorig_logs::drive::VehicleFile;
+use monorig_sim::closed_loop::registry::{Refusal, Registry};
+use monorig_sim::closed_loop::{Simulation, SimulationBuilder};
+use monorig_sim::config::scenario::{ParameterValue, Scenario, Settings};
+use monorig_sim::control::{Controller, FeedForward, Perception, Reference};
+use monorig_sim::error::Error;
+use monorig_sim::sensors::SensorChannel;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Name of the file in `resources/`.
+pub(crate) const FILE: &str = "part.json";
+/// Name of a user's library in `resources/`.
+pub(crate) const LIBRARY: &str = "library.bin";
+
+/// Content of an FMU.
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub(crate) enum Part {
+    /// An estimator.
+    Estimator(EstimatorPart),
+    /// The plant with its instruments.
+    Plant(PlantPart),
+}
+
+/// An estimator for a vehicle.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct EstimatorPart {
+    /// Name of its type.
+    pub name: String,
+    /// It is of the library beside this file, and not one of ours.
+    pub in_library: bool,
+    /// Nominal values of the vehicle.
+    pub vehicle: VehicleFile,
+    /// Parameters that start with another value than their default.
+    pub parameters: BTreeMap<String, ParameterValue>,
+    /// Quantities that the vehicle measures.
+    pub measured: Vec<String>,
+    /// Its state can be saved.
+    pub keeps_state: bool,
+}
+
+/// The plant of a scenario.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PlantPart {
+    /// Name of the scenario.
+    pub name: String,
+    /// Its file in `resources/`.
+    pub file: String,
+    /// Values that are changed in it.
+    pub set: Vec<(String, String)>,
+}
+
+impl Part {
+    /// Name of what it holds.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Estimator(part) => &part.name,
+            Self::Plant(part) => &part.name,
+        }
+    }
+
+    /// True if an instance can be saved and put back.
+    pub fn keeps_state(&self) -> bool {
+        matches!(self, Self::Estimator(part) if part.keeps_state)
+    }
+}
+
+/// The samples that the instruments of a simulation take; those of a user's own instruments are left out.
+pub(crate) fn measured(simulation: &Simulation) -> impl Iterator<Item = Slot> {
+    let channels = simulation.sensors.channels();
+    let fitted = move |slot: &Slot| {
+        let own = slot.measurand.shape() == Shape::Auxiliary;
+        let columns = SensorChannel::of(*slot);
+        !own && columns
+            .iter()
+            .all(|c| channels.iter().any(|there| there.path == c.path))
+    };
+    Slot::all().filter(fitted)
+}
+
+/// The plant of a scenario without estimators, to be driven from outside for 28 hours at most.
+pub(crate) fn plant_alone(
+    scenario: &Path,
+    set: &[(String, String)],
+) -> Result<SimulationBuilder, Error> {
+    /// Stands in for the controller, and is never asked.
+    struct Outside;
+    impl Controller for Outside {
+        fn control(&mut self, reference: &Reference, _: &Perception, _: f64) -> Command {
+            reference.command()
+        }
+    }
+    let endless = ("stop".to_owned(), "{after_s: 1e5}".to_owned());
+    let set = [set, &[endless]].concat();
+    let alone = SimulationBuilder::from_scenario(Scenario::load(scenario, &set)?)?
+        .edit(|file| {
+            file.estimators.clear();
+            file.in_loop = None;
+            file.expect.clear();
+            file.known_failures.clear();
+            file.published.clear();
+            file.availability = Default::default();
+        })
+        .feedforward(FeedForward::None)
+        .controller(Box::new(Outside));
+    Ok(alone)
+}
+
+/// An estimator of the registry, or of a library that the settings name, for the vehicle of a scenario.
+pub fn estimator(
+    name: &str,
+    settings: &Settings,
+    registry: &Registry,
+    scenario: &Path,
+) -> Result<Package, Error> {
+    let simulation = plant_alone(scenario, &[])?.build(1)?;
+    let vehicle = &simulation.vehicle;
+    let refused =
+        |w: Refusal| Error::from(monorig_sim::error::DataError::new("", w.message, w.help));
+    let of_type = registry.estimator_of(name, settings).map_err(refused)?;
+    for (key, value) in settings.named() {
+        of_type.check(key, value).map_err(refused)?;
+    }
+    let built = of_type.build(vehicle, &settings.named()).map_err(refused)?;
+    let mut names: Vec<String> = measured(&simulation).map(|s| s.name().to_owned()).collect();
+    names.dedup();
+    let part = EstimatorPart {
+        name: of_type.name().to_owned(),
+        in_library: settings.library.is_some(),
+        vehicle: VehicleFile::of(vehicle),
+        parameters: settings.values.clone(),
+        measured: names,
+        keeps_state: matches!(built.snapshot(&mut []), Ok(_) | Err(SnapshotError::Room(_))),
+    };
+    let mut files = BTreeMap::new();
+    if let Some(library) = &settings.library {
+        let bytes = monorig_sim::config::file::read_bytes(Path::new(library))?;
+        files.insert(LIBRARY.to_owned(), bytes.to_vec());
+    }
+    let about = match of_type.description() {
+        "" => "An estimator of mass and slope.",
+        sentence => sentence,
+    };
+    Ok(Package::new(
+        Part::Estimator(part),
+        about.to_owned(),
+        None,
+        files,
+    ))
+}
+
+/// The plant of a scenario with its instruments, with the files that it is read from.
+pub fn plant(scenario: &Path, set: &[(String, String)]) -> Result<Package, Error> {
+    let simulation = plant_alone(scenario, set)?.build(1)?;
+    let loaded = &simulation.scenario;
+    let folder = loaded.path().parent().unwrap_or(Path::new(""));
+    let named = loaded.inputs().named(folder);
+    let ups = |name: &String| name.split('/').take_while(|part| *part == "..").count();
+    let deepest = named.keys().map(ups).max().unwrap_or(0);
+    let mut files = BTreeMap::new();
+    for (name, bytes) in &named {
+        if Path::new(name).is_absolute() {
+            return Err(loaded.error(
+                "",
+                format!("it names {name} by a path from the root of the disk"),
+                "a path from its own folder: an FMU is used on other machines",
+            ));
+        }
+        // the scenario stands so deep that every path up from it stays in `resources/`
+        let up = ups(name);
+        let below: Vec<&str> = (up..deepest)
+            .map(|_| "in")
+            .chain(name.split('/').skip(up))
+            .collect();
+        files.insert(below.join("/"), bytes.to_vec());
+    }
+    let file = loaded
+        .path()
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy();
+    let part = PlantPart {
+        name: loaded.name.clone(),
+        file: format!("{}{file}", "in/".repeat(deepest)),
+        set: set.to_vec(),
+    };
+    let (about, step_s) = (loaded.file.why.clone(), simulation.dt_s);
+    Ok(Package::new(Part::Plant(part), about, Some(step_s), files))
+}
+
+/// The vehicle of an estimator.
+pub(crate) fn vehicle(file: &VehicleFile) -> Result<Vehicle, String> {
+    let data = file.data().ok_or("too few numbers for a mass layout")?;
+    Vehicle::new(data).map_err(|e| e.to_string())
+}

@@ -1,0 +1,325 @@
+//! `modelDescription.xml` of an FMU, as far as a run needs it.
+
+use monorig_sim::closed_loop::registry::Refusal;
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::{Reader, XmlVersion};
+use std::collections::BTreeMap;
+
+/// What the description says.
+#[derive(Debug, Default)]
+pub(crate) struct Description {
+    /// FMI 3.0, not 2.0.
+    pub three: bool,
+    pub token: String,
+    /// Name of the shared library, without its ending.
+    pub identifier: String,
+    pub one_at_a_time: bool,
+    pub keeps_state: bool,
+    /// The step of an FMU that takes no other, s.
+    pub fixed_step_s: Option<f64>,
+    pub variables: Vec<Variable>,
+}
+
+/// Type of a variable.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Real,
+    Integer,
+    Boolean,
+    /// One word of several.
+    Word,
+    /// A text, an array, a clock, a number of another size.
+    #[default]
+    Other,
+}
+
+/// A unit by exponents of kg, m, s, A, K, mol, cd, rad, its factor and its offset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BaseUnit {
+    pub exponents: [i32; 8],
+    pub factor: f64,
+    pub offset: f64,
+}
+
+/// A variable of an FMU.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Variable {
+    pub name: String,
+    pub reference: u32,
+    pub kind: Kind,
+    pub causality: String,
+    pub about: String,
+    pub unit: Option<String>,
+    /// The unit, if the FMU says what it is.
+    pub base: Option<BaseUnit>,
+    /// Least and largest value.
+    pub range: [Option<f64>; 2],
+    /// As it stands there.
+    pub start: Option<String>,
+    /// Words and their numbers.
+    pub words: Vec<(String, i64)>,
+    declared: Option<String>,
+}
+
+/// What a type of the FMU says of its variables.
+#[derive(Default)]
+struct DeclaredType {
+    unit: Option<String>,
+    range: [Option<f64>; 2],
+    words: Vec<(String, i64)>,
+}
+
+/// What is said so far.
+#[derive(Default)]
+struct Reading {
+    description: Description,
+    co_simulation: bool,
+    needs_tool: bool,
+    variable_step: bool,
+    step_s: Option<f64>,
+    units: BTreeMap<String, BaseUnit>,
+    unit: String,
+    types: BTreeMap<String, DeclaredType>,
+    of_type: String,
+}
+
+type Read<T> = Result<T, String>;
+
+/// An attribute of an element.
+fn attribute(e: &BytesStart<'_>, name: &str) -> Read<Option<String>> {
+    let found = e.try_get_attribute(name).map_err(|e| e.to_string())?;
+    let value = found.map(|a| {
+        a.normalized_value(XmlVersion::Explicit1_0)
+            .map(String::from)
+    });
+    value.transpose().map_err(|e| e.to_string())
+}
+
+/// An attribute as a number.
+fn number<T: std::str::FromStr>(e: &BytesStart<'_>, name: &str) -> Read<Option<T>> {
+    let Some(text) = attribute(e, name)? else {
+        return Ok(None);
+    };
+    let number = text.trim().parse::<T>();
+    number
+        .map(Some)
+        .map_err(|_| format!("{name}=\"{text}\" is no number"))
+}
+
+/// An attribute that must be there.
+fn needed<T>(found: Option<T>, e: &BytesStart<'_>, name: &str) -> Read<T> {
+    let element = || String::from_utf8_lossy(e.name().as_ref()).into_owned();
+    found.ok_or_else(|| format!("{} has no {name}", element()))
+}
+
+/// A flag, false where it is not.
+fn flag(e: &BytesStart<'_>, name: &str) -> Read<bool> {
+    Ok(matches!(attribute(e, name)?.as_deref(), Some("true" | "1")))
+}
+
+/// Type of a variable by the name of its element, in FMI 2.0 or 3.0.
+fn kind_of(element: &str) -> Option<Kind> {
+    Some(match element {
+        "Real" | "Float64" => Kind::Real,
+        "Integer" | "Int32" => Kind::Integer,
+        "Boolean" => Kind::Boolean,
+        "Enumeration" => Kind::Word,
+        "String" | "Binary" | "Clock" | "Float32" | "Int8" | "Int16" | "Int64" | "UInt8"
+        | "UInt16" | "UInt32" | "UInt64" => Kind::Other,
+        _ => return None,
+    })
+}
+
+impl Reading {
+    /// An element that opens within others.
+    fn element(&mut self, e: &BytesStart<'_>, within: &[String]) -> Read<()> {
+        let name = String::from_utf8_lossy(e.name().as_ref()).into_owned();
+        let parent = within.last().map_or("", String::as_str);
+        let d = &mut self.description;
+        match (parent, name.as_str()) {
+            ("", "fmiModelDescription") => {
+                let version = needed(attribute(e, "fmiVersion")?, e, "fmiVersion")?;
+                d.three = version.starts_with("3.");
+                if !d.three && !version.starts_with("2.") {
+                    return Err(format!("it is of FMI {version}; help: FMI 2.0 or 3.0"));
+                }
+                let token = if d.three {
+                    "instantiationToken"
+                } else {
+                    "guid"
+                };
+                d.token = needed(attribute(e, token)?, e, token)?;
+            }
+            ("", _) => {
+                return Err(format!(
+                    "it begins with <{name}> and not <fmiModelDescription>"
+                ));
+            }
+            ("fmiModelDescription", "CoSimulation") => {
+                self.co_simulation = true;
+                let identifier = attribute(e, "modelIdentifier")?;
+                d.identifier = needed(identifier, e, "modelIdentifier")?;
+                d.one_at_a_time = flag(e, "canBeInstantiatedOnlyOncePerProcess")?;
+                let state = if d.three { "State" } else { "state" };
+                d.keeps_state = flag(e, &format!("canSerializeFMU{state}"))?;
+                self.needs_tool = flag(e, "needsExecutionTool")?;
+                self.variable_step = flag(e, "canHandleVariableCommunicationStepSize")?;
+                self.step_s = number(e, "fixedInternalStepSize")?;
+            }
+            ("fmiModelDescription", "DefaultExperiment") => {
+                self.step_s = self.step_s.or(number(e, "stepSize")?);
+            }
+            ("UnitDefinitions", "Unit") => self.unit = attribute(e, "name")?.unwrap_or_default(),
+            ("Unit", "BaseUnit") => {
+                let mut exponents = [0; 8];
+                let names = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
+                for (to, name) in exponents.iter_mut().zip(names) {
+                    *to = number(e, name)?.unwrap_or(0);
+                }
+                let base = BaseUnit {
+                    exponents,
+                    factor: number(e, "factor")?.unwrap_or(1.0),
+                    offset: number(e, "offset")?.unwrap_or(0.0),
+                };
+                self.units.insert(self.unit.clone(), base);
+            }
+            ("TypeDefinitions", _) => {
+                self.of_type = attribute(e, "name")?.unwrap_or_default();
+                self.types.entry(self.of_type.clone()).or_default();
+                self.type_attributes(e)?;
+            }
+            ("SimpleType", _) => self.type_attributes(e)?,
+            ("Enumeration" | "EnumerationType", "Item") => {
+                let word = needed(attribute(e, "name")?, e, "name")?;
+                let value = needed(number(e, "value")?, e, "value")?;
+                let of_type = self.types.entry(self.of_type.clone()).or_default();
+                of_type.words.push((word, value));
+            }
+            ("ModelVariables", _) => {
+                let reference = number(e, "valueReference")?;
+                d.variables.push(Variable {
+                    name: needed(attribute(e, "name")?, e, "name")?,
+                    reference: needed(reference, e, "valueReference")?,
+                    causality: attribute(e, "causality")?.unwrap_or("local".into()),
+                    about: attribute(e, "description")?.unwrap_or_default(),
+                    ..Variable::default()
+                });
+                self.typed(e, &name)?;
+            }
+            ("ScalarVariable", _) => self.typed(e, &name)?,
+            (_, "Dimension") => {
+                if let Some(array) = d.variables.last_mut() {
+                    array.kind = Kind::Other;
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn type_attributes(&mut self, e: &BytesStart<'_>) -> Read<()> {
+        let of_type = self.types.entry(self.of_type.clone()).or_default();
+        of_type.unit = attribute(e, "unit")?;
+        of_type.range = [number(e, "min")?, number(e, "max")?];
+        Ok(())
+    }
+
+    /// What an element says of the type of the last variable.
+    fn typed(&mut self, e: &BytesStart<'_>, element: &str) -> Read<()> {
+        let Some(v) = self.description.variables.last_mut() else {
+            return Ok(());
+        };
+        let Some(kind) = kind_of(element) else {
+            return Ok(());
+        };
+        v.kind = kind;
+        v.unit = attribute(e, "unit")?;
+        v.declared = attribute(e, "declaredType")?;
+        v.start = attribute(e, "start")?;
+        if matches!(kind, Kind::Real | Kind::Integer) {
+            v.range = [number(e, "min")?, number(e, "max")?];
+        }
+        Ok(())
+    }
+
+    /// The description, once all is read.
+    fn whole(self) -> Read<Description> {
+        let mut d = self.description;
+        if d.token.is_empty() {
+            return Err("it has no fmiModelDescription".into());
+        }
+        if !self.co_simulation {
+            return Err("it is for model exchange only; help: export it for co-simulation".into());
+        }
+        if self.needs_tool {
+            let help = "export it as a standalone FMU, with its solver inside";
+            return Err(format!(
+                "it needs the tool that made it (needsExecutionTool); help: {help}"
+            ));
+        }
+        if !self.variable_step {
+            let help = "export it for variable steps, or with a stepSize in DefaultExperiment";
+            let step = self.step_s.filter(|s| *s > 0.0);
+            let step = step.ok_or(format!(
+                "it takes one step size only, and does not say which; help: {help}"
+            ))?;
+            d.fixed_step_s = Some(step);
+        }
+        for v in &mut d.variables {
+            if let Some(of_type) = v.declared.as_ref().and_then(|name| self.types.get(name)) {
+                v.unit = v.unit.take().or(of_type.unit.clone());
+                v.range = [0, 1].map(|i: usize| v.range[i].or(of_type.range[i]));
+                v.words = of_type.words.clone();
+            }
+            v.base = v
+                .unit
+                .as_ref()
+                .and_then(|unit| self.units.get(unit).copied());
+        }
+        Ok(d)
+    }
+}
+
+/// Reads the description of the FMU that messages name `at`.
+pub(crate) fn read(at: &str, xml: &[u8]) -> Result<Description, Refusal> {
+    let mut reading = Reading::default();
+    let mut position = 0;
+    let all = (|| {
+        let text = std::str::from_utf8(xml).map_err(|e| {
+            position = e.valid_up_to();
+            "it is no text in UTF-8".to_owned()
+        })?;
+        let mut reader = Reader::from_str(text);
+        let mut within: Vec<String> = Vec::new();
+        loop {
+            position = usize::try_from(reader.buffer_position()).unwrap_or(0);
+            match reader.read_event().map_err(|e| e.to_string())? {
+                Event::Start(e) => {
+                    reading.element(&e, &within)?;
+                    within.push(String::from_utf8_lossy(e.name().as_ref()).into_owned());
+                }
+                Event::Empty(e) => reading.element(&e, &within)?,
+                Event::End(_) => {
+                    within.pop();
+                }
+                Event::Eof if within.is_empty() => break,
+                Event::Eof => return Err(format!("it is cut off within <{}>", within.join("><"))),
+                _ => {}
+            }
+        }
+        reading.whole()
+    })();
+    all.map_err(|why| {
+        let line = xml
+            .get(..position)
+            .map_or(1, |b| 1 + b.iter().filter(|c| **c == b'\n').count());
+        let (message, help) = match why.split_once("; help: ") {
+            Some((message, help)) => (message.to_owned(), help.to_owned()),
+            None => (why, "an FMU as its tool has exported it".to_owned()),
+        };
+        Refusal::new(
+            format!("{at}: modelDescription.xml, line {line}: {message}"),
+            help,
+        )
+    })
+}

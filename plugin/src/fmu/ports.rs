@@ -1,0 +1,304 @@
+//! Which variables of an FMU stand for which of our inputs and outputs: by name, or by the `map` of the scenario.
+
+use super::description::{Description, Kind, Variable};
+use crate::signals::{self, FLAGS, NUMBERS, QUANTITIES};
+use crate::unit;
+use monorig_estimators::api::signals::{Command, Estimate, Measurements, Slot, Value};
+use monorig_sim::closed_loop::registry::Refusal;
+use monorig_sim::config::scenario::{ParameterValue, Settings};
+use std::collections::BTreeMap;
+
+/// Source of the value of an input.
+#[derive(Clone, Copy)]
+pub(crate) enum Source {
+    Sample(Slot, usize),
+    Stamp(Slot),
+    Torque(usize),
+    Clamp,
+    Brake,
+}
+
+impl Source {
+    /// The value now; none without a new sample.
+    pub fn value(self, z: &Measurements, u: &Command) -> Option<f64> {
+        match self {
+            Self::Sample(slot, axis) => slot.get(z)?.value.get(axis).copied(),
+            Self::Stamp(slot) => Some(slot.get(z)?.t.s()),
+            Self::Torque(index) => u.motor_torque_nm.get(index).copied(),
+            Self::Clamp => Some(u.clamp_pressure_mpa),
+            Self::Brake => Some(u.brake),
+        }
+    }
+}
+
+/// An input of ours: name, unit, source.
+type Input = (String, &'static str, Source);
+
+/// All inputs that there can be.
+fn inputs() -> Vec<Input> {
+    let mut all: Vec<Input> = Vec::new();
+    for slot in Slot::all() {
+        let names = signals::value_names(slot).into_iter().enumerate();
+        all.extend(names.map(|(axis, name)| (name, slot.unit(), Source::Sample(slot, axis))));
+        all.push((signals::stamp_name(slot), "s", Source::Stamp(slot)));
+    }
+    let drives = 0..monorig_estimators::api::signals::MAX_DRIVES;
+    all.extend(drives.map(|i| (signals::torque_command(i), "N·m", Source::Torque(i))));
+    all.push((signals::CLAMP_COMMAND.to_owned(), "MPa", Source::Clamp));
+    all.push((signals::BRAKE_COMMAND.to_owned(), "1", Source::Brake));
+    all
+}
+
+/// Place of a number in an estimate.
+pub(crate) type NumberAt = Box<dyn Fn(&mut Estimate, f64) + Send>;
+/// Place of a flag in an estimate.
+pub(crate) type FlagAt = Box<dyn Fn(&mut Estimate, bool) + Send>;
+
+/// The variables that are set and got in a step.
+#[derive(Default)]
+pub(crate) struct Ports {
+    pub inputs: Vec<(u32, Source)>,
+    pub numbers: Vec<u32>,
+    pub numbers_at: Vec<NumberAt>,
+    pub flags: Vec<u32>,
+    pub flags_at: Vec<FlagAt>,
+    /// Place of the mark that a step was refused, among the flags.
+    pub refused: Option<usize>,
+    /// The parameter that says that samples have stamps.
+    pub stamped: Option<u32>,
+    /// What the FMU does not say of each step.
+    pub start: Estimate,
+    /// It gives no effective grade: that is the grade.
+    pub grade_is_effective: bool,
+}
+
+/// The variables of an FMU by name, and the map.
+struct Names<'a> {
+    at: &'a str,
+    theirs: BTreeMap<&'a str, &'a Variable>,
+    map: &'a BTreeMap<String, ParameterValue>,
+}
+
+impl<'a> Names<'a> {
+    /// The variable that stands for one of ours; none if there is none and the map names none.
+    fn find(
+        &self,
+        ours: &str,
+        unit: &str,
+        wanted: (&str, Kind),
+    ) -> Result<Option<&'a Variable>, Refusal> {
+        let (causality, kind) = wanted;
+        let mapped = match self.map.get(ours) {
+            Some(ParameterValue::Choice(theirs)) => Some(theirs.as_str()),
+            _ => None,
+        };
+        let name = mapped.unwrap_or(ours);
+        let refuse = |message: String, help: String| {
+            Err(Refusal::new(format!("{}: {message}", self.at), help))
+        };
+        let Some(v) = self.theirs.get(name) else {
+            let those = self.theirs.values().filter(|v| v.causality == causality);
+            let those: Vec<&str> = those.map(|v| v.name.as_str()).collect();
+            return match mapped {
+                None => Ok(None),
+                Some(_) => refuse(
+                    format!("`map` has `{name}` for {ours}, which the FMU has not"),
+                    format!("one of its {causality}s: {}", those.join(", ")),
+                ),
+            };
+        };
+        if v.causality != causality {
+            return refuse(
+                format!("`{name}`, for {ours}, is of causality {}", v.causality),
+                format!("a variable of causality {causality}"),
+            );
+        }
+        if v.kind != kind {
+            let is = if kind == Kind::Real {
+                "number (Real, Float64)"
+            } else {
+                "Boolean"
+            };
+            return refuse(
+                format!("`{name}`, for {ours}, is no {is}"),
+                format!("a {is} of one value"),
+            );
+        }
+        if let (Some(base), Some(known)) = (v.base, unit::find(unit)) {
+            let [kg, m, s, rad] = [known.kg, known.m, known.s, known.rad];
+            let same = base.exponents == [kg, m, s, 0, 0, 0, 0, rad]
+                && (base.factor / known.factor - 1.0).abs() < 1e-9
+                && base.offset == 0.0;
+            if !same {
+                let is = v.unit.as_deref().unwrap_or_default();
+                return refuse(
+                    format!("`{name}` is in {is}, and {ours} in {unit}"),
+                    format!("a variable in {unit}"),
+                );
+            }
+        }
+        Ok(Some(v))
+    }
+
+    /// A number of the map in place of an output.
+    fn number(&self, ours: &str) -> Option<f64> {
+        match self.map.get(ours) {
+            Some(ParameterValue::Number(x)) => Some(x.get()),
+            _ => None,
+        }
+    }
+}
+
+/// Inputs of an FMU that nothing of ours feeds.
+pub(crate) fn unconnected<'a>(
+    description: &'a Description,
+    settings: &Settings,
+) -> Vec<&'a Variable> {
+    let mapped: Vec<&str> = settings
+        .map
+        .values()
+        .filter_map(|v| match v {
+            ParameterValue::Choice(theirs) => Some(theirs.as_str()),
+            _ => None,
+        })
+        .collect();
+    let ours: Vec<String> = inputs().into_iter().map(|i| i.0).collect();
+    let fed = |v: &Variable| {
+        let by_name = ours.contains(&v.name) && !settings.map.contains_key(&v.name);
+        by_name || mapped.contains(&v.name.as_str())
+    };
+    let inputs = description
+        .variables
+        .iter()
+        .filter(|v| v.causality == "input");
+    inputs.filter(|v| !fed(v)).collect()
+}
+
+/// Refuses a map with names that are none of ours, or with values that are no names.
+fn check_map(settings: &Settings) -> Result<(), Refusal> {
+    let quantities = QUANTITIES.iter().map(|q| q.name);
+    let outputs =
+        quantities.flat_map(|name| ["", "_sd", "_valid"].map(|part| format!("{name}{part}")));
+    let others = NUMBERS.iter().map(|n| n.0).chain(FLAGS.iter().map(|f| f.0));
+    let others = others.chain([signals::REFUSED]).map(str::to_owned);
+    let known: Vec<String> = outputs
+        .chain(others)
+        .chain(inputs().into_iter().map(|i| i.0))
+        .collect();
+    for (ours, value) in &settings.map {
+        if !known.contains(ours) {
+            let message =
+                format!("`map` has `{ours}`, which is no input or output of an estimator");
+            return Err(Refusal::new(
+                message,
+                format!("one of {}", known.join(", ")),
+            ));
+        }
+        let sd = matches!(value, ParameterValue::Number(_)) && ours.ends_with("_sd");
+        if !sd && !matches!(value, ParameterValue::Choice(_)) {
+            let help = "the name of a variable of the FMU; a number only for a standard deviation";
+            return Err(Refusal::new(format!("`map` has no name for {ours}"), help));
+        }
+    }
+    Ok(())
+}
+
+/// Finds the variables for ours.
+pub(crate) fn find(
+    at: &str,
+    description: &Description,
+    settings: &Settings,
+) -> Result<Ports, Refusal> {
+    check_map(settings)?;
+    let theirs = description.variables.iter().map(|v| (v.name.as_str(), v));
+    let names = Names {
+        at,
+        theirs: theirs.collect(),
+        map: &settings.map,
+    };
+    let mut ports = Ports::default();
+    for (ours, unit, source) in inputs() {
+        if let Some(v) = names.find(&ours, unit, ("input", Kind::Real))? {
+            ports.inputs.push((v.reference, source));
+        }
+    }
+    for q in &QUANTITIES {
+        quantity(&mut ports, &names, q)?;
+    }
+    for (name, place) in NUMBERS {
+        if let Some(v) = names.find(name, "1", ("output", Kind::Real))? {
+            ports.numbers.push(v.reference);
+            ports.numbers_at.push(Box::new(move |e, x| *place(e) = x));
+        }
+    }
+    for (name, place) in FLAGS {
+        if let Some(v) = names.find(name, "1", ("output", Kind::Boolean))? {
+            ports.flags.push(v.reference);
+            ports.flags_at.push(Box::new(move |e, x| *place(e) = x));
+        }
+    }
+    if let Some(v) = names.find(signals::REFUSED, "1", ("output", Kind::Boolean))? {
+        ports.refused = Some(ports.flags.len());
+        ports.flags.push(v.reference);
+        ports.flags_at.push(Box::new(|_, _| {}));
+    }
+    let stamped = names.theirs.get(signals::STAMPED);
+    let stamped = stamped.filter(|v| v.causality == "parameter" && v.kind == Kind::Boolean);
+    ports.stamped = stamped.map(|v| v.reference);
+    Ok(ports)
+}
+
+/// Value, standard deviation and mark of an estimated quantity.
+fn quantity(
+    ports: &mut Ports,
+    names: &Names<'_>,
+    q: &'static signals::Quantity,
+) -> Result<(), Refusal> {
+    let (name, place) = (q.name, q.at);
+    let value = names.find(name, q.unit, ("output", Kind::Real))?;
+    let sd_name = format!("{name}_sd");
+    let sd = names.find(&sd_name, q.unit, ("output", Kind::Real))?;
+    let valid_name = format!("{name}_valid");
+    let valid = names.find(&valid_name, "1", ("output", Kind::Boolean))?;
+    let Some(value) = value else {
+        if name == "grade"
+            && !names.theirs.contains_key("total_mass")
+            && !names.map.contains_key("total_mass")
+        {
+            let outputs = names.theirs.values().filter(|v| v.causality == "output");
+            let outputs: Vec<&str> = outputs.map(|v| v.name.as_str()).collect();
+            return Err(Refusal::new(
+                format!("{} gives neither `total_mass` nor `grade`", names.at),
+                format!(
+                    "`map: {{grade: …}}` with one of its outputs: {}",
+                    outputs.join(", ")
+                ),
+            ));
+        }
+        ports.grade_is_effective |= name == "effective_grade";
+        return Ok(());
+    };
+    ports.numbers.push(value.reference);
+    ports
+        .numbers_at
+        .push(Box::new(move |e, x| place(e).value = x));
+    let constant = names.number(&sd_name);
+    if let Some(sd) = sd {
+        ports.numbers.push(sd.reference);
+        ports.numbers_at.push(Box::new(move |e, x| place(e).sd = x));
+    }
+    let known = sd.is_some() || constant.is_some();
+    *place(&mut ports.start) = Value {
+        value: 0.0,
+        sd: constant.unwrap_or_default(),
+        // an estimate whose accuracy nobody says is not fit for use
+        valid: known && valid.is_none(),
+    };
+    if let Some(valid) = valid.filter(|_| known) {
+        ports.flags.push(valid.reference);
+        ports
+            .flags_at
+            .push(Box::new(move |e, x| place(e).valid = x));
+    }
+    Ok(())
+}

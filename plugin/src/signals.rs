@@ -1,0 +1,93 @@
+//! Names of an estimator's inputs and outputs in an FMU: those of the measured quantities and of the estimate, with an
+//! axis or the number of a drive unit.
+
+use monorig_estimators::api::signals::{Estimate, Shape, Slot, Value};
+
+/// An estimated quantity: its value is `NAME`, its standard deviation `NAME_sd`, its mark `NAME_valid`.
+pub struct Quantity {
+    /// The name.
+    pub name: &'static str,
+    /// Unit of value and standard deviation.
+    pub unit: &'static str,
+    /// Description in one sentence.
+    pub about: &'static str,
+    /// Its place in an estimate.
+    pub at: fn(&mut Estimate) -> &mut Value,
+}
+
+/// The estimated quantities.
+pub const QUANTITIES: [Quantity; 4] = [
+    Quantity {
+        name: "total_mass",
+        unit: "kg",
+        about: "Estimated total mass.",
+        at: |e| &mut e.total_mass_kg,
+    },
+    Quantity {
+        name: "grade",
+        unit: "rad",
+        about: "Estimated grade at the IMU, + uphill.",
+        at: |e| &mut e.grade_rad,
+    },
+    Quantity {
+        name: "effective_grade",
+        unit: "rad",
+        about: "Estimated grade that the train as a whole feels.",
+        at: |e| &mut e.effective_grade_rad,
+    },
+    Quantity {
+        name: "speed",
+        unit: "m/s",
+        about: "Estimated speed along the rail.",
+        at: |e| &mut e.speed_mps,
+    },
+];
+
+/// A name and the place in an estimate.
+pub type Named<T> = (&'static str, fn(&mut Estimate) -> &mut T);
+
+/// Other numbers of an estimate.
+pub const NUMBERS: [Named<f64>; 2] = [
+    ("innovation", |e| &mut e.innovation),
+    ("nis", |e| &mut e.nis),
+];
+
+/// Flags of an estimate.
+pub const FLAGS: [Named<bool>; 3] = [
+    ("moving", |e| &mut e.flags.moving),
+    ("excited", |e| &mut e.flags.excited),
+    ("saturated", |e| &mut e.flags.saturated),
+];
+
+/// Output that is true where the last step was refused: the estimate is that before, marked not valid.
+pub const REFUSED: &str = "refused";
+/// Parameter that makes a sample new where its stamp has changed, and not at every step.
+pub const STAMPED: &str = "stamped";
+/// Command of the clamp cylinder pressure, MPa.
+pub const CLAMP_COMMAND: &str = "command_clamp_pressure";
+/// Command of the share of the clamp-brake force.
+pub const BRAKE_COMMAND: &str = "command_brake";
+
+/// Name of the torque command of a drive unit, counted from 0.
+pub fn torque_command(index: usize) -> String {
+    format!("command_motor_torque[{}]", index + 1)
+}
+
+/// Names of the values of a sample.
+pub fn value_names(slot: Slot) -> Vec<String> {
+    let name = slot.name();
+    match slot.measurand.shape() {
+        Shape::Vector => ["x", "y", "z"].map(|a| format!("{name}_{a}")).to_vec(),
+        Shape::Scalar => vec![name.to_owned()],
+        Shape::PerDrive | Shape::Auxiliary => vec![format!("{name}[{}]", slot.index + 1)],
+    }
+}
+
+/// Name of the stamp of a sample, s.
+pub fn stamp_name(slot: Slot) -> String {
+    let name = slot.name();
+    match slot.measurand.shape() {
+        Shape::Vector | Shape::Scalar => format!("{name}_t"),
+        Shape::PerDrive | Shape::Auxiliary => format!("{name}_t[{}]", slot.index + 1),
+    }
+}
