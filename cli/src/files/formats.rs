@@ -3,7 +3,7 @@
 use crate::files::prepare;
 use crate::files::schema_words::Words;
 use clap::ValueEnum;
-use monorig_lab::batch::{Plan, StudyFile};
+use monorig_lab::batch::StudyFile;
 use monorig_lab::draw::RangesFile;
 use monorig_lab::stress::{Condition, ConditionFile};
 use monorig_lab::tuning::{TuningFile, name_check};
@@ -237,7 +237,7 @@ pub const KINDS: &[FileFormat] = &[
         telling: &["scenario", "runs", "first_seed", "set", "vary"],
         schema: || schema_for!(StudyFile),
         words: &[],
-        check: |path, registry| Plan::load(path, registry).map(drop),
+        check: |path, registry| prepare::study(path, registry).map(drop),
     },
     FileFormat {
         kind: FileKind::Tuning,
@@ -306,9 +306,12 @@ impl FileFormat {
     /// The JSON Schema, with the words that the program has.
     pub fn schema(&self, registry: &Registry) -> Schema {
         let mut schema = (self.schema)();
+        let of_entry = schema.pointer("/$defs/Settings/properties");
+        let of_entry = of_entry.and_then(Value::as_object).cloned();
+        let of_entry: Vec<String> = of_entry.into_iter().flatten().map(|(key, _)| key).collect();
         for (place, words) in self.words {
             if let Some(key) = schema.pointer_mut(place).and_then(Value::as_object_mut) {
-                words.put(key, place, registry);
+                words.put(key, place, registry, &of_entry);
             }
         }
         schema

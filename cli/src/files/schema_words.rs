@@ -20,13 +20,20 @@ pub enum Words {
     Metrics,
     /// The name of an instrument, of the IMU, or of one of several alike, such as `wheel_speed[2]`.
     Instruments,
-    /// Estimators by name: that of a type with its parameters, or another one with `is` or `library`.
+    /// Estimators by name: that of a type with its parameters, or another one that says what it is.
     Estimators,
 }
 
 impl Words {
-    /// Puts the words into the schema of a key, which is at `place` in its file.
-    pub fn put(self, key: &mut Map<String, Value>, place: &str, registry: &Registry) {
+    /// Puts the words into the schema of a key, which is at `place` in its file. `of_entry`: keys of an entry of an
+    /// estimator that are no parameters.
+    pub fn put(
+        self,
+        key: &mut Map<String, Value>,
+        place: &str,
+        registry: &Registry,
+        of_entry: &[String],
+    ) {
         let types = registry.estimators();
         match self {
             Self::EstimatorTypes => one_of(key, types.iter().map(|t| t.name())),
@@ -52,15 +59,20 @@ impl Words {
                 key.insert("anyOf".into(), json!([named, one_of_several]));
             }
             Self::Estimators => {
-                let named = types.iter().map(|t| (t.name().to_owned(), of_type(t)));
+                let named = types
+                    .iter()
+                    .map(|t| (t.name().to_owned(), of_type(t, of_entry)));
                 key.insert("properties".into(), Value::Object(named.collect()));
                 let typed = types.iter().map(|t| {
                     let is = json!({"properties": {"is": {"const": t.name()}}, "required": ["is"]});
                     json!({"if": is, "then": {"$ref": format!("#{place}/properties/{}", t.name())}})
                 });
+                let settings = std::iter::once(json!({"$ref": "#/$defs/Settings"}));
+                // `from` names parameters and no estimator
+                let names_one = of_entry.iter().filter(|k| *k != "from");
                 let of_its_own = json!({
-                    "allOf": std::iter::once(json!({"$ref": "#/$defs/Settings"})).chain(typed).collect::<Vec<_>>(),
-                    "anyOf": [{"required": ["is"]}, {"required": ["library"]}],
+                    "allOf": settings.chain(typed).collect::<Vec<_>>(),
+                    "anyOf": names_one.map(|k| json!({"required": [k]})).collect::<Vec<_>>(),
                 });
                 key.insert("additionalProperties".into(), of_its_own);
             }
@@ -75,13 +87,14 @@ fn one_of<'a>(key: &mut Map<String, Value>, words: impl Iterator<Item = &'a str>
 }
 
 /// The entry of an estimator: its parameters, and where it comes from.
-fn of_type(of: &EstimatorType) -> Value {
+fn of_type(of: &EstimatorType, of_entry: &[String]) -> Value {
     let mut properties: Map<String, Value> = of
         .keys()
         .map(|key| (key.name.to_owned(), parameter(key)))
         .collect();
-    for from in ["from", "is", "library"] {
-        properties.insert(from.into(), json!({"type": "string"}));
+    for key in of_entry {
+        let one = json!({"$ref": format!("#/$defs/Settings/properties/{key}")});
+        properties.insert(key.clone(), one);
     }
     json!({
         "description": of.description(),
