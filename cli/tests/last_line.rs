@@ -139,7 +139,7 @@ fn json_goes_to_standard_output() {
     }
 }
 
-/// Replays, judged estimates, merged shards and searches end with their result, too: the last line that is not indented.
+/// Replays, judged estimates, merged shards and searches end with their result, too: the last line without an indent.
 #[test]
 fn other_commands_end_with_their_result() {
     let dir = dir();

@@ -1,5 +1,5 @@
-//! The schemas under docs/schema are those of the code, and every file names its own in its first line. Both are written
-//! anew with `MONORIG_UPDATE=1 cargo test --release --workspace --test schema`.
+//! The schemas under docs/schema are those of the code, and every file names its own in its first line. Both are
+//! written anew with `MONORIG_UPDATE=1 cargo test --release --workspace --test schema`.
 
 mod common;
 

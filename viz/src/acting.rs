@@ -1,4 +1,4 @@
-//! What acts on the run, as lanes of states over time: faults of each instrument, and stretches of another adhesion.
+//! Faults of each instrument, and stretches of another adhesion, as lanes of states over time.
 
 use crate::stream::{MessageStream, entity, send, times};
 use monorig_sim::error::Error;
@@ -12,9 +12,9 @@ const FAULT: [u8; 3] = [205, 70, 60];
 const ANOTHER_ADHESION: [u8; 3] = [150, 90, 200];
 
 /// One lane for each instrument with a fault, and one for the rail.
-pub struct ActingLanes(Vec<Lane>);
+pub struct ActingLanes(Vec<ActingLane>);
 
-struct Lane {
+struct ActingLane {
     entity: EntityPath,
     acts: Acts,
     state: Option<String>,
@@ -27,7 +27,7 @@ enum Acts {
 }
 
 impl Acts {
-    /// What acts in a row.
+    /// Returns the state in a row.
     fn state(&self, chunk: &Chunk, row: usize) -> &str {
         let found = match self {
             Self::Faults(all) => {
@@ -113,8 +113,8 @@ impl ActingLanes {
     }
 }
 
-fn lane(name: &str, acts: Acts) -> Lane {
-    Lane {
+fn lane(name: &str, acts: Acts) -> ActingLane {
+    ActingLane {
         entity: entity(["acting", name]),
         acts,
         state: None,

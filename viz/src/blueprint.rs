@@ -1,10 +1,10 @@
 //! The layout of the viewer. All of Rerun's blueprint types, which it marks as unstable, are in this file and in
 //! `views`.
 //!
-//! Tabs: *Overview*: how good a handful of estimators is and when they are valid, beside the train; of a recorded drive,
-//! of which no train is known, beside the values. *Values*: estimates and truth. *Forces*, *Sensors*. *Estimators*: a tab
-//! for each, if there are more than a handful. *Filters*: what goes on inside each, a tab for each. `plots` has which line
-//! goes to which plot.
+//! Tabs: *Overview*: how good a handful of estimators is and when they are valid, beside the train; of a recorded
+//! drive, of which no train is known, beside the values. *Values*: estimates and truth. *Forces*, *Sensors*.
+//! *Estimators*: a tab for each, if there are more than a handful. *Filters*: what goes on inside each, a tab for each.
+//! `plots` has which line goes to which plot.
 
 use crate::lanes::lane_entity;
 use crate::plots::{ERRORS, FORCES, OVERVIEW, Plot, Range, SENSORS, Titled, VALUES, plot};
@@ -24,8 +24,8 @@ const MAX_LEGEND: usize = 6;
 pub struct Contents<'a> {
     /// All lines.
     pub series: &'a [PlottedSeries],
-    /// The largest value of each line without its sign; not a number where there is none. Before the first row, as for a
-    /// viewer that watches, there is none of any.
+    /// The largest value of each line without its sign; not a number where there is none. Before the first row, as for
+    /// a viewer that watches, there is none of any.
     pub largest: &'a [f64],
     /// Names of the estimators.
     pub estimators: &'a [String],

@@ -1,5 +1,5 @@
-//! Words in the schemas: names of estimators with their parameters, controllers, metrics and instruments, as the program
-//! has them.
+//! Words in the schemas: names of estimators with their parameters, controllers, metrics and instruments, as the
+//! program has them.
 
 use monorig_estimators::api::params::{Key, KeyKind};
 use monorig_lab::metrics::METRICS;

@@ -51,7 +51,7 @@ pub struct Layout<'a> {
     pub obstacles: &'a [(nalgebra::Isometry3<f64>, nalgebra::Vector3<f64>)],
     /// Stretches of the rail where an event acts.
     pub zones: &'a [MarkedStretch],
-    /// What a viewer shows in a way of its own.
+    /// Parts that a viewer shows in a way of their own.
     pub emphasis: Emphasis<'a>,
 }
 

@@ -4,7 +4,7 @@ use crate::closed_loop::Simulation;
 use crate::config::scenario::Event;
 
 /// A moment, and what is written when it has come.
-struct Moment {
+struct Awaited {
     when: When,
     text: String,
 }
@@ -28,11 +28,11 @@ impl When {
 
 /// Moments that have not come yet.
 #[derive(Default)]
-pub(super) struct Moments(Vec<Moment>);
+pub(super) struct Moments(Vec<Awaited>);
 
 impl Moments {
-    /// The named points of the drive cycle, the named stretches of the track as the train comes to them, and the ends of
-    /// faults. What the start is beyond already does not come.
+    /// The named points of the drive cycle, the named stretches of the track as the train comes to them, and the ends
+    /// of faults. What the start is beyond already does not come.
     pub(super) fn of(simulation: &Simulation) -> Self {
         let file = &simulation.scenario.file;
         let named = file.drive.speed.iter();
@@ -49,18 +49,18 @@ impl Moments {
             }
             _ => None,
         });
-        let instants = named.chain(ends).map(|(at_s, text)| Moment {
+        let instants = named.chain(ends).map(|(at_s, text)| Awaited {
             when: When::At(at_s),
             text,
         });
-        let mut all: Vec<Moment> = instants.collect();
+        let mut all: Vec<Awaited> = instants.collect();
         let truth = simulation.plant.truth();
         // the rail of a recorded drive is not known
         if !simulation.plant.is_recorded() {
             let front_m = simulation.imu_offset_m;
             let rear_m = front_m + simulation.train.limits.length_m;
             all.extend(simulation.rail.places.iter().flat_map(|place| {
-                let at = |imu_m: f64, what: &str| Moment {
+                let at = |imu_m: f64, what: &str| Awaited {
                     when: When::Imu(imu_m),
                     text: format!("{what} {}", place.name),
                 };
