@@ -165,8 +165,7 @@ fn other_commands_end_with_their_result() {
         "nothing was expected",
         "",
     );
-    let bound =
-        "expect=[{estimator: attitude, metric: slope_rmse_deg, at_most: 1.0e-3, availability: 0.01}]";
+    let bound = "expect=[{estimator: attitude, metric: slope_rmse_deg, at_most: 1.0e-3, availability: 0.01}]";
     check(&[&replay[..], &[bound]].concat(), "", "FAILED: ");
 
     let run = ["run", "good.yaml", "--no-rerun", "--keep-samples"];
@@ -184,7 +183,8 @@ fn other_commands_end_with_their_result() {
         "--no-rerun",
     ];
     check(&judge, "held", "");
-    let bound = "expect=[{estimator: judged, metric: slope_rmse_deg, at_most: 1, availability: 0.01}]";
+    let bound =
+        "expect=[{estimator: judged, metric: slope_rmse_deg, at_most: 1, availability: 0.01}]";
     check(&[&judge[..], &["--set", bound]].concat(), "", "FAILED: ");
 
     for (scenario, held, failed) in [("good", "held", ""), ("bad", "", "FAILED: ")] {

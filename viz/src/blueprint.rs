@@ -416,22 +416,18 @@ mod tests {
             }
         };
         let largest: Vec<f64> = series.iter().map(is).collect();
-        let contents = |largest, recorded| Contents {
-            series: &series,
-            largest,
-            estimators: &[],
-            shown: &[],
-            acting: &[],
-            recorded,
-            vehicle_length_m: 18.0,
-            load: true,
-            plan: ([0.0; 2], 10.0),
-        };
         let shown = ["mine".to_owned()];
         let of = |largest: &[f64], recorded| {
             let contents = Contents {
+                series: &series,
+                largest,
+                estimators: &[],
                 shown: &shown,
-                ..contents(largest, recorded)
+                acting: &[],
+                recorded,
+                vehicle_length_m: 18.0,
+                load: true,
+                plan: ([0.0; 2], 10.0),
             };
             let all = plots(&contents).into_iter();
             let short = |(t, n): (String, usize)| (t.split(',').next().unwrap().to_owned(), n);

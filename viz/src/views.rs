@@ -192,9 +192,8 @@ impl Builder {
         let all = lines.iter().chain(hidden);
         let paths: Vec<String> = all.map(|l| l.to_string()).collect();
         let place = self.view("TimeSeries", title, "/", &paths);
-        let overrides = entity(["ViewContents", "overrides"]);
         for line in hidden {
-            let path = place.path.join(&overrides).join(line);
+            let path = ViewContents::blueprint_base_visualizer_path_for_entity(place.id, line);
             self.add(path, EntityBehavior::new().with_visible(false));
         }
         self.property(&place, "TimeAxis", whole_run());

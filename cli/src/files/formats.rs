@@ -218,7 +218,7 @@ pub const KINDS: &[FileFormat] = &[
             "estimators",
         ],
         schema: || schema_for!(RangesFile),
-        words: &[TYPE, ESTIMATORS],
+        words: &[TYPE],
         check: |path, registry| RangesFile::load(path)?.check(path, registry),
     },
     FileFormat {

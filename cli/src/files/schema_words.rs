@@ -59,10 +59,13 @@ impl Words {
                 key.insert("anyOf".into(), json!([named, one_of_several]));
             }
             Self::Estimators => {
-                let named = types
-                    .iter()
-                    .map(|t| (t.name().to_owned(), of_type(t, of_entry)));
+                let mut parameters = Map::new();
+                let named = types.iter().map(|t| {
+                    let entry = of_type(t, of_entry, place, &mut parameters);
+                    (t.name().to_owned(), entry)
+                });
                 key.insert("properties".into(), Value::Object(named.collect()));
+                key.insert("$defs".into(), parameters.into());
                 let typed = types.iter().map(|t| {
                     let is = json!({"properties": {"is": {"const": t.name()}}, "required": ["is"]});
                     json!({"if": is, "then": {"$ref": format!("#{place}/properties/{}", t.name())}})
@@ -86,12 +89,26 @@ fn one_of<'a>(key: &mut Map<String, Value>, words: impl Iterator<Item = &'a str>
     key.insert("enum".into(), all.into());
 }
 
-/// The entry of an estimator: its parameters, and where it comes from.
-fn of_type(of: &EstimatorType, of_entry: &[String]) -> Value {
-    let mut properties: Map<String, Value> = of
-        .keys()
-        .map(|key| (key.name.to_owned(), parameter(key)))
-        .collect();
+/// The entry of an estimator: its parameters, and where it comes from. Many estimators share parameters, so these stand
+/// once in `parameters`, which are the definitions of the key at `place`.
+fn of_type(
+    of: &EstimatorType,
+    of_entry: &[String],
+    place: &str,
+    parameters: &mut Map<String, Value>,
+) -> Value {
+    let mut properties = Map::new();
+    for key in of.keys() {
+        let schema = parameter(key);
+        let mut names = (1..).map(|i| format!("{}_{i}", key.name));
+        let same = |name: &String| parameters.get(name).is_none_or(|there| *there == schema);
+        let Some(name) = names.find(same) else {
+            continue;
+        };
+        let there = json!({"$ref": format!("#{place}/$defs/{name}")});
+        parameters.insert(name, schema);
+        properties.insert(key.name.to_owned(), there);
+    }
     for key in of_entry {
         let one = json!({"$ref": format!("#/$defs/Settings/properties/{key}")});
         properties.insert(key.clone(), one);
