@@ -200,6 +200,10 @@ fn plots_of(b: &mut Builder, contents: &Contents<'_>, plots: &[Titled]) -> Vec<P
                 .replace("truth", "reference"),
             false => title.to_owned(),
         };
+        let title = match lines.iter().any(|(s, _)| s.group() == "bound") {
+            true => title,
+            false => title.replace("; white: Cramér-Rao bound, ±2σ", ""),
+        };
         let title = match off_scale {
             Some(told) => format!("{title} OFF SCALE: {told}"),
             None => title,

@@ -50,7 +50,7 @@ impl ChunkColumns {
             lines,
             lanes: ValidityLanes::begin(stream, layout)?,
             acting: ActingLanes::begin(stream, layout)?,
-            readout: Readout::new(layout.channels),
+            readout: Readout::new(layout.channels, layout.emphasis.recorded),
             bodies,
             origin,
         })
