@@ -87,7 +87,7 @@ pub fn entities(contents: &Contents<'_>) -> Entities {
         ),
     ] {
         if !lanes.is_empty() {
-            shares.push(1.0 + 0.4 * lanes.len() as f32);
+            shares.push(1.0 + 0.6 * lanes.len() as f32);
             plots.push(b.states(name, origin, &lanes));
         }
     }
