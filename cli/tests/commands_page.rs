@@ -42,7 +42,7 @@ fn page() -> String {
     let mut page = format!(
         "# Commands\n\n\
          Every command with its options, as `monorig COMMAND -h` prints it. `monorig help COMMAND` says more, and `monorig man DIR` writes man\n\
-         pages. Completions of commands and options for a shell: `monorig completions bash > ~/.local/share/bash-completion/completions/monorig`\n\
+         pages. Completions of commands, options and names for a shell: `monorig completions bash > ~/.local/share/bash-completion/completions/monorig`\n\
          (or `zsh`, `fish`, `powershell`).\n\n\
          This page is written by `MONORIG_UPDATE=1 cargo test --release --test commands_page`.\n\n\
          ```text\n{program}\n```\n"

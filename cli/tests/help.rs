@@ -117,3 +117,16 @@ fn every_example_works() {
     }
     assert!(seen >= 10, "only {seen} examples");
 }
+
+#[test]
+fn completions_know_names() {
+    for shell in ["bash", "zsh", "fish"] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_monorig"));
+        let told = command.args(["completions", shell]).output().unwrap();
+        assert!(told.status.success(), "{shell}");
+        let script = String::from_utf8(told.stdout).unwrap();
+        for name in ["new-estimator", "rail_fusion", "slope_rmse_deg"] {
+            assert!(script.contains(name), "{shell}: {name}");
+        }
+    }
+}

@@ -138,3 +138,80 @@ fn json_goes_to_standard_output() {
         assert!(!dir.path("-").exists());
     }
 }
+
+/// Replays, judged estimates, merged shards and searches end with their result, too: the last line without an indent.
+#[test]
+fn other_commands_end_with_their_result() {
+    let dir = dir();
+    let check = |task: &[&str], held: &str, failed: &str| {
+        let (code, out, err) = dir.monorig(task);
+        let told = format!("{task:?}\n{out}{err}");
+        let mut lines = out.lines().rev();
+        let last = lines.find(|l| !l.starts_with(' ')).unwrap_or_default();
+        let begins = match code {
+            Some(0) => held,
+            Some(1) => failed,
+            _ => panic!("{told}"),
+        };
+        assert!(!begins.is_empty() && last.starts_with(begins), "{told}");
+        assert!(out.lines().all(|l| l.chars().count() <= 80), "{told}");
+    };
+
+    let map = common::project().join("tests/data/real/husky/husky.map.yaml");
+    let replay = ["replay", "--map", map.to_str().unwrap(), "--no-rerun"];
+    let replay = [&replay[..], &["--estimators", "attitude", "--set"]].concat();
+    check(
+        &[&replay[..], &["expect=[]"]].concat(),
+        "nothing was expected",
+        "",
+    );
+    let bound = "expect=[{estimator: attitude, metric: slope_rmse_deg, at_most: 1.0e-3, availability: 0.01}]";
+    check(&[&replay[..], &[bound]].concat(), "", "FAILED: ");
+
+    let run = ["run", "good.yaml", "--no-rerun", "--keep-samples"];
+    let (code, out, err) = dir.monorig(&[&run[..], &["--seed", "1"]].concat());
+    assert_eq!(code, Some(0), "{out}{err}");
+    let rows = (5..20).map(|t| format!("{t},0.3,0.001,1\n"));
+    let estimates =
+        "time,slope_rad,slope_sd_rad,slope_valid\n".to_owned() + &rows.collect::<String>();
+    dir.write("mine.csv", estimates.as_bytes());
+    let judge = [
+        "judge",
+        "runs/good/1",
+        "--estimates",
+        "mine.csv",
+        "--no-rerun",
+    ];
+    check(&judge, "held", "");
+    let bound =
+        "expect=[{estimator: judged, metric: slope_rmse_deg, at_most: 1, availability: 0.01}]";
+    check(&[&judge[..], &["--set", bound]].concat(), "", "FAILED: ");
+
+    for (scenario, held, failed) in [("good", "held", ""), ("bad", "", "FAILED: ")] {
+        for shard in ["1/2", "2/2"] {
+            let (file, json) = (format!("{scenario}.yaml"), format!("{}.json", &shard[..1]));
+            let test = ["test", &file, "--shard", shard, "--json", &json];
+            dir.monorig(&[&test[..], &["--expect", "merge"]].concat());
+        }
+        let merge = ["merge", "1.json", "2.json", "--into", "all.json"];
+        check(&merge, held, failed);
+    }
+
+    for (least, held, failed) in [(0, "not shown with 2 runs", ""), (2, "", "FAILED: ")] {
+        let search = format!(
+            "version: 1\nwhy: A quick search.\nestimator: dffrls_aukf_robust\n\
+             parameters: {{delta: {{choices: [0.9, 0.99]}}}}\n\
+             tuning: [{{scenario: good.yaml, set: {{expect: []}}, seeds: 1..2}}]\n\
+             validation: [{{scenario: good.yaml, set: {{expect: []}}, seeds: 7..8}}]\n\
+             objective: {{metrics: [{{metric: slope_rmse_deg, after_s: 5}}]}}\n\
+             constraints: [{{metric: slope_availability, at_least: {least}}}]\n\
+             optimiser: grid\nbudget: 4\nsensitivity: {{curve: 0, map: 0}}\n"
+        );
+        dir.write("search.yaml", search.as_bytes());
+        check(
+            &["tune", "search.yaml", "--no-rerun", "--restart"],
+            held,
+            failed,
+        );
+    }
+}

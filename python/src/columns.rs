@@ -5,7 +5,7 @@ use arrow::datatypes::SchemaRef;
 use arrow::record_batch::RecordBatch;
 use monorig_sim::error::Error;
 use monorig_sim::record::parquet::{ParquetSink, column, schema};
-use monorig_sim::record::{Channel, Chunk, Layout, Sink};
+use monorig_sim::record::{Channel, Chunk, Emphasis, Layout, Sink};
 use monorig_sim::train::Train;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -90,6 +90,7 @@ impl Kept {
             profile: &[],
             obstacles: &[],
             zones: &[],
+            emphasis: Emphasis::default(),
         })?;
         let (mut from, mut events) = (0, Some(&self.events));
         for rows in &self.rows {

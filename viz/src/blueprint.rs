@@ -1,12 +1,13 @@
 //! The layout of the viewer. All of Rerun's blueprint types, which it marks as unstable, are in this file and in
 //! `views`.
 //!
-//! Tabs: *Overview*: how good the estimates are and when they are valid, beside the train. *Values*: estimates and
-//! truth. *Forces*,
-//! *Sensors*. *Filters*: what goes on inside each estimator, a tab for each. `plots` has which line goes to which plot.
+//! Tabs: *Overview*: how good a handful of estimators is and when they are valid, beside the train; of a recorded
+//! drive, of which no train is known, beside the values. *Values*: estimates and truth. *Forces*, *Sensors*.
+//! *Estimators*: a tab for each, if there are more than a handful. *Filters*: what goes on inside each, a tab for each.
+//! `plots` has which line goes to which plot.
 
 use crate::lanes::lane_entity;
-use crate::plots::{FORCES, OVERVIEW, Plot, Range, SENSORS, Titled, VALUES, plot};
+use crate::plots::{ERRORS, FORCES, OVERVIEW, Plot, Range, SENSORS, Titled, VALUES, plot};
 use crate::series::PlottedSeries;
 use crate::views::{Builder, Camera, Entities, Placed, PlotStyle};
 use re_sdk_types::blueprint::components::{ContainerKind, Corner2D};
@@ -16,15 +17,24 @@ use rerun::EntityPath;
 const MAX_NIS: f64 = 15.0;
 /// Test ratios are drawn up to here; the gate is at 1.
 const MAX_TEST_RATIO: f64 = 3.0;
+/// A legend with more entries would hide the lines: pointing at a line names it.
+const MAX_LEGEND: usize = 6;
 
 /// Values that the layout depends on.
 pub struct Contents<'a> {
     /// All lines.
     pub series: &'a [PlottedSeries],
-    /// The largest value of each line without its sign; empty before the first row, as for a viewer that watches.
+    /// The largest value of each line without its sign; not a number where there is none. Before the first row, as for
+    /// a viewer that watches, there is none of any.
     pub largest: &'a [f64],
     /// Names of the estimators.
     pub estimators: &'a [String],
+    /// Names of those that are shown together; the others are hidden at first.
+    pub shown: &'a [String],
+    /// Lanes of what acts on the run.
+    pub acting: &'a [EntityPath],
+    /// True for a recorded drive, of which neither rail nor train is known.
+    pub recorded: bool,
     /// m.
     pub vehicle_length_m: f64,
     /// True if the vehicle has a load that can swing.
@@ -33,18 +43,58 @@ pub struct Contents<'a> {
     pub plan: ([f32; 2], f32),
 }
 
+impl Contents<'_> {
+    /// True of a line that a plot can show: it has a value, or the run has not begun.
+    fn has_values(&self, index: usize) -> bool {
+        let of = |x: &f64| !x.is_nan();
+        !self.largest.iter().any(of) || self.largest.get(index).is_some_and(of)
+    }
+
+    /// The lines that have values and that `wanted` takes, with their largest values.
+    fn lines(&self, wanted: impl Fn(&PlottedSeries) -> bool) -> Vec<(&PlottedSeries, f64)> {
+        let all = self.series.iter().enumerate();
+        let found = all.filter(|(i, s)| self.has_values(*i) && wanted(s));
+        let largest = |i: usize| self.largest.get(i).copied().unwrap_or(f64::NAN);
+        found.map(|(i, s)| (s, largest(i))).collect()
+    }
+
+    /// True of a line that is not hidden at first.
+    fn is_shown(&self, s: &PlottedSeries) -> bool {
+        s.estimator()
+            .is_none_or(|e| self.shown.iter().any(|n| n == e))
+    }
+}
+
 /// The whole layout.
 pub fn entities(contents: &Contents<'_>) -> Entities {
     let mut b = Builder::new();
-    let scene = scene(&mut b, contents);
+    let (scene, share) = match contents.recorded {
+        true => (values(&mut b), 0.5),
+        false => (scene(&mut b, contents), 1.0),
+    };
     let mut plots = plots_of(&mut b, contents, &OVERVIEW);
-    if !contents.estimators.is_empty() {
-        let lanes: Vec<EntityPath> = contents.estimators.iter().map(|e| lane_entity(e)).collect();
-        plots.push(b.states("Marked valid, by estimator", &lanes));
+    let mut shares = vec![3.0; plots.len()];
+    for (name, origin, lanes) in [
+        (
+            "Marked valid, by estimator",
+            "/validity",
+            lanes(contents.shown),
+        ),
+        (
+            "Faults, and another adhesion",
+            "/acting",
+            contents.acting.to_vec(),
+        ),
+    ] {
+        if !lanes.is_empty() {
+            shares.push(1.0 + 0.6 * lanes.len() as f32);
+            plots.push(b.states(name, origin, &lanes));
+        }
     }
-    let plots = b.filled(ContainerKind::Vertical, "Estimates", plots, &[]);
+    let plots = b.filled(ContainerKind::Vertical, "Estimates", plots, &shares);
     let overview = [Some(scene), plots].into_iter().flatten().collect();
-    let overview = b.container(ContainerKind::Horizontal, "Overview", overview, &[1.0, 1.0]);
+    let shares = [share, 1.0];
+    let overview = b.container(ContainerKind::Horizontal, "Overview", overview, &shares);
     let mut tabs = vec![overview.clone()];
     for (name, plots) in [
         ("Values", &VALUES[..]),
@@ -54,9 +104,46 @@ pub fn entities(contents: &Contents<'_>) -> Entities {
         let views = plots_of(&mut b, contents, plots);
         tabs.extend(b.filled(ContainerKind::Grid, name, views, &[]));
     }
+    tabs.extend(each(&mut b, contents));
     tabs.extend(filters(&mut b, contents));
     let root = b.tabs("Run", tabs, overview);
     b.finish(root)
+}
+
+fn lanes(estimators: &[String]) -> Vec<EntityPath> {
+    estimators.iter().map(|e| lane_entity(e)).collect()
+}
+
+/// For each estimator a tab with its errors and its validity; none if all are shown together.
+fn each(b: &mut Builder, contents: &Contents<'_>) -> Option<Placed> {
+    if contents.estimators.len() <= contents.shown.len() {
+        return None;
+    }
+    let mut tabs = Vec::new();
+    for name in contents.estimators {
+        let alone = Contents {
+            shown: std::slice::from_ref(name),
+            ..*contents
+        };
+        let mut views = plots_of(b, &alone, &ERRORS);
+        views.push(b.states("Marked valid", "/validity", &lanes(alone.shown)));
+        tabs.push(b.container(ContainerKind::Vertical, name, views, &[]));
+    }
+    let first = tabs.first().cloned()?;
+    Some(b.tabs("Estimators", tabs, first))
+}
+
+/// Beside the estimates of a recorded drive: values, events.
+fn values(b: &mut Builder) -> Placed {
+    let readout = b.text("TextDocument", "Values", "/readout");
+    let events = b.events();
+    let about = b.text("TextDocument", "About", "/about");
+    b.container(
+        ContainerKind::Vertical,
+        "Log",
+        vec![readout, events, about],
+        &[2.0, 2.0, 1.0],
+    )
 }
 
 /// The train from the side, from the driver's seat and from above; below it the plan, values, events.
@@ -88,35 +175,54 @@ fn scene(b: &mut Builder, contents: &Contents<'_>) -> Placed {
 }
 
 fn plots_of(b: &mut Builder, contents: &Contents<'_>, plots: &[Titled]) -> Vec<Placed> {
-    let (series, load) = (contents.series, contents.load);
-    let on = |p: Plot| lines(series, |s| plot(s) == Some(p));
-    let shown = plots.iter().filter(|(p, ..)| load || *p != Plot::Sway);
+    let on = |p: Plot| contents.lines(|s| plot(s) == Some(p));
+    let shown = plots
+        .iter()
+        .filter(|(p, ..)| contents.load || *p != Plot::Sway);
     let mut views = Vec::new();
     for &(p, title, range) in shown {
         let mut lines = on(p);
         if p == Plot::Speed {
             // One measured wheel speed is enough to see what the estimators get.
             lines.extend(on(Plot::WheelSpeed).into_iter().take(1));
+            // a log has no reference speed
+            lines.retain(|(s, _)| !contents.recorded || s.group() != "control");
         }
-        let corner = match p {
-            Plot::Speed => Corner2D::RightBottom,
-            _ => Corner2D::RightTop,
-        };
-        let legend = true;
+        let (lines, hidden): (Vec<_>, Vec<_>) =
+            lines.into_iter().partition(|(s, _)| contents.is_shown(s));
         let (range, off_scale) = match range {
             Range::Data => (None, None),
-            Range::Errors(ends) => errors_axis(contents, p, ends),
+            Range::Errors(ends) => errors_axis(&lines, ends),
+        };
+        let title = match contents.recorded {
+            true => title
+                .replace(", reference violet", "")
+                .replace("truth", "reference"),
+            false => title.to_owned(),
+        };
+        let title = match lines.iter().any(|(s, _)| s.group() == "bound") {
+            true => title,
+            false => title.replace("; white: Cramér-Rao bound, ±2σ", ""),
         };
         let title = match off_scale {
             Some(told) => format!("{title} OFF SCALE: {told}"),
-            None => title.to_owned(),
+            None => title,
         };
+        let mut names: Vec<String> = lines.iter().map(|(s, _)| s.name()).collect();
+        names.sort_unstable();
+        names.dedup();
         let style = PlotStyle {
             range,
-            corner,
-            legend,
+            corner: match p {
+                Plot::Speed => Corner2D::RightBottom,
+                _ => Corner2D::RightTop,
+            },
+            legend: names.len() <= MAX_LEGEND,
         };
-        views.extend(b.plot(&title, &lines, style));
+        let entities = |lines: &[(&PlottedSeries, f64)]| -> Vec<EntityPath> {
+            lines.iter().map(|(s, _)| s.entity.clone()).collect()
+        };
+        views.extend(b.plot(&title, [&entities(&lines), &entities(&hidden)], style));
     }
     views
 }
@@ -124,15 +230,13 @@ fn plots_of(b: &mut Builder, contents: &Contents<'_>, plots: &[Titled]) -> Vec<P
 /// The axis of a plot of errors, and the lines that leave it, each with its largest value; no axis before there is a
 /// value.
 fn errors_axis(
-    contents: &Contents<'_>,
-    of: Plot,
+    lines: &[(&PlottedSeries, f64)],
     [least, most]: [f64; 2],
 ) -> (Option<[f64; 2]>, Option<String>) {
-    let all = contents.series.iter().zip(contents.largest);
-    let errors = all.filter(|(s, _)| s.is_estimators_error() && plot(s) == Some(of));
-    let errors: Vec<(&PlottedSeries, f64)> = errors.map(|(s, x)| (s, *x)).collect();
-    let largest = errors.iter().map(|e| e.1).fold(0.0, f64::max);
-    if largest == 0.0 {
+    let errors = lines.iter().filter(|(s, _)| s.is_estimators_error());
+    let errors: Vec<&(&PlottedSeries, f64)> = errors.collect();
+    let largest = errors.iter().map(|e| e.1).fold(f64::NAN, f64::max);
+    if largest.is_nan() || largest == 0.0 {
         return (None, None);
     }
     let end = (ROOM * largest).clamp(least, most);
@@ -179,7 +283,7 @@ fn filter(b: &mut Builder, series: &[PlottedSeries], name: &str) -> Option<Place
     let mut views = Vec::new();
     let mut add = |title: &str, lines: Vec<EntityPath>, limits: Vec<EntityPath>, range| {
         // the title names a line that is alone
-        let legend = lines.len() > 1;
+        let legend = (2..=MAX_LEGEND).contains(&(lines.len() + limits.len()));
         if !lines.is_empty() {
             let all: Vec<EntityPath> = lines.into_iter().chain(limits).collect();
             let corner = Corner2D::RightTop;
@@ -188,7 +292,7 @@ fn filter(b: &mut Builder, series: &[PlottedSeries], name: &str) -> Option<Place
                 corner,
                 legend,
             };
-            views.extend(b.plot(title, &all, style));
+            views.extend(b.plot(title, [&all, &[]], style));
         }
     };
     let innovation = lines(series, |s| is(s, "estimates", "innovation"));
@@ -237,7 +341,7 @@ mod tests {
     use super::*;
     use crate::series::plan;
     use crate::views::FIRST_ID;
-    use monorig_sim::record::Channel;
+    use monorig_sim::record::{Channel, Emphasis};
     use re_sdk_types::external::uuid::Uuid;
 
     /// The axis is that of the errors, up to the cap; what is beyond it is named with its value.
@@ -252,7 +356,7 @@ mod tests {
             path: path.into(),
             unit,
         });
-        let series = plan(&channels);
+        let series = plan(&channels, &Emphasis::default());
         let axis = |good: f64, bad: f64| {
             let of = |s: &PlottedSeries| match (s.is_estimators_error(), s.estimator()) {
                 (true, Some("good")) => good,
@@ -260,16 +364,8 @@ mod tests {
                 // what is no error does not count
                 _ => 1e6,
             };
-            let largest: Vec<f64> = series.iter().map(of).collect();
-            let contents = Contents {
-                series: &series,
-                largest: &largest,
-                estimators: &[],
-                vehicle_length_m: 18.0,
-                load: true,
-                plan: ([0.0; 2], 10.0),
-            };
-            errors_axis(&contents, Plot::MassError, [2.0, 40.0])
+            let lines: Vec<_> = series.iter().map(|s| (s, of(s))).collect();
+            errors_axis(&lines, [2.0, 40.0])
         };
         assert_eq!(axis(0.5, 1.0), (Some([-2.0, 2.0]), None));
         let near = |axis: Option<[f64; 2]>| axis.is_some_and(|[_, end]| (end - 11.0).abs() < 1e-9);
@@ -279,6 +375,75 @@ mod tests {
         assert_eq!(capped, Some([-40.0, 40.0]));
         assert_eq!(told.as_deref(), Some("bad to 103 %"));
         assert_eq!(axis(0.0, 0.0), (None, None));
+    }
+
+    /// Titles of the plots of a tab, each with the number of its entities that are hidden at first.
+    fn plots(contents: &Contents<'_>) -> Vec<(String, usize)> {
+        let of = |views: &[Titled]| -> Vec<(String, usize)> {
+            let mut count = Vec::new();
+            for one in views {
+                let mut b = Builder::new();
+                if plots_of(&mut b, contents, &[*one]).is_empty() {
+                    continue;
+                }
+                let all = b.entities();
+                let hidden = all.filter(|path| path.contains("/overrides/")).count();
+                count.push((one.1.to_owned(), hidden));
+            }
+            count
+        };
+        of(&OVERVIEW)
+    }
+
+    /// A plot has its place if it has data; those that are not shown together are hidden in it.
+    #[test]
+    fn plots_without_data_are_left_out_and_others_hide_what_is_for_reference() {
+        let channels = [
+            ("truth/total_mass", "kg"),
+            ("truth/grade_at_imu", "rad"),
+            ("estimates/mine/grade", "rad"),
+            ("estimates/other/grade", "rad"),
+            ("estimates/mine/total_mass", "kg"),
+            ("control/reference_speed", "m/s"),
+        ]
+        .map(|(path, unit)| Channel {
+            path: path.into(),
+            unit,
+        });
+        let series = plan(&channels, &Emphasis::default());
+        // the log has no mass
+        let is = |s: &PlottedSeries| {
+            if s.path.ends_with("mass") {
+                f64::NAN
+            } else {
+                1.0
+            }
+        };
+        let largest: Vec<f64> = series.iter().map(is).collect();
+        let shown = ["mine".to_owned()];
+        let of = |largest: &[f64], recorded| {
+            let contents = Contents {
+                series: &series,
+                largest,
+                estimators: &[],
+                shown: &shown,
+                acting: &[],
+                recorded,
+                vehicle_length_m: 18.0,
+                load: true,
+                plan: ([0.0; 2], 10.0),
+            };
+            let all = plots(&contents).into_iter();
+            let short = |(t, n): (String, usize)| (t.split(',').next().unwrap().to_owned(), n);
+            all.map(short).collect::<Vec<_>>()
+        };
+        let named = |title: &str, n: usize| (title.to_owned(), n);
+        let (slope, speed) = (named("Slope error", 1), named("Speed", 0));
+        assert_eq!(of(&largest, true), [slope.clone()]);
+        assert_eq!(of(&largest, false), [slope.clone(), speed.clone()]);
+        // a viewer that watches gets its layout before there are values
+        let before = [named("Mass error", 0), slope, speed];
+        assert_eq!(of(&vec![f64::NAN; series.len()], false), before);
     }
 
     /// Every view and container is the content of exactly one container, but for the root: nothing is lost, nothing
@@ -297,9 +462,12 @@ mod tests {
         });
         let paths = || -> Vec<String> {
             let contents = Contents {
-                series: &plan(&channels),
+                series: &plan(&channels, &Emphasis::default()),
                 largest: &[],
                 estimators: &["jekf".into()],
+                shown: &["jekf".into()],
+                acting: &[],
+                recorded: false,
                 vehicle_length_m: 18.0,
                 load: true,
                 plan: ([0.0; 2], 10.0),

@@ -1,5 +1,6 @@
 //! The rows of a chunk of the run, entity by entity.
 
+use crate::acting::ActingLanes;
 use crate::lanes::ValidityLanes;
 use crate::lines::PlottedLines;
 use crate::motion::MovingBodies;
@@ -13,6 +14,7 @@ use monorig_sim::record::{Chunk, Layout};
 use nalgebra::Vector3;
 use re_sdk_types::archetypes::{Points2D, Points3D, TextLog};
 use re_sdk_types::components::Color;
+use rerun::EntityPath;
 
 const TRAIN_MARK: [u8; 3] = [255, 220, 60];
 const EVENT_MARK: [u8; 3] = [255, 110, 90];
@@ -25,6 +27,7 @@ const EVENT_ABOVE_M: f64 = 1.2;
 pub struct ChunkColumns {
     lines: PlottedLines,
     lanes: ValidityLanes,
+    acting: ActingLanes,
     readout: Readout,
     bodies: MovingBodies,
     origin: Origin,
@@ -40,13 +43,14 @@ impl ChunkColumns {
         origin: Origin,
         points_hz: Option<f64>,
     ) -> Result<Self, Error> {
-        let lines = PlottedLines::begin(stream, layout.channels, points_hz)?;
+        let lines = PlottedLines::begin(stream, layout, points_hz)?;
         let bodies = MovingBodies::begin(stream, layout, wheels, origin)?;
         marks(stream)?;
         Ok(Self {
             lines,
-            lanes: ValidityLanes::begin(stream, layout.channels)?,
-            readout: Readout::new(layout.channels),
+            lanes: ValidityLanes::begin(stream, layout)?,
+            acting: ActingLanes::begin(stream, layout)?,
+            readout: Readout::new(layout.channels, layout.emphasis.recorded),
             bodies,
             origin,
         })
@@ -62,18 +66,25 @@ impl ChunkColumns {
         self.lines.largest()
     }
 
-    /// Names of the estimators whose validity is recorded.
-    pub fn estimators(&self) -> &[String] {
-        self.lanes.estimators()
+    /// The estimators whose validity is recorded.
+    pub fn lanes(&self) -> &ValidityLanes {
+        &self.lanes
+    }
+
+    /// Entities of the lanes of what acts.
+    pub fn acting(&self) -> Vec<EntityPath> {
+        self.acting.entities()
     }
 
     /// Some seconds of the run. Of lines and poses what is not enough for a message waits.
     pub fn log(&mut self, stream: &mut MessageStream, chunk: &Chunk) -> Result<(), Error> {
         self.lines.log(stream, chunk)?;
-        self.lanes.log(stream, chunk)?;
+        let changes = self.lanes.log(stream, chunk)?;
+        self.acting.log(stream, chunk)?;
         self.readout.log(stream, chunk)?;
         self.bodies.log(stream, chunk)?;
-        self.events(stream, chunk)
+        log_events(stream, &chunk.events, &changes)?;
+        self.mark_events(stream, chunk)
     }
 
     /// Send what waits.
@@ -82,18 +93,13 @@ impl ChunkColumns {
         self.bodies.flush(stream)
     }
 
-    /// The log of events, and each as a label where the train was.
-    fn events(&self, stream: &mut MessageStream, chunk: &Chunk) -> Result<(), Error> {
+    /// Each event as a label where the train was.
+    fn mark_events(&self, stream: &mut MessageStream, chunk: &Chunk) -> Result<(), Error> {
         if chunk.events.is_empty() {
             return Ok(());
         }
         let (ns, texts): (Vec<i64>, Vec<&str>) =
             chunk.events.iter().map(|(t, s)| (*t, s.as_str())).unzip();
-        let log = TextLog::update_fields()
-            .with_many_level(vec!["INFO"; texts.len()])
-            .with_many_text(texts.clone());
-        let columns = log.columns_of_unit_batches();
-        send(stream, entity(["events"]), times(ns.clone()), columns)?;
         let Some(poses) = self.bodies.followed(chunk) else {
             return Ok(());
         };
@@ -109,6 +115,30 @@ impl ChunkColumns {
         let columns = marks.columns_of_unit_batches();
         send(stream, entity(["world", "event"]), times(ns), columns)
     }
+}
+
+/// Sends the log of what happened and of what became valid, each with its time in front.
+fn log_events(
+    stream: &mut MessageStream,
+    happened: &[(i64, String)],
+    changes: &[(i64, String)],
+) -> Result<(), Error> {
+    let level = |level: &'static str| move |(t, text): &(i64, String)| (*t, level, text.clone());
+    let happened = happened.iter().map(level("INFO"));
+    let changes = changes.iter().map(level("DEBUG"));
+    let mut all: Vec<(i64, &str, String)> = happened.chain(changes).collect();
+    if all.is_empty() {
+        return Ok(());
+    }
+    all.sort_by_key(|event| event.0);
+    let text = |(t, _, text): &(i64, &str, String)| format!("{:.1} s: {text}", *t as f64 * 1e-9);
+    let texts: Vec<String> = all.iter().map(text).collect();
+    let log = TextLog::update_fields()
+        .with_many_level(all.iter().map(|event| event.1))
+        .with_many_text(texts);
+    let columns = log.columns_of_unit_batches();
+    let ns = all.iter().map(|event| event.0).collect();
+    send(stream, entity(["events"]), times(ns), columns)
 }
 
 /// Sends the looks of the marks that move: the train on the plan, and the latest event.

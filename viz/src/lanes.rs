@@ -3,7 +3,7 @@
 use crate::series::estimators;
 use crate::stream::{MessageStream, entity, send, times};
 use monorig_sim::error::Error;
-use monorig_sim::record::{Channel, Chunk};
+use monorig_sim::record::{Chunk, Emphasis, Layout};
 use re_sdk_types::archetypes::{StateChange, StateConfiguration};
 use rerun::EntityPath;
 
@@ -15,9 +15,15 @@ const STATES: [(&str, [u8; 3]); 4] = [
     ("mass and slope valid", [0, 150, 100]),
 ];
 
+/// So many estimators are shown together.
+const HANDFUL: usize = 5;
+/// A change of validity is told when it has lasted so long, ns.
+const LASTING_NS: i64 = 1_000_000_000;
+
 /// One lane for each estimator.
 pub struct ValidityLanes {
     names: Vec<String>,
+    shown: Vec<String>,
     lanes: Vec<Lane>,
 }
 
@@ -26,6 +32,11 @@ struct Lane {
     /// Channels that are 1 where mass and slope are valid.
     valid: [Option<usize>; 2],
     state: Option<usize>,
+    /// Time of the last change, and the last state that was told.
+    since_ns: i64,
+    told: usize,
+    /// True if its changes are told.
+    shown: bool,
 }
 
 /// The entity of an estimator's lane.
@@ -35,8 +46,10 @@ pub fn lane_entity(estimator: &str) -> EntityPath {
 
 impl ValidityLanes {
     /// Colours of the lanes are logged here.
-    pub fn begin(stream: &mut MessageStream, channels: &[Channel]) -> Result<Self, Error> {
+    pub fn begin(stream: &mut MessageStream, layout: &Layout<'_>) -> Result<Self, Error> {
+        let channels = layout.channels;
         let names = estimators(channels);
+        let shown = handful(&names, &layout.emphasis);
         let colours = STATES.map(|(_, [r, g, b])| u32::from_be_bytes([r, g, b, 255]));
         let style = StateConfiguration::new()
             .with_values(STATES.map(|(name, _)| name))
@@ -53,9 +66,16 @@ impl ValidityLanes {
                 entity,
                 valid: [find("total_mass"), find("grade")],
                 state: None,
+                since_ns: 0,
+                told: 0,
+                shown: shown.contains(name),
             });
         }
-        Ok(Self { names, lanes })
+        Ok(Self {
+            names,
+            shown,
+            lanes,
+        })
     }
 
     /// Names of the estimators, in the order of the lanes.
@@ -63,15 +83,31 @@ impl ValidityLanes {
         &self.names
     }
 
-    /// Sends the changes in a chunk.
-    pub fn log(&mut self, stream: &mut MessageStream, chunk: &Chunk) -> Result<(), Error> {
-        for lane in &mut self.lanes {
+    /// Names of those that are shown together.
+    pub fn shown(&self) -> &[String] {
+        &self.shown
+    }
+
+    /// Sends the changes in a chunk, and returns those to tell: of the estimators that are shown together, where they
+    /// have lasted.
+    pub fn log(
+        &mut self,
+        stream: &mut MessageStream,
+        chunk: &Chunk,
+    ) -> Result<Vec<(i64, String)>, Error> {
+        let mut changes = Vec::new();
+        for (lane, name) in self.lanes.iter_mut().zip(&self.names) {
             let (mut ns, mut states) = (Vec::new(), Vec::new());
             for (row, &t) in chunk.time_ns.iter().enumerate() {
                 let state = lane.at(chunk, row);
                 if lane.state.replace(state) != Some(state) {
                     ns.push(t);
                     states.push(STATES[state].0);
+                    lane.since_ns = t;
+                }
+                if lane.shown && lane.told != state && t - lane.since_ns >= LASTING_NS {
+                    lane.told = state;
+                    changes.push((lane.since_ns, format!("{name}: {}", STATES[state].0)));
                 }
             }
             if !ns.is_empty() {
@@ -81,8 +117,28 @@ impl ValidityLanes {
                 send(stream, lane.entity.clone(), times(ns), columns)?;
             }
         }
-        Ok(())
+        Ok(changes)
     }
+}
+
+/// The estimators that are shown together: the one in the loop, those that are compared, then others that are not for
+/// reference only. If there are none of these, the first of all.
+fn handful(names: &[String], emphasis: &Emphasis<'_>) -> Vec<String> {
+    let first = |n: &&String| {
+        let name = n.as_str();
+        Some(name) == emphasis.in_loop || emphasis.compared.is_some_and(|c| c.contains(&name))
+    };
+    let judged = |n: &&String| !first(n) && !emphasis.references.contains(&n.as_str());
+    let some = names
+        .iter()
+        .filter(first)
+        .chain(names.iter().filter(judged));
+    let mut shown: Vec<&String> = some.take(HANDFUL).collect();
+    if shown.is_empty() {
+        shown = names.iter().take(HANDFUL).collect();
+    }
+    let shown = names.iter().filter(|n| shown.contains(n));
+    shown.cloned().collect()
 }
 
 impl Lane {
@@ -93,5 +149,32 @@ impl Lane {
             column.and_then(|c| c.get(row)) == Some(&1.0)
         };
         usize::from(is(self.valid[0])) + 2 * usize::from(is(self.valid[1]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_handful_is_shown_and_the_one_in_the_loop_is_of_it() {
+        let names: Vec<String> = ["a", "b", "c", "d", "e", "f", "g", "h"]
+            .map(str::to_owned)
+            .into();
+        let shown = |in_loop, references: &[&str], compared| -> String {
+            let emphasis = Emphasis {
+                in_loop,
+                references,
+                compared,
+                ..Emphasis::default()
+            };
+            handful(&names, &emphasis).concat()
+        };
+        assert_eq!(shown(None, &[], None), "abcde");
+        assert_eq!(shown(Some("h"), &[], None), "abcdh");
+        assert_eq!(shown(Some("h"), &["a", "b"], None), "cdefh");
+        assert_eq!(shown(Some("a"), &["a", "b"], Some(["b", "h"])), "abcdh");
+        let all = ["a", "b", "c", "d", "e", "f", "g", "h"];
+        assert_eq!(shown(None, &all, None), "abcde");
     }
 }

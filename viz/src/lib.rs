@@ -15,7 +15,10 @@
 //! | `plan/…` | the track from above, and the train on it |
 //! | `display/<channel>` | made for the eye: degrees, ±2 standard deviations, `…/error` against the truth |
 //! | `limits/…` | limits of χ² and of gates |
+//! | `display/in_loop/…` | the same of the estimator in the loop, which is drawn over the others |
+//! | `display/difference/…` | errors after a change less those before it |
 //! | `validity/<estimator>` | what it marks valid, as states over time |
+//! | `acting/<instrument>`, `acting/rail` | faults and another adhesion, as states over time |
 //! | `readout`, `events`, `about` | values once a second, what happened, why the scenario exists |
 //!
 //! Coordinates are relative to the start of the rail. Lines break where a value is missing or not valid (a row that is
@@ -24,6 +27,7 @@
 //! One timeline, `sim_time` (ns since the start). Recording id = scenario and seed. Chunk ids count up, and no clock is
 //! read, so the same run gives the same recording (see [`sink::RerunSink`]).
 
+mod acting;
 mod blueprint;
 mod colours;
 mod columns;

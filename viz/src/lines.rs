@@ -7,7 +7,7 @@ use crate::source::ScalarSource;
 use crate::stream::{MessageStream, send, times};
 use crate::thinning::{LineChunk, Periods};
 use monorig_sim::error::Error;
-use monorig_sim::record::{Channel, Chunk};
+use monorig_sim::record::{Chunk, Layout};
 use re_sdk_types::archetypes::Scalars;
 
 /// A message has so many rows, but for the last of its line.
@@ -25,7 +25,7 @@ struct PendingLine {
     gaps: GapFinder,
     time_ns: Vec<i64>,
     values: Vec<f64>,
-    /// The largest value that was drawn, without its sign.
+    /// The largest value that was drawn, without its sign; not a number before there is one.
     largest: f64,
 }
 
@@ -51,10 +51,10 @@ impl PlottedLines {
     /// Styles are logged here. `points_hz`: points a second of thinned lines; none: all rows.
     pub fn begin(
         stream: &mut MessageStream,
-        channels: &[Channel],
+        layout: &Layout<'_>,
         points_hz: Option<f64>,
     ) -> Result<Self, Error> {
-        let series = plan(channels);
+        let series = plan(layout.channels, &layout.emphasis);
         for s in &series {
             stream.fixed(s.entity.clone(), &s.style())?;
         }
@@ -62,7 +62,7 @@ impl PlottedLines {
             gaps: GapFinder::new(s.is_sampled()),
             time_ns: Vec::new(),
             values: Vec::new(),
-            largest: 0.0,
+            largest: f64::NAN,
         });
         Ok(Self {
             pending: pending.collect(),
@@ -76,7 +76,7 @@ impl PlottedLines {
         &self.series
     }
 
-    /// The largest value of each line so far, without its sign.
+    /// The largest value of each line so far, without its sign; not a number where there is none.
     pub fn largest(&self) -> Vec<f64> {
         self.pending.iter().map(|line| line.largest).collect()
     }
@@ -91,6 +91,7 @@ impl PlottedLines {
                 line.time_ns.extend(ends.into_iter().flatten());
                 line.time_ns.dedup();
                 line.values.resize(line.time_ns.len(), limit);
+                line.largest = limit;
             } else {
                 line.add(s, chunk, thinning.as_ref());
             }

@@ -8,6 +8,8 @@ pub enum Plot {
     MassError,
     SlopeError,
     EffectiveSlopeError,
+    MassDifference,
+    SlopeDifference,
     Speed,
     Mass,
     Slope,
@@ -42,7 +44,7 @@ pub enum Range {
 pub type Titled = (Plot, &'static str, Range);
 
 /// Plots of the overview: how good the estimates are.
-pub const OVERVIEW: [Titled; 3] = [
+pub const OVERVIEW: [Titled; 5] = [
     (
         Plot::MassError,
         "Mass error, % (±2σ where valid; white: Cramér-Rao bound, ±2σ)",
@@ -54,11 +56,23 @@ pub const OVERVIEW: [Titled; 3] = [
         Range::Errors([0.2, 6.0]),
     ),
     (
+        Plot::MassDifference,
+        "Mass error after less before, % (below zero: better)",
+        Range::Data,
+    ),
+    (
+        Plot::SlopeDifference,
+        "Slope error after less before, ° (below zero: better)",
+        Range::Data,
+    ),
+    (
         Plot::Speed,
         "Speed, m/s (truth white, reference violet, measured, estimates)",
         Range::Data,
     ),
 ];
+/// Plots of the errors of one estimator.
+pub const ERRORS: [Titled; 3] = [OVERVIEW[0], OVERVIEW[1], VALUES[3]];
 /// Plots of what is estimated, as absolute values.
 pub const VALUES: [Titled; 5] = [
     (
@@ -131,6 +145,13 @@ pub fn plot(s: &PlottedSeries) -> Option<Plot> {
         return None;
     }
     let effective = matches!(leaf, "effective_grade" | "grade_effective");
+    if group == "difference" {
+        return match s.unit.as_str() {
+            "%" => Some(Plot::MassDifference),
+            _ if effective => None,
+            _ => Some(Plot::SlopeDifference),
+        };
+    }
     if s.is_error() {
         return Some(match s.unit.as_str() {
             "%" => Plot::MassError,
@@ -153,7 +174,8 @@ pub fn plot(s: &PlottedSeries) -> Option<Plot> {
         ("m/s", _) if is(&["slip"]) => Some(Plot::Slip),
         ("m/s", "sensors") => Some(Plot::WheelSpeed),
         ("m/s", "truth" | "control") if whole && leaf != "speed_at_imu" => Some(Plot::Speed),
-        ("m/s", "estimates") if is(&["speed"]) => Some(Plot::Speed),
+        // without its band, which may be wider than the speed
+        ("m/s", "estimates") if is(&["speed"]) && s.line.width() == 1 => Some(Plot::Speed),
         ("N", _) if whole => Some(Plot::Traction),
         ("N", "truth") if s.owner() == "balance" => Some(Plot::Balance),
         ("N", _) => Some(Plot::DriveForce),
@@ -171,14 +193,14 @@ pub fn plot(s: &PlottedSeries) -> Option<Plot> {
 mod tests {
     use super::*;
     use crate::series::plan;
-    use monorig_sim::record::Channel;
+    use monorig_sim::record::{Channel, Emphasis};
 
     fn of(path: &str, unit: &'static str) -> Vec<Option<Plot>> {
         let channels = [Channel {
             path: path.into(),
             unit,
         }];
-        let lines = plan(&channels);
+        let lines = plan(&channels, &Emphasis::default());
         let of_channel = lines.iter().filter(|s| s.group() != "limits");
         of_channel.map(plot).collect()
     }
@@ -212,7 +234,7 @@ mod tests {
             path: path.into(),
             unit,
         });
-        let lines = plan(&channels);
+        let lines = plan(&channels, &Emphasis::default());
         let of = |entity: &str| {
             let found = lines.iter().find(|s| s.entity == entity.into());
             found.and_then(plot)

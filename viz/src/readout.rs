@@ -34,8 +34,8 @@ struct Cell {
 }
 
 impl Readout {
-    /// From the channels of a run.
-    pub fn new(channels: &[Channel]) -> Self {
+    /// From the channels of a run; the truth of a recorded drive is the reference of its log.
+    pub fn new(channels: &[Channel], recorded: bool) -> Self {
         let find = |path: String| channels.iter().position(|c| c.path == path);
         let cell = |path: &str, scale, digits| Cell {
             value: find(path.to_owned()),
@@ -54,7 +54,8 @@ impl Readout {
             ],
         };
         let truth = ["speed", "grade_at_imu", "total_mass"].map(|leaf| format!("truth/{leaf}"));
-        let mut rows = vec![row("truth", truth)];
+        let first = if recorded { "reference" } else { "truth" };
+        let mut rows = vec![row(first, truth)];
         for (i, name) in estimators(channels).iter().enumerate() {
             let paths = ["speed", "grade", "total_mass"];
             let paths = paths.map(|leaf| format!("estimates/{name}/{leaf}"));
@@ -154,7 +155,7 @@ mod tests {
             ],
             ..Chunk::default()
         };
-        let readout = Readout::new(&channels);
+        let readout = Readout::new(&channels, false);
         let valid = readout.text(&chunk, 0);
         assert!(valid.contains("| truth | 1.00 | – | 20.00 |"), "{valid}");
         assert!(

@@ -3,7 +3,7 @@
 use crate::colours;
 use crate::source::{ErrorScale, ScalarSource};
 use crate::stream::entity;
-use monorig_sim::record::Channel;
+use monorig_sim::record::{Channel, Emphasis};
 use re_sdk_types::archetypes::SeriesLines;
 use rerun::EntityPath;
 
@@ -50,25 +50,34 @@ pub struct PlottedSeries {
     /// Source of its values.
     pub line: ScalarSource,
     colour: [u8; 3],
+    /// True for the estimator in the loop.
+    in_loop: bool,
 }
 
-/// All lines of these channels, then the limits.
-pub fn plan(channels: &[Channel]) -> Vec<PlottedSeries> {
+/// All lines of these channels, those of the estimator in the loop stronger and over the others; then the differences
+/// of two that are compared, and the limits.
+pub fn plan(channels: &[Channel], emphasis: &Emphasis<'_>) -> Vec<PlottedSeries> {
     let estimators = estimators(channels);
     let mut all = Vec::new();
     for (index, c) in channels.iter().enumerate() {
         let colour = colours::line(&c.path, index, &estimators);
+        let of = c.path.strip_prefix("estimates/");
+        let of = of.and_then(|rest| rest.split('/').next());
+        let in_loop = of.is_some() && of == emphasis.in_loop;
         let mut add = |prefix: &str, suffix: &str, unit: &str, line| {
-            let parts = [prefix]
-                .into_iter()
-                .chain(c.path.split('/'))
-                .chain([suffix]);
+            // a viewer draws in the order of the names: this one comes after `estimates`, and is drawn over the others
+            let mut parts: Vec<&str> = c.path.split('/').collect();
+            if in_loop && !prefix.is_empty() {
+                parts[0] = "in_loop";
+            }
+            let parts = [prefix].into_iter().chain(parts).chain([suffix]);
             all.push(PlottedSeries {
                 entity: entity(parts.filter(|p| !p.is_empty())),
                 path: c.path.clone(),
                 unit: unit.into(),
                 line,
                 colour,
+                in_loop,
             });
         };
         let as_it_is = ScalarSource::Value {
@@ -83,12 +92,36 @@ pub fn plan(channels: &[Channel]) -> Vec<PlottedSeries> {
             for_the_eye(channels, index, &mut add);
         }
     }
+    if let Some([before, after]) = emphasis.compared {
+        let find = |path: String| channels.iter().position(|c| c.path == path);
+        for (leaf, truth, unit, scale) in ERRORS {
+            let channel = |name: &str| find(format!("estimates/{name}/{leaf}"));
+            let valid = |name: &str| find(format!("estimates/{name}/{leaf}_valid"));
+            let (counts, with) = (channel(after), channel(before));
+            if let (Some(counts), Some(with), Some(truth)) = (counts, with, find(truth.into())) {
+                all.push(PlottedSeries {
+                    entity: entity(["display", "difference", leaf]),
+                    path: format!("difference/{leaf}"),
+                    unit: unit.into(),
+                    line: ScalarSource::ErrorDifference {
+                        channels: [counts, with],
+                        truth,
+                        scale,
+                        valid: [valid(after), valid(before)],
+                    },
+                    colour: colours::line("difference", 0, &estimators),
+                    in_loop: false,
+                });
+            }
+        }
+    }
     all.extend(LIMITS.map(|(name, limit)| PlottedSeries {
         entity: entity(["limits", name]),
         path: format!("limits/{name}"),
         unit: "1".into(),
         line: ScalarSource::Limit(limit),
         colour: colours::LIMIT,
+        in_loop: false,
     }));
     all
 }
@@ -238,11 +271,18 @@ impl PlottedSeries {
             return SeriesLines::new()
                 .with_names([name.clone(), name])
                 .with_colors([[r, g, b, 255]; 2])
-                .with_widths([if self.group() == "bound" { 1.2 } else { 0.6 }; 2]);
+                .with_widths(
+                    [if self.group() == "bound" || self.in_loop {
+                        1.2
+                    } else {
+                        0.6
+                    }; 2],
+                );
         }
         let width = match self.group() {
             "truth" if self.owner().is_empty() => 2.5,
-            "estimates" => 1.8,
+            "estimates" if self.in_loop => 3.0,
+            "estimates" | "difference" => 1.8,
             "limits" => 0.8,
             _ => 1.2,
         };
@@ -253,10 +293,11 @@ impl PlottedSeries {
     }
 
     /// Name in legends. An error has the estimator's name only: the title of the plot has the quantity.
-    fn name(&self) -> String {
+    pub fn name(&self) -> String {
         let (owner, leaf, unit) = (self.owner(), self.leaf(), &self.unit);
         match (self.group(), owner) {
             ("estimates", name) if self.is_error() => format!("{name} [{unit}]"),
+            ("difference", _) => format!("after less before [{unit}]"),
             ("limits", _) => leaf.replace('_', " "),
             ("bound", _) if self.is_error() => format!("Cramér-Rao bound ±2σ [{unit}]"),
             (group, "") => format!("{group} {leaf} [{unit}]"),
@@ -307,7 +348,7 @@ mod tests {
             channel("estimates/jekf/grade_sd", "rad"),
             channel("sensors/imu/specific_force_x", "m/s²"),
         ];
-        let all = plan(&channels);
+        let all = plan(&channels, &Emphasis::default());
         let of = |path: &str| all.iter().find(|s| s.entity == path.into()).unwrap();
         for (i, c) in channels.iter().enumerate() {
             let raw = of(&c.path);
@@ -349,5 +390,34 @@ mod tests {
         assert_eq!((&error.line, error.unit.as_str()), (&line, "°"));
         assert!(of("display/estimates/jekf/grade/error_two_sigma").is_error());
         assert_eq!(all.len(), 4 + 2 + 1 + 2 + LIMITS.len());
+    }
+
+    /// A viewer draws lines in the order of their names, and later ones over earlier ones.
+    #[test]
+    fn the_estimator_in_the_loop_comes_last_and_two_are_compared() {
+        let channels = [
+            channel("truth/total_mass", "kg"),
+            channel("estimates/a/total_mass", "kg"),
+            channel("estimates/z/total_mass", "kg"),
+        ];
+        let emphasis = Emphasis {
+            in_loop: Some("a"),
+            compared: Some(["z", "a"]),
+            ..Emphasis::default()
+        };
+        let all = plan(&channels, &emphasis);
+        let mut errors: Vec<_> = all.iter().filter(|s| s.is_error()).collect();
+        errors.sort_by_key(|s| s.entity.clone());
+        let names: Vec<_> = errors.iter().map(|s| s.estimator()).collect();
+        assert_eq!(names, [Some("z"), Some("a")]);
+        let differences = all.iter().filter(|s| s.group() == "difference");
+        let lines: Vec<_> = differences.map(|s| s.line.clone()).collect();
+        let line = ScalarSource::ErrorDifference {
+            channels: [1, 2],
+            truth: 0,
+            scale: ErrorScale::PercentOfTruth,
+            valid: [None; 2],
+        };
+        assert_eq!(lines, [line]);
     }
 }

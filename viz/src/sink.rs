@@ -45,6 +45,7 @@ struct Open {
 struct Surroundings {
     vehicle_length_m: f64,
     load: bool,
+    recorded: bool,
     plan: ([f32; 2], f32),
 }
 
@@ -62,7 +63,10 @@ impl Open {
         let about = blueprint::Contents {
             series: self.columns.series(),
             largest: &self.columns.largest(),
-            estimators: self.columns.estimators(),
+            estimators: self.columns.lanes().estimators(),
+            shown: self.columns.lanes().shown(),
+            acting: &self.columns.acting(),
+            recorded: around.recorded,
             vehicle_length_m: around.vehicle_length_m,
             load: around.load,
             plan: around.plan,
@@ -129,6 +133,7 @@ impl Sink for RerunSink {
         let around = Surroundings {
             vehicle_length_m: layout.train.limits.length_m,
             load: layout.train.load.is_some(),
+            recorded: layout.emphasis.recorded,
             plan: track::plan_square(layout, &origin),
         };
         let mut open = Open {

@@ -3,9 +3,9 @@
 use crate::motion::follow_entity;
 use crate::stream::{TIMELINE, entity};
 use re_sdk_types::blueprint::archetypes::{
-    Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotBackground,
-    PlotLegend, ScalarAxis, TextLogColumns, TimeAxis, TimePanelBlueprint, ViewBlueprint,
-    ViewContents, ViewportBlueprint, VisualBounds2D,
+    Background, ContainerBlueprint, EntityBehavior, EyeControls3D, LineGrid3D, PanelBlueprint,
+    PlotBackground, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis, TimePanelBlueprint,
+    ViewBlueprint, ViewContents, ViewportBlueprint, VisualBounds2D,
 };
 use re_sdk_types::blueprint::components::{
     ActiveTab, BackgroundKind, ColumnShare, ContainerKind, Corner2D, IncludedContent, PanelState,
@@ -28,8 +28,6 @@ pub const FIRST_ID: u128 = 0x6d6f_6e6f_7269_6700_0000_0000_0000_0001;
 const BACKGROUND: [u8; 3] = [24, 27, 33];
 /// m: shorter trains are not looked at from nearer.
 const LEAST_LENGTH: f64 = 6.0;
-/// A plot with more lines has no legend, which would hide them: pointing at a line names it.
-const MAX_LEGEND: usize = 4;
 
 /// Viewpoint of the train.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -60,7 +58,7 @@ pub struct PlotStyle {
     pub range: Option<[f64; 2]>,
     /// Corner of the legend.
     pub corner: Corner2D,
-    /// True if there is a legend, given that the lines are few.
+    /// True if there is a legend.
     pub legend: bool,
 }
 
@@ -84,6 +82,12 @@ impl Builder {
             next: FIRST_ID,
             out: Vec::new(),
         }
+    }
+
+    /// Paths of what was made so far.
+    #[cfg(test)]
+    pub fn entities(&self) -> impl Iterator<Item = String> + '_ {
+        self.out.iter().map(|(path, _)| path.to_string())
     }
 
     fn place(&mut self, kind: &str) -> Placed {
@@ -167,21 +171,31 @@ impl Builder {
         events
     }
 
-    /// Lanes of states over time.
-    pub fn states(&mut self, name: &str, lanes: &[EntityPath]) -> Placed {
+    /// Lanes of states over time, all of them below `origin`.
+    pub fn states(&mut self, name: &str, origin: &str, lanes: &[EntityPath]) -> Placed {
         let paths: Vec<String> = lanes.iter().map(|l| l.to_string()).collect();
-        let place = self.view("StateTimeline", name, "/validity", &paths);
+        let place = self.view("StateTimeline", name, origin, &paths);
         self.property(&place, "TimeAxis", whole_run());
         place
     }
 
-    /// A plot of these lines; none if there are none.
-    pub fn plot(&mut self, title: &str, lines: &[EntityPath], style: PlotStyle) -> Option<Placed> {
+    /// A plot of these lines, and of others that are hidden at first; none if there are none.
+    pub fn plot(
+        &mut self,
+        title: &str,
+        [lines, hidden]: [&[EntityPath]; 2],
+        style: PlotStyle,
+    ) -> Option<Placed> {
         if lines.is_empty() {
             return None;
         }
-        let paths: Vec<String> = lines.iter().map(|l| l.to_string()).collect();
+        let all = lines.iter().chain(hidden);
+        let paths: Vec<String> = all.map(|l| l.to_string()).collect();
         let place = self.view("TimeSeries", title, "/", &paths);
+        for line in hidden {
+            let path = ViewContents::blueprint_base_visualizer_path_for_entity(place.id, line);
+            self.add(path, EntityBehavior::new().with_visible(false));
+        }
         self.property(&place, "TimeAxis", whole_run());
         if let Some([low, high]) = style.range {
             let axis = ScalarAxis::new().with_range(Range1D::new(low, high));
@@ -189,7 +203,7 @@ impl Builder {
         }
         let legend = PlotLegend::new()
             .with_corner(style.corner)
-            .with_visible(style.legend && lines.len() <= MAX_LEGEND);
+            .with_visible(style.legend);
         self.property(&place, "PlotLegend", legend);
         // the truth is white: it must be seen in a light theme, too
         let background = PlotBackground::new().with_color(BACKGROUND);

@@ -33,7 +33,8 @@ const WIDTH: usize = 80;
 pub struct ListArgs {
     /// Names to list
     pub what: Listed,
-    /// Of `parameters`: the estimator or controller; of `scenarios`: the folder [default: scenarios]
+    /// Of `parameters`: the estimator or controller; of `scenarios`: the folder [default: scenarios]; of others: a
+    /// part of the name
     pub of: Option<String>,
 }
 
@@ -96,7 +97,16 @@ fn list(task: &ListArgs, registry: &Registry) -> Result<CommandOutcome, CliError
         Listed::Sensors => sensors(registry),
         Listed::Scenarios => scenarios(task.of.as_deref().unwrap_or("scenarios").as_ref())?,
     };
-    let text: String = entries.iter().map(text).collect();
+    let part = match task.what {
+        Listed::Parameters | Listed::Scenarios => "",
+        _ => task.of.as_deref().unwrap_or_default(),
+    };
+    let found = entries.iter().filter(|entry| entry.name.contains(part));
+    let text: String = found.map(text).collect();
+    if text.is_empty() && !part.is_empty() {
+        let message = format!("there is no name with `{part}` in this list");
+        return Err(CliError::refused(message, "leave it out to see all names"));
+    }
     output::print(&text)?;
     Ok(CommandOutcome::Held)
 }

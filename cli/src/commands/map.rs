@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 const MAP_EXAMPLES: &str = "\
 Examples:
-  monorig run scenarios/liu2023_section1.yaml --set estimators.rail_fusion={}
+  monorig run scenarios/liu2023_section1.yaml
   monorig map runs/liu2023_section1/1 --profile assets/rails/i140e.yaml \\
       --out maps/section1.yaml
   monorig run scenarios/liu2023_section1.yaml --set track=../maps/section1.yaml

@@ -2,6 +2,7 @@
 
 use crate::arguments::{Expect, Jobs, Json, Out, shard};
 use crate::command::{Command, CommandOutcome, Program};
+use crate::files::prepare;
 use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
@@ -56,7 +57,7 @@ impl Command for StudyArgs {
 
 /// Make the runs that are not there yet, then print what all of them have come to.
 fn study(task: &StudyArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
-    let plan = Plan::load(&task.file, registry)?;
+    let plan = prepare::study(&task.file, registry)?;
     let shard = task.shard.unwrap_or(Shard::WHOLE);
     let name = match shard {
         Shard::WHOLE => "results.jsonl".to_owned(),

@@ -1,8 +1,9 @@
 //! The kinds of files there are. A new one is a variant and a row of the table.
 
 use crate::files::prepare;
+use crate::files::schema_words::Words;
 use clap::ValueEnum;
-use monorig_lab::batch::{Plan, StudyFile};
+use monorig_lab::batch::StudyFile;
 use monorig_lab::draw::RangesFile;
 use monorig_lab::stress::{Condition, ConditionFile};
 use monorig_lab::tuning::{TuningFile, name_check};
@@ -74,18 +75,20 @@ pub struct FileFormat {
     pub telling: &'static [&'static str],
     /// Its JSON Schema, of all estimators and controllers.
     schema: fn() -> Schema,
-    /// Places of names in the schema, with the types they name.
-    names: &'static [(&'static str, TypeNames)],
+    /// Places of words in the schema.
+    words: &'static [(&'static str, Words)],
     /// Reads and checks a file and every file it names.
     pub check: fn(&Path, &Registry) -> Result<(), Error>,
 }
 
-/// The names that a key of a schema can have.
-#[derive(Clone, Copy, Debug)]
-enum TypeNames {
-    Estimators,
-    Controllers,
-}
+/// Bounds and their known failures in a schema.
+const METRIC_OF_BOUND: (&str, Words) = ("/$defs/Expectation/properties/metric", Words::Metric);
+const METRIC_OF_FAILURE: (&str, Words) = ("/$defs/KnownFailure/properties/metric", Words::Metrics);
+/// Instruments of events.
+const INSTRUMENT: (&str, Words) = ("/$defs/Event/anyOf/2/properties/sensor", Words::Instruments);
+/// Types of estimators, and estimators by their names.
+const TYPE: (&str, Words) = ("/$defs/Settings/properties/is", Words::EstimatorTypes);
+const ESTIMATORS: (&str, Words) = ("/properties/estimators", Words::Estimators);
 
 /// Every kind.
 pub const KINDS: &[FileFormat] = &[
@@ -108,9 +111,14 @@ pub const KINDS: &[FileFormat] = &[
             "expect",
         ],
         schema: || schema_for!(ScenarioFile),
-        names: &[
-            ("/$defs/Settings/properties/is", TypeNames::Estimators),
-            ("/$defs/Controller/properties/kind", TypeNames::Controllers),
+        words: &[
+            TYPE,
+            ESTIMATORS,
+            ("/$defs/Controller/properties/kind", Words::Controllers),
+            METRIC_OF_BOUND,
+            METRIC_OF_FAILURE,
+            ("/$defs/Published/properties/metric", Words::Metric),
+            INSTRUMENT,
         ],
         check: |path, registry| prepare::simulation(path, &[], registry).map(drop),
     },
@@ -127,7 +135,7 @@ pub const KINDS: &[FileFormat] = &[
             "joints",
         ],
         schema: || schema_for!(TrackFile),
-        names: &[],
+        words: &[],
         check: |path, _| Rail::load(path).map(drop),
     },
     FileFormat {
@@ -136,7 +144,7 @@ pub const KINDS: &[FileFormat] = &[
         about: "a train: units front to rear, load, limits, running resistance",
         telling: &["consist", "drawbar", "limits", "resistance"],
         schema: || schema_for!(TrainFile),
-        names: &[],
+        words: &[],
         check: |path, _| Train::load(path).map(drop),
     },
     FileFormat {
@@ -151,7 +159,7 @@ pub const KINDS: &[FileFormat] = &[
             "connections",
         ],
         schema: || schema_for!(UnitFile),
-        names: &[],
+        words: &[],
         check: |path, _| Unit::load(path).map(drop),
     },
     FileFormat {
@@ -168,7 +176,7 @@ pub const KINDS: &[FileFormat] = &[
             "suspension",
         ],
         schema: || schema_for!(CarFile),
-        names: &[],
+        words: &[],
         check: |path, _| Car::load(path).map(drop),
     },
     FileFormat {
@@ -177,7 +185,7 @@ pub const KINDS: &[FileFormat] = &[
         about: "a sensor data sheet: rates, errors, mounts",
         telling: SHEET_KEYS,
         schema: || schema_for!(SheetFile),
-        names: &[],
+        words: &[],
         check: |path, _| Sheet::load(path).map(drop),
     },
     FileFormat {
@@ -192,7 +200,7 @@ pub const KINDS: &[FileFormat] = &[
             "flange_root_m",
         ],
         schema: || schema_for!(ProfileFile),
-        names: &[],
+        words: &[],
         check: |path, _| Profile::load(path).map(drop),
     },
     FileFormat {
@@ -210,7 +218,7 @@ pub const KINDS: &[FileFormat] = &[
             "estimators",
         ],
         schema: || schema_for!(RangesFile),
-        names: &[("/$defs/Settings/properties/is", TypeNames::Estimators)],
+        words: &[TYPE],
         check: |path, registry| RangesFile::load(path)?.check(path, registry),
     },
     FileFormat {
@@ -219,7 +227,7 @@ pub const KINDS: &[FileFormat] = &[
         about: "changes to a scenario under which `monorig stress` tries estimators",
         telling: &["condition", "group", "told_factor", "events"],
         schema: || schema_for!(ConditionFile),
-        names: &[],
+        words: &[INSTRUMENT],
         check: |path, _| Condition::load(path).map(drop),
     },
     FileFormat {
@@ -228,8 +236,8 @@ pub const KINDS: &[FileFormat] = &[
         about: "a scenario run many times with drawn values",
         telling: &["scenario", "runs", "first_seed", "set", "vary"],
         schema: || schema_for!(StudyFile),
-        names: &[],
-        check: |path, registry| Plan::load(path, registry).map(drop),
+        words: &[],
+        check: |path, registry| prepare::study(path, registry).map(drop),
     },
     FileFormat {
         kind: FileKind::Tuning,
@@ -245,7 +253,11 @@ pub const KINDS: &[FileFormat] = &[
             "optimiser",
         ],
         schema: || schema_for!(TuningFile),
-        names: &[("/properties/is", TypeNames::Estimators)],
+        words: &[
+            ("/properties/is", Words::EstimatorTypes),
+            ("/$defs/Constraint/properties/metric", Words::Metric),
+            ("/$defs/Term/properties/metric", Words::Metric),
+        ],
         check: |path, registry| prepare::tuning(path, registry).map(drop),
     },
     FileFormat {
@@ -263,7 +275,7 @@ pub const KINDS: &[FileFormat] = &[
             "nominal",
         ],
         schema: || schema_for!(MapFile),
-        names: &[("/$defs/Settings/properties/is", TypeNames::Estimators)],
+        words: &[TYPE, ESTIMATORS, METRIC_OF_BOUND, METRIC_OF_FAILURE],
         check: |path, registry| {
             let map = Map::load(path)?;
             let simulation = replay::simulation(&map, &ReplayOptions::default(), registry)?;
@@ -276,7 +288,7 @@ pub const KINDS: &[FileFormat] = &[
         about: "the numbers of a vehicle that estimators are given, for the map of a recorded log",
         telling: &["nominal_vehicle"],
         schema: || schema_for!(VehicleFile),
-        names: &[],
+        words: &[],
         check: |path, _| VehicleFile::values(&Document::read(path)?).map(drop),
     },
     FileFormat {
@@ -285,31 +297,24 @@ pub const KINDS: &[FileFormat] = &[
         about: "parameters of an estimator, for scenarios to include",
         telling: &["estimator", "parameters", "provenance"],
         schema: || schema_for!(ParameterFile),
-        names: &[("/properties/estimator", TypeNames::Estimators)],
+        words: &[("/properties/estimator", Words::EstimatorTypes)],
         check: |path, registry| name_check::parameter_file(path, registry).map(drop),
     },
 ];
 
 impl FileFormat {
-    /// The JSON Schema, with the names of the estimators and controllers there are.
+    /// The JSON Schema, with the words that the program has.
     pub fn schema(&self, registry: &Registry) -> Schema {
         let mut schema = (self.schema)();
-        for (place, of) in self.names {
+        let of_entry = schema.pointer("/$defs/Settings/properties");
+        let of_entry = of_entry.and_then(Value::as_object).cloned();
+        let of_entry: Vec<String> = of_entry.into_iter().flatten().map(|(key, _)| key).collect();
+        for (place, words) in self.words {
             if let Some(key) = schema.pointer_mut(place).and_then(Value::as_object_mut) {
-                key.insert("enum".into(), of.list(registry).into());
+                words.put(key, place, registry, &of_entry);
             }
         }
         schema
-    }
-}
-
-impl TypeNames {
-    fn list(self, registry: &Registry) -> Vec<String> {
-        let names: Vec<&str> = match self {
-            Self::Estimators => registry.estimators().iter().map(|t| t.name()).collect(),
-            Self::Controllers => registry.controllers().iter().map(|t| t.name()).collect(),
-        };
-        names.into_iter().map(str::to_owned).collect()
     }
 }
 
@@ -351,9 +356,11 @@ mod tests {
     fn telling_keys_stand_in_the_schema() {
         for row in KINDS {
             let schema = row.schema(&Registry::default());
-            for (place, _) in row.names {
-                let key = schema.pointer(place).unwrap();
-                assert!(key["enum"].is_array(), "{}: {place}", row.name);
+            for (place, _) in row.words {
+                let key = schema.pointer(place).unwrap().as_object().unwrap();
+                let mut words = ["enum", "anyOf", "properties"].iter();
+                let has_words = words.any(|w| key.contains_key(*w));
+                assert!(has_words, "{}: {place}", row.name);
             }
             let properties = schema.get("properties").unwrap();
             for key in row.telling {

@@ -8,4 +8,5 @@ pub(crate) mod prepare;
 pub(crate) mod report;
 pub(crate) mod results;
 pub(crate) mod scenarios;
+pub(crate) mod schema_words;
 pub(crate) mod written;

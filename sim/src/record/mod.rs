@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `channels` | the channel table: every column with its unit and its value |
 //! | `recorder` | the observer that fills rows and hands them on in chunks |
+//! | `moments` | moments that scenario and track name, as events |
 //! | `extra` | channels that others add, such as the Cramér-Rao bound |
 //! | `background` | a sink on a thread of its own |
 //! | `parquet` `readback` | columns written to a file, and read from one |
@@ -20,6 +21,7 @@ pub mod folder;
 pub mod identity;
 pub mod inputs;
 pub mod manifest;
+mod moments;
 pub mod parquet;
 pub mod readback;
 pub mod recorder;
@@ -49,6 +51,36 @@ pub struct Layout<'a> {
     pub obstacles: &'a [(nalgebra::Isometry3<f64>, nalgebra::Vector3<f64>)],
     /// Stretches of the rail where an event acts.
     pub zones: &'a [MarkedStretch],
+    /// Parts that a viewer shows in a way of their own.
+    pub emphasis: Emphasis<'a>,
+}
+
+/// Parts of a run that a viewer shows in a way of their own. Files of columns need none of them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Emphasis<'a> {
+    /// The estimator whose values the controller uses.
+    pub in_loop: Option<&'a str>,
+    /// Published methods that are there for reference.
+    pub references: &'a [&'a str],
+    /// Two estimators whose errors are compared: the one before a change, and the one after it.
+    pub compared: Option<[&'a str; 2]>,
+    /// Faults of instruments.
+    pub faults: &'a [MarkedTime],
+    /// True for a recorded drive that is played back: nothing is known of rail and train.
+    pub recorded: bool,
+}
+
+/// Time in which a fault acts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MarkedTime {
+    /// Its begin, s.
+    pub from_s: f64,
+    /// Its end, s; infinite if it lasts to the end of the run.
+    pub to_s: f64,
+    /// Name of the instrument.
+    pub of: String,
+    /// Label, such as `stuck`.
+    pub what: String,
 }
 
 /// A stretch of the rail where an event acts.
@@ -149,6 +181,7 @@ mod testing {
             profile: &[],
             obstacles: &[],
             zones: &[],
+            emphasis: Emphasis::default(),
         }
     }
 

@@ -1,9 +1,11 @@
 //! Recorder: an observer that collects the channels of every step and hands them to sinks in chunks.
 
 use super::channels::{self, ControlState, RowSource};
+use super::moments::Moments;
 use super::parquet::ParquetSink;
-use super::{Channel, Chunk, ExtraChannels, Layout, MarkedStretch, Sink};
+use super::{Channel, Chunk, Emphasis, ExtraChannels, Layout, MarkedStretch, MarkedTime, Sink};
 use crate::closed_loop::Simulation;
+use crate::closed_loop::estimators::RunningEstimator;
 use crate::closed_loop::run::{Observer, StepFrame};
 use crate::config::scenario::{Event, Record};
 use crate::error::Error;
@@ -23,6 +25,8 @@ const FULL_RATE_ROWS: usize = 360_000;
 pub struct Recorder<'a> {
     sinks: Vec<Box<dyn Sink + 'a>>,
     extra: Option<Box<dyn ExtraChannels + 'a>>,
+    compared: Option<[&'a str; 2]>,
+    moments: Moments,
     chunk: Chunk,
     chunk_ns: i64,
     next_chunk_ns: i64,
@@ -60,6 +64,8 @@ impl<'a> Recorder<'a> {
         Self {
             sinks,
             extra: None,
+            compared: None,
+            moments: Moments::default(),
             chunk: Chunk::default(),
             chunk_ns: 0,
             next_chunk_ns: 0,
@@ -86,6 +92,12 @@ impl<'a> Recorder<'a> {
     /// Record these channels too, behind those of the simulator.
     pub fn with(mut self, extra: impl ExtraChannels + 'a) -> Self {
         self.extra = Some(Box::new(extra));
+        self
+    }
+
+    /// Compare two estimators: a viewer shows the difference of their errors.
+    pub fn comparing(mut self, before: &'a str, after: &'a str) -> Self {
+        self.compared = Some([before, after]);
         self
     }
 
@@ -184,6 +196,26 @@ fn zones(events: &[Event]) -> Vec<MarkedStretch> {
     events.iter().filter_map(zone).collect()
 }
 
+/// Faults of instruments.
+fn faults(events: &[Event]) -> Vec<MarkedTime> {
+    let fault = |event: &Event| match event {
+        Event::SensorFault {
+            from_s,
+            to_s,
+            sensor,
+            fault,
+            ..
+        } => Some(MarkedTime {
+            from_s: from_s.get(),
+            to_s: to_s.map_or(f64::INFINITY, f64::from),
+            of: sensor.clone(),
+            what: format!("{fault:?}").to_lowercase(),
+        }),
+        _ => None,
+    };
+    events.iter().filter_map(fault).collect()
+}
+
 /// Simulated time between two chunks of a run of at most `limit_s` (s) with so many values a row, s.
 fn chunk_s(limit_s: f64, record: &Record, values: usize) -> f64 {
     let rate_hz = record.rate_hz.get().max(record.pose_rate_hz.get());
@@ -212,6 +244,21 @@ impl Observer for Recorder<'_> {
         }
         let obstacles = simulation.obstacles.iter();
         let obstacles: Vec<_> = obstacles.map(|o| (o.pose, o.size)).collect();
+        let estimators = &simulation.estimators;
+        let is_reference = |e: &&RunningEstimator| e.reference;
+        let references: Vec<&str> = estimators
+            .iter()
+            .filter(is_reference)
+            .map(|e| e.name.as_str())
+            .collect();
+        let in_loop = simulation.in_loop.and_then(|i| estimators.get(i));
+        let emphasis = Emphasis {
+            in_loop: in_loop.map(|e| e.name.as_str()),
+            references: &references,
+            compared: self.compared,
+            faults: &faults(&scenario.file.events),
+            recorded: simulation.plant.is_recorded(),
+        };
         let layout = Layout {
             scenario: &scenario.name,
             seed: simulation.seed,
@@ -222,10 +269,12 @@ impl Observer for Recorder<'_> {
             profile: simulation.rail.outline(),
             obstacles: &obstacles,
             zones: &zones(&scenario.file.events),
+            emphasis,
         };
         for sink in &mut self.sinks {
             sink.begin(&layout)?;
         }
+        self.moments = Moments::of(simulation);
         let record = &scenario.file.record;
         self.sensors = simulation.sensors.channels();
         self.latest = vec![f64::NAN; self.sensors.len()];
@@ -263,6 +312,8 @@ impl Observer for Recorder<'_> {
         if f.time_ns >= self.next_row_ns {
             self.chunk.time_ns.push(f.time_ns);
             self.row(f);
+            let come = self.moments.come(f.truth.t_s, f.truth.chainage_m);
+            self.chunk.events.extend(come.map(|text| (f.time_ns, text)));
             // A value stands in the row of the period it arrived in, and in no other.
             self.latest.fill(f64::NAN);
             while self.next_row_ns <= f.time_ns {

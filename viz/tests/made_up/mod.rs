@@ -49,6 +49,7 @@ impl Run {
             profile: &self.profile,
             obstacles: &self.obstacles,
             zones: &[],
+            emphasis: Default::default(),
         }
     }
 

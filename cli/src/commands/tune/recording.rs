@@ -24,7 +24,9 @@ pub fn write(
         note(&viewer::not_written("before_after.rrd"));
         return Ok(());
     };
-    let mut recorder = Recorder::new(vec![sink]).with(BoundChannels::default());
+    let mut recorder = Recorder::new(vec![sink])
+        .with(BoundChannels::default())
+        .comparing("default", "winner");
     let recorded = run(&mut simulation, &mut [&mut recorder], go_on);
     let kept = recorded.map_err(CliError::from).and_then(|outcome| {
         if outcome.interrupted {
