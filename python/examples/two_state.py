@@ -49,6 +49,8 @@ class TwoState:
         return monorig.Estimate(
             total_mass=(self.mass_kg, 1000.0, False),
             grade=(self.slope, math.sqrt(self.p_ss), True),
+            # that of the whole train is another while only a part of it is on the climb
+            effective_grade=(self.slope, math.sqrt(self.p_ss), False),
             speed=(self.v, math.sqrt(self.p_vv), True),
         )
 
