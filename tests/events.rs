@@ -6,6 +6,7 @@ use monorig_sim::closed_loop::run::{Observer, StepFrame, run};
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use monorig_sim::plant::Truth;
+use monorig_sim::record::{Chunk, Layout, Recorder, Sink};
 use monorig_tests::{G, scenario, train};
 
 /// Keeps what a test asks for.
@@ -309,4 +310,62 @@ fn no_estimate_depends_on_the_clamp_pressure() {
             assert_eq!(faulty != sound, changes, "{sensor}: {fault}");
         }
     }
+}
+
+/// Keeps the events of a recording.
+struct EventSink(Vec<(i64, String)>);
+
+impl Sink for EventSink {
+    fn begin(&mut self, _: &Layout<'_>) -> Result<(), Error> {
+        Ok(())
+    }
+    fn chunk(&mut self, chunk: &Chunk) -> Result<(), Error> {
+        self.0.extend(chunk.events.iter().cloned());
+        Ok(())
+    }
+    fn finish(&mut self) -> Result<(), Error> {
+        Ok(())
+    }
+}
+
+/// A named point of the drive, the end of a fault, and the train's front and rear on a named stretch of the track are
+/// recorded in the row in which they come.
+#[test]
+fn named_moments_are_recorded_when_they_come() {
+    let off = "[{from_s: 10, to_s: 12, sensor: gyro, fault: 'off'}]";
+    let set = [("physics.plant", "point-mass"), ("events", off)];
+    let file = scenario("liu2023_section1", &set);
+    let mut rig = Simulation::build(file, &Registry::default(), 1).expect("rig");
+    let mut places = rig.rail.places.iter();
+    let climb = places.find(|p| p.name == "climb").expect("climb").clone();
+    let (imu_m, length_m) = (rig.imu_offset_m, rig.train.limits.length_m);
+    let (mut front_s, mut rear_s) = (f64::INFINITY, f64::INFINITY);
+    let mut look = Keep(|f: &StepFrame<'_>| {
+        let front_m = f.truth.chainage_m - imu_m;
+        if front_m >= climb.from_m {
+            front_s = front_s.min(f.truth.t_s);
+        }
+        if front_m - length_m >= climb.from_m {
+            rear_s = rear_s.min(f.truth.t_s);
+        }
+    });
+    let mut kept = EventSink(Vec::new());
+    let mut recorder = Recorder::new(vec![Box::new(&mut kept)]);
+    run(&mut rig, &mut [&mut recorder, &mut look], &mut |_| true).expect("run");
+    drop(recorder);
+    for (text, at_s) in [
+        ("at_speed", 4.0),
+        ("fault on gyro: off is over", 12.0),
+        ("front enters climb", front_s),
+        ("rear enters climb", rear_s),
+    ] {
+        let told = kept.0.iter().filter(|e| e.1 == text);
+        let times: Vec<f64> = told.map(|e| e.0 as f64 * 1e-9 - at_s).collect();
+        // a row every 20 ms
+        assert!(
+            times.len() == 1 && (-1e-6..0.021).contains(&times[0]),
+            "{text}: {times:?}"
+        );
+    }
+    assert!(kept.0.is_sorted_by_key(|e| e.0));
 }
