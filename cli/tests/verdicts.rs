@@ -330,8 +330,10 @@ fn a_known_failure_is_shown_and_not_red_until_it_is_worse_or_holds() {
 #[test]
 fn an_estimator_is_judged_where_a_bound_is_about_it() {
     let both = |expect: &str| {
-        quick(&format!("{expect}{MISLEADING}"))
-            .replace("{dffrls_aukf_robust: {}}", "{dffrls_aukf_robust: {}, attitude: {}}")
+        quick(&format!("{expect}{MISLEADING}")).replace(
+            "{dffrls_aukf_robust: {}}",
+            "{dffrls_aukf_robust: {}, attitude: {}}",
+        )
     };
     let of_attitude =
         "expect: [{estimator: attitude, metric: slope_availability, after_s: 6, at_least: 0.1}]\n";
@@ -361,7 +363,10 @@ fn seeds_from_another_one_on() {
     assert!(out.contains(told), "{out}");
     let json: serde_json::Value = serde_json::from_str(&dir.read("v.json")).unwrap();
     let runs = json["scenarios"][0]["runs"].as_array().unwrap();
-    let seeds: Vec<u64> = runs.iter().map(|run| run["seed"].as_u64().unwrap()).collect();
+    let seeds: Vec<u64> = runs
+        .iter()
+        .map(|run| run["seed"].as_u64().unwrap())
+        .collect();
     assert_eq!(seeds, [71, 72, 73, 74]);
     let both = ["test", "all", "--seeds-from", "71", "--seeds", "3"];
     assert_eq!(dir.monorig(&both).0, Some(2));
