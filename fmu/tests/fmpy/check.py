@@ -121,8 +121,8 @@ for name in names:
             fmu.set(new)
             if not sampled:
                 continue  # the command alone has changed: no step of the estimators
-            dt = now / 1e9 - last / 1e9
-            fmu.fmu.doStep(last / 1e9, dt)
+            dt = now * 1e-9 - last * 1e-9  # as the loop reckons
+            fmu.fmu.doStep(last * 1e-9, dt)
             last = now
             if now in rows:
                 row = rows[now]
