@@ -9,7 +9,7 @@ use quick_xml::events::{BytesDecl, Event};
 use std::collections::BTreeSet;
 use std::io::Result;
 
-/// What the description says beside the variables.
+/// The description beside the variables.
 pub(crate) struct Model<'a> {
     pub name: &'a str,
     pub about: &'a str,

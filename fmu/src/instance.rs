@@ -62,7 +62,7 @@ impl Log {
     }
 }
 
-/// How far an instance is.
+/// Phase of an instance.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Phase {
     /// Parameters are set.

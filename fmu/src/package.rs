@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// What an FMU is put together from.
+/// Parts that an FMU is put together from.
 pub struct Package {
     part: Part,
     about: String,

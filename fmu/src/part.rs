@@ -1,4 +1,4 @@
-//! What an FMU holds, as `resources/part.json` in it says.
+//! Content of an FMU, as `resources/part.json` in it says.
 
 use crate::package::Package;
 use monorig_estimators::Vehicle;
@@ -25,7 +25,7 @@ pub(crate) const LIBRARY: &str = "library.bin";
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum Part {
     /// An estimator.
-    Estimator(EstimatorPart),
+    Estimator(Box<EstimatorPart>),
     /// The plant with its instruments.
     Plant(PlantPart),
 }
@@ -152,7 +152,7 @@ pub fn estimator(
         sentence => sentence,
     };
     Ok(Package::new(
-        Part::Estimator(part),
+        Part::Estimator(Box::new(part)),
         about.to_owned(),
         None,
         files,

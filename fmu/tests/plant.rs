@@ -19,7 +19,7 @@ use std::ptr::null;
 
 type Handle = *mut c_void;
 
-/// What a run does in each step: command, samples by name, truth by name.
+/// A step of a run: command, samples by name, truth by name.
 struct Step {
     t_s: f64,
     command: Command,
@@ -202,11 +202,10 @@ impl Host {
         };
         // SAFETY: FMI 2.0 looks at all but the last argument.
         let set = unsafe { self.library.get::<Set>(name) }.unwrap();
+        let reference = self.references["seed"];
         // SAFETY: one reference and one value.
-        assert_eq!(
-            unsafe { set(self.handle, &self.references["seed"], 1, &seed, 1) },
-            0
-        );
+        let code = unsafe { set(self.handle, &reference, 1, &seed, 1) };
+        assert_eq!(code, 0);
     }
 
     fn set(&self, name: &str, x: f64) -> i32 {
@@ -232,12 +231,10 @@ impl Host {
         // SAFETY: FMI 2.0 looks at all but the last argument.
         let get = unsafe { self.library.get::<Get>(function) }.unwrap();
         let mut x = 0.0;
+        let reference = self.references[name];
         // SAFETY: one reference and one place.
-        assert_eq!(
-            unsafe { get(self.handle, &self.references[name], 1, &mut x, 1) },
-            0,
-            "{name}"
-        );
+        let code = unsafe { get(self.handle, &reference, 1, &mut x, 1) };
+        assert_eq!(code, 0, "{name}");
         x
     }
 
@@ -302,8 +299,8 @@ impl Drop for Host {
 fn the_plant_under_recorded_commands_makes_the_recorded_truth() {
     let folder = tempfile::tempdir().unwrap();
     for (file, seconds, seed) in [
-        ("minimal.yaml", 6.0, 3),
         ("guo2024_flat_turning.yaml", 3.0, 1),
+        ("minimal.yaml", 6.0, 3),
     ] {
         let mut native = simulation(file, seconds, seed);
         let (drives, dt_s) = (native.vehicle.drives, native.dt_s);

@@ -4,9 +4,11 @@
 
 mod common;
 
-use common::{bits, exported, imported, names, scenario, steps};
+use common::{bits, exported, imported, names, project, scenario, steps};
 use monorig_estimators::{Command, Estimator, Measurements, registry};
 use monorig_fmu::Fmi;
+use monorig_plugin::loads_libraries;
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::scenario::Settings;
 
 /// Estimates, reasons and refusals of all of ours, through one standard.
@@ -150,6 +152,35 @@ fn parameters_go_through_the_fmu() {
         let mut native = registry::build(NAME, &vehicle, [("delta", 0.9.into())]).unwrap();
         let mut foreign = of_type.build(&vehicle, &[("delta", 0.9.into())]).unwrap();
         assert_eq!(last(&mut native), last(&mut *foreign));
+    }
+}
+
+/// A library with the header of C as an FMU is what it is as a library.
+#[test]
+#[cfg(unix)] // compiles with `cc`
+fn a_library_of_c_becomes_an_fmu() {
+    let folder = tempfile::tempdir().unwrap();
+    let library = folder.path().join("two_state.so");
+    let mut cc = std::process::Command::new(std::env::var_os("CC").unwrap_or("cc".into()));
+    cc.args(["-shared", "-fPIC", "-O2", "-std=c99", "-I"]);
+    cc.arg(project().join("abi/include"))
+        .arg("-o")
+        .arg(&library);
+    cc.arg(project().join("examples/own_estimator_c/two_state.c"));
+    assert!(cc.arg("-lm").status().unwrap().success());
+    let at = library.display().to_string();
+    let settings = Settings::of_type("two_state").in_library(&at, library);
+    let registry = loads_libraries(Registry::default());
+    let of_library = registry.estimator_of("mine", &settings).unwrap();
+    let (vehicle, steps) = steps("minimal.yaml", 4.0);
+    for fmi in [Fmi::Two, Fmi::Three] {
+        let file = exported(&settings, &scenario("minimal.yaml"), fmi, folder.path());
+        let mut direct = of_library.build(&vehicle, &[]).unwrap();
+        let mut fmu = imported(&file).build(&vehicle, &[]).unwrap();
+        for (i, (z, u, dt)) in steps.iter().enumerate() {
+            let (a, b) = (direct.step(z, u, *dt), fmu.step(z, u, *dt));
+            assert_eq!(bits(&a.unwrap()), bits(&b.unwrap()), "step {i}");
+        }
     }
 }
 

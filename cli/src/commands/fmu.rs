@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 
 const FMU_EXAMPLES: &str = "\
 Examples:
-  monorig fmu estimator rail_fusion --scenario scenarios/minimal.yaml --out rail_fusion.fmu
+  monorig fmu estimator rail_fusion --scenario scenarios/minimal.yaml \\
+      --out rail_fusion.fmu
   monorig fmu estimator dffrls_aekf --scenario scenarios/minimal.yaml --fmi 3 \\
       --set lambda0=0.98 --out dffrls_aekf.fmu
   monorig fmu estimator two_state --library ./two_state.so \\
@@ -19,8 +20,8 @@ Examples:
       a library with monorig_estimator.h as an FMU, without FMI in it
   monorig fmu plant scenarios/minimal.yaml --out plant.fmu
 
-FMUs for co-simulation, for Simulink and other tools. They have a binary for the
-system that this program runs on.";
+FMUs for co-simulation, for Simulink and other tools. They have a binary for
+the system that this program runs on.";
 
 /// Write an estimator or the plant of a scenario as an FMU, for Simulink and other tools.
 #[derive(Debug, clap::Parser)]

@@ -1,4 +1,4 @@
-//! What stands behind the variables of an FMU.
+//! Estimator or plant behind the variables of an FMU.
 
 mod estimator;
 mod plant;
@@ -32,7 +32,7 @@ pub(crate) trait Model {
 /// The variables of a part and what stands behind them.
 pub(crate) fn of(part: Part, resources: &Path) -> Result<(Vec<Variable>, Box<dyn Model>), String> {
     match part {
-        Part::Estimator(part) => estimator::of(part, resources),
+        Part::Estimator(part) => estimator::of(*part, resources),
         Part::Plant(part) => plant::of(part, resources),
     }
 }

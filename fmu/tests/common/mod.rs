@@ -21,7 +21,13 @@ pub fn scenario(name: &str) -> PathBuf {
 
 /// A scenario of so many seconds, ready to run.
 pub fn simulation(name: &str, seconds: f64, seed: u64) -> Simulation {
-    let changes = [("stop.after_s".to_owned(), seconds.to_string())];
+    let seconds = seconds.to_string();
+    let changes = [
+        ("stop.after_s", &seconds[..]),
+        ("expect", "[]"),
+        ("known_failures", "[]"),
+    ];
+    let changes = changes.map(|(key, value)| (key.to_owned(), value.to_owned()));
     let scenario = Scenario::load(&scenario(name), &changes).unwrap();
     Simulation::build(scenario, &Registry::default(), seed).unwrap()
 }

@@ -94,7 +94,7 @@ monorig("run", SCENARIO, "--keep-samples", "--no-rerun", "--set", f"stop.after_s
 folder = next((out / "run").rglob("samples.parquet")).parent
 samples = pyarrow.parquet.read_table(folder / "samples.parquet").to_pydict()
 channels = pyarrow.parquet.read_table(folder / "channels.parquet")
-times = numpy.asarray(channels["time"]).astype("int64")
+times = numpy.rint(numpy.asarray(channels["time"]) * 1e9).astype("int64")
 rows = {int(t): i for i, t in enumerate(times)}
 inputs = {column: name_of(column) for column in samples if column != "arrival_ns" and not column.startswith("truth.")}
 
@@ -112,16 +112,17 @@ for name in names:
         there = {column: name_ for column, name_ in inputs.items() if name_ in fmu.references}
         last, wrong = 0, 0
         for i, now in enumerate(samples["arrival_ns"]):
-            new = {}
+            new, sampled = {}, False
             for column, name_ in there.items():
                 x = samples[column][i]
                 if x is not None:
+                    sampled |= column.endswith("stamp_ns")
                     new[name_] = x / 1e9 if column.endswith("stamp_ns") else x
             fmu.set(new)
-            if not any("_t" in n for n in new):
+            if not sampled:
                 continue  # the command alone has changed: no step of the estimators
-            dt = now / 1e9 - last / 1e9
-            fmu.fmu.doStep(last / 1e9, dt)
+            dt = now * 1e-9 - last * 1e-9  # as the loop reckons
+            fmu.fmu.doStep(last * 1e-9, dt)
             last = now
             if now in rows:
                 row = rows[now]

@@ -5,7 +5,7 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 use std::collections::BTreeMap;
 
-/// What the description says.
+/// The description, as far as a run needs it.
 #[derive(Debug, Default)]
 pub(crate) struct Description {
     /// FMI 3.0, not 2.0.
@@ -61,7 +61,7 @@ pub(crate) struct Variable {
     declared: Option<String>,
 }
 
-/// What a type of the FMU says of its variables.
+/// A type of the FMU, for its variables.
 #[derive(Default)]
 struct DeclaredType {
     unit: Option<String>,
@@ -69,7 +69,7 @@ struct DeclaredType {
     words: Vec<(String, i64)>,
 }
 
-/// What is said so far.
+/// The description while it is read.
 #[derive(Default)]
 struct Reading {
     description: Description,
@@ -224,7 +224,7 @@ impl Reading {
         Ok(())
     }
 
-    /// What an element says of the type of the last variable.
+    /// Takes the type of the last variable from an element.
     fn typed(&mut self, e: &BytesStart<'_>, element: &str) -> Read<()> {
         let Some(v) = self.description.variables.last_mut() else {
             return Ok(());

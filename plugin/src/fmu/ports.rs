@@ -66,7 +66,7 @@ pub(crate) struct Ports {
     pub refused: Option<usize>,
     /// The parameter that says that samples have stamps.
     pub stamped: Option<u32>,
-    /// What the FMU does not say of each step.
+    /// Values that the FMU does not give in each step.
     pub start: Estimate,
     /// It gives no effective grade: that is the grade.
     pub grade_is_effective: bool,
