@@ -1,7 +1,7 @@
 //! Wheel speeds, which measure the speed: gate of each wheel (slip), and the mean of the rest.
 //!
-//! h = (v + v̇ τ − l_z θ̇)(1 + e_w), R = σ_w²/n for n wheels in use. θ̇ is that of the step, linear in the state; τ is the
-//! time by which the wheels are ahead of the accelerometer by their stamps, and v̇ τ is known.
+//! h = (v + v̇ τ − l_z θ̇)(1 + e_w), R = σ_w²/n for n wheels in use. θ̇ is that of the step, linear in the state; τ is
+//! the time by which the wheels are ahead of the accelerometer by their stamps, and v̇ τ is known.
 
 use nalgebra::SVector;
 
