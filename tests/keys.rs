@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// What a key is to change.
+/// The part of a run that a key is to change.
 #[derive(Clone, Copy, PartialEq)]
 enum Changes {
     /// The motion of the train.
@@ -23,7 +23,7 @@ enum Changes {
 }
 use Changes::{Estimates, Motion, Run, Seen};
 
-/// Keys of the schema with a value that differs from that of the base. `[]` stands for a list, whose whole value is set.
+/// Keys of the schema with a value that differs from that of the base. `[]` stands for a list, which is set as a whole.
 const KEYS: &[(&str, &str, &str, Changes)] = &[
     ("drive.accel_mps2", "drive.accel_mps2", "0.1", Motion),
     (
@@ -250,7 +250,7 @@ fn drive(set: &[(&str, &str)]) -> [u64; 3] {
     [motion.finish(), estimates.finish(), steps]
 }
 
-/// What else is set where a key needs it, in both drives.
+/// Further keys that are set in both drives where a key needs them.
 const WITH: &[(&str, &[(&str, &str)])] = &[
     (
         "drive.every_s",

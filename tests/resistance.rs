@@ -69,7 +69,11 @@ fn climb() -> Climb {
             force_n = force_n.max(f.truth.traction_n);
         }
         internals.clear();
-        f.estimators[0].internals(&mut internals);
+        let found = f
+            .estimators
+            .iter()
+            .find(|e| e.name.starts_with("resistance"));
+        found.expect("estimator").internals(&mut internals);
     });
     Climb {
         accelerometer: (internals[0], internals[1]),

@@ -132,8 +132,8 @@ pub struct Truth {
     /// Speed of the IMU itself along the rail, m/s. Below the rail it differs from `speed_mps` by the share height ×
     /// vertical curvature: less on a crest, more in a sag.
     pub speed_at_imu_mps: f64,
-    /// Grade of the rail at the IMU's chainage, rad, + uphill (the primary slope truth). Kinks of rail joints are in it,
-    /// their steps are not: a step of a millimetre is no grade.
+    /// Grade of the rail at the IMU's chainage, rad, + uphill (the primary slope truth). Kinks of rail joints are in
+    /// it, their steps are not: a step of a millimetre is no grade.
     pub grade_at_imu_rad: f64,
     /// Pitch of the body that carries the IMU, rad, + nose up.
     pub pitch_at_imu_rad: f64,

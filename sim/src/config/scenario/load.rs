@@ -113,7 +113,8 @@ fn include_parameters(
     Ok(included)
 }
 
-/// Finds the libraries and FMUs that estimators name, from the document's folder, and reads them: the inputs have their digests.
+/// Finds the libraries and FMUs that estimators name, from the document's folder, and reads them: the inputs have
+/// their digests.
 fn find_libraries(
     estimators: &mut BTreeMap<String, Settings>,
     document: &Document,

@@ -95,8 +95,8 @@ impl JsonSchema for ParameterValue {
     }
 }
 
-/// One estimator of a scenario: its type, the library or FMU it is in if it is foreign, and its parameters, those of the file
-/// named `from`, if any, with the others in their place.
+/// One estimator of a scenario: its type, the library or FMU it is in if it is foreign, and its parameters, those of
+/// the file named `from`, if any, with the others in their place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
     /// Name of its type in the registry; none = the name it has in the scenario.
