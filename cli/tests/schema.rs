@@ -1,6 +1,8 @@
 //! The schemas under docs/schema are those of the code, and every file names its own in its first line. Both are
 //! written anew with `MONORIG_UPDATE=1 cargo test --release --workspace --test schema`.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use common::{TestFolder, project};

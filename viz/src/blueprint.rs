@@ -439,7 +439,7 @@ mod tests {
         };
         let named = |title: &str, n: usize| (title.to_owned(), n);
         let (slope, speed) = (named("Slope error", 1), named("Speed", 0));
-        assert_eq!(of(&largest, true), [slope.clone()]);
+        assert_eq!(of(&largest, true), std::slice::from_ref(&slope));
         assert_eq!(of(&largest, false), [slope.clone(), speed.clone()]);
         // a viewer that watches gets its layout before there are values
         let before = [named("Mass error", 0), slope, speed];
