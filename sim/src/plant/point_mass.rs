@@ -99,7 +99,7 @@ impl PointMass {
         };
         let mut this = Self {
             cursor: Cursor::at(o.front_m + offset),
-            frame: rail.frame(o.front_m + offset),
+            frame: rail.frame_without_steps(o.front_m + offset, &mut Cursor::default()),
             drive,
             motor: TractionMotor::default(),
             clamp: Lag { value: clamp_mpa },
@@ -141,8 +141,8 @@ impl PointMass {
         t.speed_mps = self.v;
         t.speed_at_imu_mps = self.v;
         t.accel_mps2 = accel;
-        t.grade_at_imu_rad = libm::asin(self.rail.sine_without_steps(f).clamp(-1.0, 1.0));
-        t.pitch_at_imu_rad = libm::asin(f.t.z.clamp(-1.0, 1.0));
+        t.grade_at_imu_rad = libm::asin(f.t.z.clamp(-1.0, 1.0));
+        t.pitch_at_imu_rad = t.grade_at_imu_rad;
         t.grade_effective_rad = t.grade_at_imu_rad;
         t.curvature_vertical_1pm = f.k.dot(&f.u);
         t.curvature_horizontal_1pm = f.k.dot(&f.l) / libm::sqrt((1.0 - f.t.z * f.t.z).max(1e-12));
@@ -235,7 +235,9 @@ impl Plant for PointMass {
         self.v += accel * dt;
         self.cursor.s += self.v * dt;
         self.ns += libm::round(dt * 1e9) as i64;
-        let after = self.rail.frame_at(self.cursor.s, &mut self.cursor);
+        let after = self
+            .rail
+            .frame_without_steps(self.cursor.s, &mut self.cursor);
         let normal = weight * cos;
         self.frame = after;
         self.update_truth(&after, accel, traction, against + rolling, brake, normal);

@@ -211,10 +211,7 @@ impl Rail {
 
     /// The frame at s; the cursor is moved there. Faster than [`Rail::frame`] when s is near the cursor.
     pub fn frame_at(&self, s: f64, cursor: &mut Cursor) -> RailFrame {
-        cursor.node = self.nodes.find(s, cursor.node);
-        cursor.s = s;
-        let at = self.nodes.eval(cursor.node, s);
-        RailFrame::new(s, at.p, at.t, at.k)
+        frame_of(&self.nodes, s, cursor)
     }
 
     /// Chainage of the point of the rail's line in whose cross-section `p` lies: (p − p(s))·t(s) = 0, solved by
@@ -233,8 +230,17 @@ impl Rail {
     /// As [`Rail::track`], on the line without the steps of joints: a step is no grade, and a point well below the rail
     /// has no one place beside it. Kinks of joints are in it.
     pub(crate) fn track_without_steps(&self, p: &Vector3<f64>, cursor: &mut Cursor) -> RailFrame {
-        let nodes = self.without_steps.as_ref().unwrap_or(&self.nodes);
-        nodes.track(p, cursor)
+        self.smooth().track(p, cursor)
+    }
+
+    /// As [`Rail::frame_at`], on the line without the steps of joints: a point has no wheels that roll over them.
+    pub(crate) fn frame_without_steps(&self, s: f64, cursor: &mut Cursor) -> RailFrame {
+        frame_of(self.smooth(), s, cursor)
+    }
+
+    /// The line without the steps of joints.
+    fn smooth(&self) -> &Nodes {
+        self.without_steps.as_ref().unwrap_or(&self.nodes)
     }
 
     /// Sine of the grade at a frame of the rail, without the steps of joints.
@@ -261,6 +267,14 @@ impl Rail {
         frames.push(self.frame_at(self.length, &mut cursor));
         frames
     }
+}
+
+/// The frame of a line at s; the cursor is moved there.
+fn frame_of(nodes: &Nodes, s: f64, cursor: &mut Cursor) -> RailFrame {
+    cursor.node = nodes.find(s, cursor.node);
+    cursor.s = s;
+    let at = nodes.eval(cursor.node, s);
+    RailFrame::new(s, at.p, at.t, at.k)
 }
 
 /// Thickness with which a road is drawn, m.
