@@ -162,7 +162,7 @@ fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> TuningStudy {
     let scenarios = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios");
     let run = |seed: u64| {
         format!(
-            "[{{scenario: '{scenarios}/liu2023_section1.yaml', set: {{drive.controller.feedforward: {feedforward}, stop.after_s: 60}}, seeds: [{seed}]}}]"
+            "[{{scenario: '{scenarios}/liu2023_section1.yaml', set: {{drive.controller.feedforward: {feedforward}, in_loop: dffrls_aekf_robust, stop.after_s: 60}}, seeds: [{seed}]}}]"
         )
     };
     let metrics: Vec<String> = metrics
@@ -227,6 +227,7 @@ fn a_trial_in_the_closed_loop_is_the_run_with_its_parameter() {
             &[
                 ("stop.after_s", "60"),
                 ("drive.controller.feedforward", "estimate"),
+                ("in_loop", "dffrls_aekf_robust"),
                 (
                     "estimators.dffrls_aekf_robust",
                     &format!("{{delta: {delta}}}"),
