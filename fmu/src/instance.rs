@@ -23,7 +23,7 @@ pub(crate) type LogTwo =
 /// Logger of FMI 3.0: environment, status, category, message.
 pub(crate) type LogThree = unsafe extern "C" fn(*mut c_void, i32, *const c_char, *const c_char);
 
-/// Where messages go. It is a copy: an importer may keep its callbacks only as long as the call that gives them.
+/// The receiver of messages. It is a copy: an importer may keep its callbacks only as long as the call that gives them.
 #[derive(Clone, Copy)]
 pub(crate) enum Log {
     Two(Option<LogTwo>, *mut c_void),

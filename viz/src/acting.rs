@@ -22,7 +22,7 @@ struct ActingLane {
 
 enum Acts {
     Faults(Vec<MarkedTime>),
-    /// Where the IMU is, by the channel of its chainage.
+    /// Place of the IMU, by the channel of its chainage.
     Stretches(Vec<MarkedStretch>, usize),
 }
 

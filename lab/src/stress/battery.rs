@@ -295,7 +295,7 @@ impl Base {
 }
 
 /// The changes that put estimators side by side: all see the same measurements, so that none of them is in the loop.
-/// Where the feed-forward of the controller came from an estimate it comes from the truth. Expectations are of the
+/// The feed-forward of the controller comes from the truth where it came from an estimate. Expectations are of the
 /// scenario without a condition, and go.
 fn side_by_side(
     scenario: &Scenario,

@@ -21,7 +21,7 @@ pub(crate) struct Fmu {
     pub at: String,
     pub description: Description,
     pub calls: Calls,
-    /// Where its resources are.
+    /// Folder of its resources.
     pub resources: PathBuf,
     /// True while its one instance is in use; none for one that can have several.
     pub in_use: Option<AtomicBool>,

@@ -41,3 +41,45 @@ impl WheelsAhead {
 }
 
 state!(WheelsAhead { mean_s, known_s; });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The speed gained at 1 m/s² once the ages of force and wheels, s, have lasted for 10 s.
+    fn gained([force_s, wheels_s]: [Real; 2]) -> Real {
+        let mut ahead = WheelsAhead::default();
+        let channels = Channels {
+            age_s: [0.7, force_s, wheels_s],
+            ..Channels::default()
+        };
+        for _ in 0..1000 {
+            ahead.step(&channels, 0.01);
+        }
+        ahead.gained(1.0).0
+    }
+
+    #[test]
+    fn wheels_that_are_newer_than_the_force_have_gained_speed() {
+        for (ages, expected) in [
+            ([0.1, 0.0], 0.1),
+            ([0.0, 0.1], -0.1),
+            ([0.2, 0.2], 0.0),
+            // a clock that is ahead, and one that is far behind
+            ([-0.4, 0.0], 0.0),
+            ([2.0, 0.0], 0.0),
+        ] {
+            assert!((gained(ages) - expected).abs() < 1e-3, "{ages:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_known_of_the_gain_grows_with_the_square_of_the_time() {
+        let of = |mean_s| {
+            let known_s = MEMORY_S;
+            WheelsAhead { mean_s, known_s }.gained(0.0).1
+        };
+        assert_eq!(of(0.0), 0.0);
+        assert!((of(0.2) / of(0.1) - 16.0).abs() < 1e-9);
+    }
+}
