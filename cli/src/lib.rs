@@ -80,6 +80,8 @@ use monorig_estimators::api::params::Parameters;
 use monorig_estimators::api::signals::Vehicle;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::control::{Controller, ControllerSetup};
+use monorig_sim::plant::{Plant, PlantSetup};
+use monorig_sim::sensors::{Fitting, Instrument};
 use std::ffi::OsString;
 use std::fmt::Display;
 use std::process::ExitCode;
@@ -113,7 +115,7 @@ struct Arguments {
     in_process: bool,
 }
 
-/// The program: commands over a registry of estimators and controllers.
+/// The program: commands over a registry of estimators, controllers, instruments and plants.
 #[derive(Debug)]
 pub struct App {
     registry: Registry,
@@ -129,12 +131,12 @@ impl Default for App {
 }
 
 impl App {
-    /// Makes a program with the estimators and controllers of monorig.
+    /// Makes a program with the parts of monorig.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Makes a program with the estimators and controllers of this registry and no others.
+    /// Makes a program with the parts of this registry and no others.
     pub fn with_registry(registry: Registry) -> Self {
         Self {
             registry,
@@ -187,6 +189,39 @@ impl App {
         C: Controller + Send + 'static,
     {
         let mistake = self.registry.controller(name, build).err();
+        self.keep_first(mistake.map(|e| e.to_string()));
+        self
+    }
+
+    /// Adds a type of instrument with the parameters `P`, which a scenario names under `instruments`, as
+    /// [`App::estimator`] does. [`Instrument::name`] of what it builds is this name.
+    pub fn instrument<P, I>(
+        mut self,
+        name: &str,
+        build: impl Fn(&Fitting<'_>, &P) -> I + Send + Sync + 'static,
+    ) -> Self
+    where
+        P: Parameters + 'static,
+        I: Instrument + 'static,
+    {
+        let mistake = self.registry.instrument(name, build).err();
+        self.keep_first(mistake.map(|e| e.to_string()));
+        self
+    }
+
+    /// Adds a type of plant with the parameters `P`, which a scenario names as `physics.plant`, as [`App::estimator`]
+    /// does. It may refuse a vehicle or its parameters with a reason in words.
+    pub fn plant<P, T, R>(
+        mut self,
+        name: &str,
+        build: impl Fn(&PlantSetup<'_>, &P) -> Result<T, R> + Send + Sync + 'static,
+    ) -> Self
+    where
+        P: Parameters + 'static,
+        T: Plant + 'static,
+        R: Display,
+    {
+        let mistake = self.registry.plant(name, build).err();
         self.keep_first(mistake.map(|e| e.to_string()));
         self
     }

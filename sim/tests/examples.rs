@@ -4,8 +4,6 @@
 mod own_controller;
 #[path = "../examples/own_estimator.rs"]
 mod own_estimator;
-#[path = "../examples/scenario_in_code.rs"]
-mod scenario_in_code;
 
 #[test]
 fn own_estimator_beside_ours() {
@@ -15,9 +13,4 @@ fn own_estimator_beside_ours() {
 #[test]
 fn own_controller_drives_the_train() {
     own_controller::main().expect("it runs");
-}
-
-#[test]
-fn scenario_in_code_without_a_file() {
-    scenario_in_code::main().expect("it runs");
 }

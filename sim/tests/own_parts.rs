@@ -2,13 +2,19 @@
 
 #![allow(clippy::unwrap_used)]
 
-use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements, Value, Vehicle};
+use monorig_estimators::{
+    Command, Error, Estimate, Estimator, Measurements, Sample, Time, Value, Vehicle,
+};
 use monorig_sim::closed_loop::registry::Refusal;
 use monorig_sim::closed_loop::run::Steps;
 use monorig_sim::config::scenario::{ControllerSettings, FeedForward, PlantKind};
+use monorig_sim::plant::PlantSetup;
+use monorig_sim::plant::point_mass::PointMass;
+use monorig_sim::sensors::fault::FaultWindow;
+use monorig_sim::sensors::{Fitting, SensorChannel, StepInterval};
 use monorig_sim::{
-    Controller, ControllerSetup, DriveCycle, Perception, Plant, Rail, Reference, Registry,
-    Scenario, Settings, Sheet, Simulation, SimulationBuilder, StepFrame, Train, Truth,
+    Controller, ControllerSetup, DriveCycle, Instrument, Perception, Plant, Rail, Reference,
+    Registry, Scenario, Settings, Sheet, Simulation, SimulationBuilder, StepFrame, Train, Truth,
 };
 use std::path::{Path, PathBuf};
 
@@ -97,13 +103,73 @@ fn from_file(more: &str) -> Result<Simulation, String> {
     )
     .unwrap();
     let scenario = Scenario::load(&path, &[]).map_err(|e| e.to_string())?;
+    Simulation::build(scenario, &parts(), 1).map_err(|e| e.to_string())
+}
+
+monorig_estimators::params! {
+    /// Parameters of a radar.
+    RadarParams {
+        scale ["-"] = 1.0, 0.5 => 2.0, "What it shows of a speed of 1 m/s.";
+        rate_hz ["Hz"] = 100.0, 1.0 => 1000.0, "Samples per second.";
+    }
+}
+
+/// Measures the speed of the train, into `auxiliary_1`.
+struct Radar(RadarParams);
+
+impl Instrument for Radar {
+    fn name(&self) -> &str {
+        "radar"
+    }
+    fn rate_hz(&self) -> f64 {
+        self.0.rate_hz
+    }
+    fn measure(
+        &mut self,
+        step: StepInterval,
+        truth: &Truth,
+        z: &mut Measurements,
+    ) -> Result<(), monorig_sim::Error> {
+        z.auxiliary[0] = Some(Sample {
+            t: Time::from_ns(step.to_ns),
+            value: truth.speed_mps * self.0.scale,
+        });
+        Ok(())
+    }
+    fn add_fault(&mut self, _: Option<usize>, _: FaultWindow) {}
+    fn channels(&self) -> Vec<SensorChannel> {
+        let value = |z: &Measurements| z.auxiliary[0].map(|s| s.value);
+        vec![SensorChannel::new("auxiliary_1", "m/s", value)]
+    }
+}
+
+monorig_estimators::params! {
+    /// Parameters of a point mass that a program adds.
+    PointParams { load_mass_kg ["kg"] = 10e3, 0.0 => 20e3, "The load that is really there."; }
+}
+
+/// The registry of a program that adds a part of each kind.
+fn parts() -> Registry {
     let mut registry = Registry::default();
     registry
         .estimator("constant", |_: &Vehicle, p: &ConstantParams| {
             Constant(vec![p.mass_kg])
         })
         .unwrap();
-    Simulation::build(scenario, &registry, 1).map_err(|e| e.to_string())
+    registry
+        .instrument("radar", |_: &Fitting<'_>, p: &RadarParams| Radar(*p))
+        .unwrap();
+    registry
+        .instrument("sonar", |_: &Fitting<'_>, p: &RadarParams| Radar(*p))
+        .unwrap();
+    registry
+        .plant("point", |s: &PlantSetup<'_>, p: &PointParams| {
+            let train = s.train.clone().with_load_mass(p.load_mass_kg);
+            let train = train.map_err(|_| "this load is too heavy for the train")?;
+            Ok::<_, &str>(PointMass::new(train, s.rail.clone(), s.options))
+        })
+        .unwrap();
+    registry
 }
 
 const DRIVE: &str = "drive: {speed: [{at_s: 0, mps: 0}, {at_s: 4, mps: 1}]}";
@@ -242,6 +308,74 @@ fn boxes_of_ones_own_run_beside_the_registry() {
     let mut sim = named.build(1).unwrap();
     sim.run(&mut []).unwrap();
     assert!(sim.plant.truth().speed_mps.abs() < 1e-3);
+}
+
+/// A scenario names an instrument and a plant of the program's own, with parameters, faults and changes.
+#[test]
+fn an_instrument_and_a_plant_by_name() {
+    let more = format!("{DRIVE}\nestimators: {{constant: {{}}}}");
+    let ours = bits(&mut from_file(&more).unwrap());
+    let own = more.replace("drive", "instruments: {radar: {scale: 2}}\nevents: [{name: blind, from_s: 1, to_s: 2, sensor: radar, fault: 'off'}]\ndrive");
+    let mut sim = from_file(&own).unwrap();
+    assert!(sim.sensors.names().contains(&"radar".to_owned()));
+    let mut seen = Vec::new();
+    let mut watch = |f: &StepFrame<'_>| {
+        let radar = f.measurements.auxiliary[0];
+        seen.extend(radar.map(|s| (s.value, 2.0 * f.truth.speed_mps)));
+    };
+    sim.run(&mut [&mut watch]).unwrap();
+    assert!(seen.len() > 1000 && seen.iter().all(|(a, b)| a == b));
+
+    let with = |plant: &str| {
+        in_code()
+            .registry(&parts())
+            .plant_kind(PlantKind::named(plant))
+    };
+    let estimated = |b: SimulationBuilder| b.registered_estimator("constant", Settings::default());
+    assert_eq!(bits(&mut estimated(with("point")).build(1).unwrap()), ours);
+    assert_eq!(
+        bits(&mut estimated(with("point-mass")).build(1).unwrap()),
+        ours
+    );
+    let values = [("load_mass_kg".to_owned(), 5e3.into())].into();
+    let lighter = PlantKind::Own {
+        kind: "point".into(),
+        values,
+    };
+    let lighter = estimated(with("rapier")).plant_kind(lighter).build(1);
+    assert_ne!(bits(&mut lighter.unwrap()), ours);
+
+    for (wrong, told) in [
+        ("instruments: {raddar: {}}", "did you mean `radar`"),
+        ("instruments: {radar: {scal: 1}}", "did you mean `scale`"),
+        ("instruments: {radar: {scale: 3}}", "3 is not"),
+        (
+            "instruments: {radar: {rate_hz: 900}}",
+            "more than one sample per physics step",
+        ),
+        ("instruments: {sonar: {}}", "calls itself `radar`"),
+    ] {
+        let found = from_file(&format!("{more}\n{wrong}")).err().unwrap();
+        assert!(
+            found.contains(told) && found.contains("instruments"),
+            "{found}"
+        );
+        assert!(found.contains("sample.yaml"), "{found}");
+    }
+    for (plant, told) in [
+        ("pointmass", "did you mean `point-mass`"),
+        ("pont", "did you mean `point`"),
+    ] {
+        let found = refusal(with(plant).build(1));
+        assert!(
+            found.contains(told) && found.contains("physics.plant"),
+            "{found}"
+        );
+    }
+    let taken = |s: &PlantSetup<'_>, _: &PointParams| {
+        Ok::<_, String>(PointMass::new(s.train.clone(), s.rail.clone(), s.options))
+    };
+    assert!(parts().plant("rapier", taken).is_err());
 }
 
 #[test]

@@ -118,18 +118,22 @@ fn parameters(of: Option<&str>, registry: &Registry) -> Result<Vec<Entry>, CliEr
     };
     let Some(name) = of else {
         return Err(CliError::Refused {
-            message: "of which estimator or controller?".into(),
+            message: "of which estimator, controller, instrument or plant?".into(),
             help: "name one, such as `monorig list parameters dffrls_aekf_robust`; `monorig list estimators` has their names".into(),
         });
     };
     let controllers = registry.controllers().iter();
-    let keys: Vec<&Key> = match controllers.clone().find(|c| c.name() == name) {
-        Some(controller) => controller.keys().collect(),
-        None => registry
-            .find_estimator(name)
-            .map_err(refused)?
-            .keys()
-            .collect(),
+    let instruments = registry.instruments().iter();
+    let plants = registry.plants().iter();
+    let mut others = (controllers.map(|t| (t.name(), t.keys().collect::<Vec<_>>())))
+        .chain(instruments.map(|t| (t.name(), t.keys().collect())))
+        .chain(plants.map(|t| (t.name(), t.keys().collect())));
+    let keys: Vec<&Key> = match others.find(|(other, _)| *other == name) {
+        Some((_, keys)) => keys,
+        None => {
+            let of_type = registry.find_estimator(name).map_err(refused)?;
+            of_type.keys().collect()
+        }
     };
     Ok(keys.into_iter().map(parameter).collect())
 }
@@ -184,13 +188,15 @@ fn sensors(registry: &Registry) -> Vec<Entry> {
     let schema = Value::from(format.schema(registry));
     let properties = schema["properties"].as_object().cloned();
     let instruments = properties.unwrap_or_default().into_iter();
-    instruments
+    let of_sheet = instruments
         .filter(|(_, property)| property.get("anyOf").is_some())
         .map(|(name, property)| {
             let doc = property["description"].as_str().unwrap_or_default();
             named(&name, doc)
-        })
-        .collect()
+        });
+    let own = registry.instruments().iter();
+    let own = own.map(|t| named(t.name(), t.description()));
+    of_sheet.chain(own).collect()
 }
 
 /// The scenarios in a folder and the folders in it, each with why it exists.

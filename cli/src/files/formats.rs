@@ -115,6 +115,8 @@ pub const KINDS: &[FileFormat] = &[
             TYPE,
             ESTIMATORS,
             ("/$defs/Controller/properties/kind", Words::Controllers),
+            ("/$defs/PlantKind", Words::Plants),
+            ("/properties/instruments", Words::OwnInstruments),
             METRIC_OF_BOUND,
             METRIC_OF_FAILURE,
             ("/$defs/Published/properties/metric", Words::Metric),

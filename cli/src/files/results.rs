@@ -6,6 +6,7 @@ use crate::viewer;
 use monorig_lab::explain::Budget;
 use monorig_lab::reports::study;
 use monorig_lab::tuning::trial_store::{Trial, TrialsHeader};
+use monorig_lab::verdicts::run_files::CHANNELS;
 use monorig_lab::verdicts::summary::Summary;
 use monorig_logs::export::{SAMPLES, Samples};
 use monorig_sim::config::file::{read_large, read_result, regular};
@@ -31,8 +32,6 @@ pub struct ResultKind {
 const ANY_JSON: &str = ".json";
 
 const PARQUET: &str = ".parquet";
-/// File name of the channels of a run.
-const CHANNELS: &str = "channels.parquet";
 
 /// Files that a run leaves beside its manifest.
 const OF_RUN: &[&str] = &[CHANNELS, "metrics.json", SAMPLES, "run.rrd"];

@@ -1,9 +1,10 @@
-//! Words in the schemas: names of estimators with their parameters, controllers, metrics and instruments, as the
-//! program has them.
+//! Words in the schemas: names of estimators with their parameters, controllers, plants, metrics and instruments, as
+//! the program has them.
 
 use monorig_estimators::api::params::{Key, KeyKind};
 use monorig_lab::metrics::METRICS;
 use monorig_sim::closed_loop::registry::{EstimatorType, Registry};
+use monorig_sim::config::scenario::PlantKind;
 use monorig_sim::sensors::instruments::SHEET_KEYS;
 use serde_json::{Map, Value, json};
 
@@ -14,6 +15,10 @@ pub enum Words {
     EstimatorTypes,
     /// The name of a type of controller.
     Controllers,
+    /// The name of a plant, with parameters if it is one that the program adds.
+    Plants,
+    /// The names of instruments that the program adds, with their parameters.
+    OwnInstruments,
     /// The name of a metric.
     Metric,
     /// The name of a metric, or a list of them.
@@ -38,6 +43,25 @@ impl Words {
         match self {
             Self::EstimatorTypes => one_of(key, types.iter().map(|t| t.name())),
             Self::Controllers => one_of(key, registry.controllers().iter().map(|t| t.name())),
+            Self::Plants => {
+                let mut names: Vec<&str> = PlantKind::names().collect();
+                names.extend(registry.plants().iter().map(|t| t.name()));
+                let names = json!({ "enum": names });
+                if let Some(either) = key.get_mut("anyOf") {
+                    either[1]["properties"]["kind"] = names.clone();
+                    either[0] = names;
+                }
+            }
+            Self::OwnInstruments => {
+                let own = registry.instruments().iter().map(|t| {
+                    let keys = t.keys().map(|key| (key.name.to_owned(), parameter(key)));
+                    let properties = Value::Object(keys.collect());
+                    let entry = json!({"type": "object", "description": t.description(), "properties": properties, "additionalProperties": false});
+                    (t.name().to_owned(), entry)
+                });
+                key.insert("properties".into(), Value::Object(own.collect()));
+                key.insert("additionalProperties".into(), false.into());
+            }
             Self::Metric => one_of(key, METRICS.iter().map(|m| m.name)),
             Self::Metrics => {
                 let mut one = Map::new();
@@ -51,10 +75,9 @@ impl Words {
             Self::Instruments => {
                 let mut named = Map::new();
                 // the first key is the source of the sheet
-                one_of(
-                    &mut named,
-                    SHEET_KEYS.iter().skip(1).copied().chain(["imu"]),
-                );
+                let own = registry.instruments().iter().map(|t| t.name());
+                let of_sheet = SHEET_KEYS.iter().skip(1).copied().chain(["imu"]);
+                one_of(&mut named, of_sheet.chain(own));
                 let one_of_several = json!({"pattern": "^[a-z_]+\\[[0-9]+\\]$"});
                 key.insert("anyOf".into(), json!([named, one_of_several]));
             }

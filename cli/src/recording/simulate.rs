@@ -9,13 +9,12 @@ use crate::ui::summary::About;
 use crate::viewer;
 use monorig_lab::bound::BoundChannels;
 use monorig_lab::verdicts::measure::SummaryObserver;
+use monorig_lab::verdicts::run_files::{CHANNELS, RunFiles};
 use monorig_lab::verdicts::summary::Summary;
 use monorig_logs::export::{SAMPLES, SampleRecorder};
 use monorig_sim::closed_loop::run;
 use monorig_sim::closed_loop::run::Observer;
-use monorig_sim::closed_loop::{Registry, Simulation, resolved};
-use monorig_sim::record::folder::RunFolder;
-use monorig_sim::record::manifest::{self, Manifest};
+use monorig_sim::closed_loop::{Registry, Simulation};
 use monorig_sim::record::parquet::ParquetSink;
 use monorig_sim::record::{BackgroundSink, Recorder, Sink};
 use serde_json::json;
@@ -111,9 +110,9 @@ pub fn simulate(
         .in_loop
         .and_then(|i| simulation.estimators.get(i));
     let in_loop = in_loop.map(|e| e.name.clone());
-    let folder = RunFolder::create(options.out, &scenario.name, seed)?;
-    let (inputs, name) = (scenario.input_digests(), &scenario.name);
-    for (file, sum) in &inputs {
+    let (out, registry) = (options.out, options.registry);
+    let files = RunFiles::create(out, &simulation, registry, &identity(), options.changes)?;
+    for (file, sum) in &scenario.input_digests() {
         detail(&format!(
             "read {file} (SHA-256 {})",
             sum.get(..12).unwrap_or(sum)
@@ -122,18 +121,10 @@ pub fn simulate(
     for (name, settings) in &scenario.file.estimators {
         detail(&format!("estimator {name}: {}", settings.origin(name)));
     }
-    let resolved = resolved(&scenario, options.registry);
-    let mut manifest = Manifest::new(&identity(), name, seed, inputs, resolved);
-    manifest.changes = options.changes.to_vec();
-
-    let parquet = ParquetSink::create(folder.path().join("channels.parquet"))?;
+    let parquet = ParquetSink::create(files.path(CHANNELS))?;
     let mut sinks: Vec<Box<dyn Sink>> = vec![Box::new(BackgroundSink::new(parquet))];
     if !options.no_rerun {
-        match viewer::sink(
-            folder.path().join(RECORDING),
-            options.live,
-            options.full_rate,
-        ) {
+        match viewer::sink(files.path(RECORDING), options.live, options.full_rate) {
             // it takes longest to finish: the others do so meanwhile
             Some(rerun) => sinks.insert(0, Box::new(BackgroundSink::new(rerun))),
             None => note(&viewer::not_written(RECORDING)),
@@ -154,7 +145,7 @@ pub fn simulate(
     }
     let mut pace = options.pace.map(Pace::new);
     let mut observers: Vec<&mut dyn Observer> = vec![&mut recorder, &mut metrics];
-    let mut samples = SampleRecorder::new(folder.path().join(SAMPLES));
+    let mut samples = SampleRecorder::new(files.path(SAMPLES));
     if options.keep_samples {
         observers.push(&mut samples);
     }
@@ -171,13 +162,7 @@ pub fn simulate(
     ));
 
     let summary = metrics.summary(&scenario, seed, &outcome);
-    folder.write("metrics.json", summary.to_json().as_bytes())?;
-    manifest.sum_outputs(folder.path())?;
-    folder.write(manifest::NAME, manifest.to_json().as_bytes())?;
-    let folder = match outcome.interrupted {
-        false => folder.commit()?,
-        true => folder.commit_interrupted()?,
-    };
+    let folder = files.finish(&summary, outcome.interrupted)?;
     for (name, settings) in &scenario.file.estimators {
         if settings.library.is_some() {
             note(&format!("{name} is {}", settings.origin(name)));

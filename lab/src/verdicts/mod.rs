@@ -4,6 +4,7 @@
 //! these can be measured at all) and the `integrity` of its estimators; [`findings`] are what misleads, worst
 //! first; [`verdict`] judges all seeds of a scenario together, and [`judgement`] says what this comes to; [`compare`]
 //! holds estimators against each other over the same runs, with the confidence [`interval`]s of their differences.
+//! [`run_files`] leaves the folder of a run.
 
 pub mod common;
 pub mod compare;
@@ -13,6 +14,7 @@ pub(crate) mod integrity;
 pub mod interval;
 pub mod judgement;
 pub mod measure;
+pub mod run_files;
 pub mod run_result;
 pub mod summary;
 pub mod verdict;

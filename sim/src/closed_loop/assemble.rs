@@ -9,8 +9,8 @@ use super::{checks, instruments, nominal_vehicle, obstacles, parts};
 use crate::config::scenario::{PlantKind, Scenario};
 use crate::control::{ControllerSetup, PerceptionModel};
 use crate::error::Error;
-use crate::plant::PlantOptions;
 use crate::plant::divergence::Causes;
+use crate::plant::{PlantOptions, PlantSetup};
 use crate::rail::Rail;
 use crate::sensors::Fitting;
 use crate::train::Train;
@@ -39,8 +39,8 @@ impl Simulation {
         SimulationBuilder::from_scenario(Scenario::load(path.as_ref(), &[])?)
     }
 
-    /// Read every file a scenario names, check them against each other, and build; estimators and controller come from
-    /// the registry.
+    /// Read every file a scenario names, check them against each other, and build; parts that it names come from the
+    /// registry.
     pub fn build(scenario: Scenario, registry: &Registry, seed: u64) -> Result<Self, Error> {
         SimulationBuilder::from_scenario(scenario)?
             .registry(registry)
@@ -54,11 +54,11 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
         rail,
         moving,
         sensors,
-        instruments: others,
+        instruments: mut others,
         registry,
         mut estimators,
         controller,
-        plant,
+        mut plant,
         ..
     } = builder;
     let s = &scenario.file;
@@ -90,6 +90,7 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
         joints_m: &joints_m,
         ..Fitting::new(&train, gravity, seed)
     };
+    others.extend(parts::instruments(&scenario, &registry, &on)?);
     let sensors = instruments::fit(&scenario, &specs, others, &on)
         .map_err(|e| e.in_file(&scenario, &sheet_file))?;
     let imu = sensors
@@ -110,6 +111,14 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
         obstacles: obstacles::place(&scenario, &rail)?,
     };
 
+    if plant.is_none() {
+        let setup = PlantSetup {
+            train: &train,
+            rail: &rail,
+            options: &options,
+        };
+        plant = parts::plant(&scenario, &registry, &setup)?;
+    }
     let vehicle = moving.nominal_vehicle(&scenario, &train, imu);
     let vehicle = nominal_vehicle::with_biases(vehicle, &specs, gravity);
     let vehicle = Vehicle::new(vehicle).map_err(|e| {

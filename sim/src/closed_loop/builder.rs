@@ -88,7 +88,7 @@ impl SimulationBuilder {
         self.sensors.as_ref().map(|(specs, _)| specs)
     }
 
-    /// Takes estimators and controller from this registry instead of [`Registry::default`].
+    /// Takes the parts that the scenario names from this registry instead of [`Registry::default`].
     pub fn registry(mut self, registry: &Registry) -> Self {
         self.registry = registry.clone();
         self
@@ -177,7 +177,7 @@ impl SimulationBuilder {
         self
     }
 
-    /// Chooses one of our plants for the train. Default: rigid bodies in rapier.
+    /// Chooses a plant by name: one of ours or of the registry. Default: rigid bodies in rapier.
     pub fn plant_kind(mut self, kind: PlantKind) -> Self {
         self.scenario.file.physics.plant = Some(kind);
         self

@@ -11,8 +11,8 @@ use std::path::Path;
 pub enum Unfit {
     /// A value of the data sheet.
     Sheet(DataError),
-    /// An event of the scenario.
-    Event(DataError),
+    /// A value of the scenario.
+    Scenario(DataError),
 }
 
 impl Unfit {
@@ -20,7 +20,7 @@ impl Unfit {
     pub fn in_file(self, scenario: &Scenario, sheet: &Path) -> Error {
         match self {
             Unfit::Sheet(e) => e.in_file(sheet),
-            Unfit::Event(e) => scenario.error(e.key, e.message, e.help),
+            Unfit::Scenario(e) => scenario.error(e.key, e.message, e.help),
         }
     }
 }
@@ -36,18 +36,19 @@ pub fn fit(
     let file = &scenario.file;
     check_vehicle(specs, file.car.is_some()).map_err(Unfit::Sheet)?;
     let mut suite = Suite::new(specs, on).map_err(Unfit::Sheet)?;
+    let dt_s = file.physics.dt_ms.get() * 1e-3;
+    suite.check_step(dt_s).map_err(Unfit::Sheet)?;
+    let others_wrong = |e: DataError| Unfit::Scenario(e.under("instruments"));
     for other in others {
-        suite.fit(other).map_err(Unfit::Sheet)?;
+        suite.fit(other).map_err(others_wrong)?;
     }
-    suite
-        .check_step(file.physics.dt_ms.get() * 1e-3)
-        .map_err(Unfit::Sheet)?;
+    suite.check_step(dt_s).map_err(others_wrong)?;
     for (i, event) in file.events.iter().enumerate() {
         let fault = event.sensor_fault().and_then(|fault| match fault {
             Some((sensor, window)) => suite.add_fault(sensor, window),
             None => Ok(()),
         });
-        fault.map_err(|e| Unfit::Event(e.under(&format!("events[{i}]"))))?;
+        fault.map_err(|e| Unfit::Scenario(e.under(&format!("events[{i}]"))))?;
     }
     Ok(suite)
 }

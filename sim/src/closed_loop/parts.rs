@@ -1,12 +1,14 @@
-//! Builds the estimators and the controller that a scenario names, from the registry.
+//! Builds the estimators, the controller, the instruments and the plant that a scenario names, from the registry.
 
 use super::builder::MakeEstimator;
 use super::estimators::RunningEstimator;
 use super::registry::{BoxedController, Refusal, Registry};
-use crate::config::scenario::Scenario;
+use crate::config::scenario::{PlantKind, Scenario, settings};
 use crate::control::ControllerSetup;
 use crate::error::Error;
 use crate::guarded::guarded;
+use crate::plant::{Plant, PlantSetup};
+use crate::sensors::{Fitting, Instrument};
 use monorig_estimators::api::signals::Vehicle;
 use std::collections::BTreeMap;
 
@@ -72,6 +74,60 @@ pub fn controller(
     }
     made(|| of_kind.build(vehicle, setup, &settings.named()))
         .map_err(|w| scenario.error("drive.controller", w.message, w.help))
+}
+
+/// The instruments that a scenario names beside those of its sheet, in the order of their names, checked and built.
+pub fn instruments(
+    scenario: &Scenario,
+    registry: &Registry,
+    on: &Fitting<'_>,
+) -> Result<Vec<Box<dyn Instrument>>, Error> {
+    let build = |(name, values): (&String, _)| {
+        let at = format!("instruments.{name}");
+        let refused = |at: &str, w: Refusal| scenario.error(at, w.message, w.help);
+        let of_type = registry
+            .find_instrument(name)
+            .map_err(|w| refused(&at, w))?;
+        let values = settings(values);
+        for (key, value) in &values {
+            of_type
+                .check(key, *value)
+                .map_err(|w| refused(&format!("{at}.{key}"), w))?;
+        }
+        let built = made(|| of_type.build(on, &values)).map_err(|w| refused(&at, w))?;
+        match built.name() == name {
+            true => Ok(built),
+            false => {
+                let message = format!("this instrument calls itself `{}`", built.name());
+                let help = format!("`Instrument::name` returns `{name}`, the name it was added by");
+                Err(scenario.error(at, message, help))
+            }
+        }
+    };
+    scenario.file.instruments.iter().map(build).collect()
+}
+
+/// The plant that a scenario names, checked and built, if it is one of the registry.
+pub fn plant(
+    scenario: &Scenario,
+    registry: &Registry,
+    setup: &PlantSetup<'_>,
+) -> Result<Option<Box<dyn Plant>>, Error> {
+    let Some(PlantKind::Own { kind, values }) = &scenario.file.physics.plant else {
+        return Ok(None);
+    };
+    let refused = |at: &str, w: Refusal| scenario.error(at, w.message, w.help);
+    let of_kind = registry
+        .find_plant(kind)
+        .map_err(|w| refused("physics.plant", w))?;
+    let values = settings(values);
+    for (key, value) in &values {
+        of_kind
+            .check(key, *value)
+            .map_err(|w| refused(&format!("physics.plant.{key}"), w))?;
+    }
+    let built = made(|| of_kind.build(setup, &values));
+    built.map(Some).map_err(|w| refused("physics.plant", w))
 }
 
 /// Builds a part. A panic is a refusal.

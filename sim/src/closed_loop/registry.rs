@@ -1,4 +1,4 @@
-//! Registry: the estimators and controllers that a scenario can name, each with its parameters.
+//! Registry: the estimators, controllers, instruments and plants that a scenario can name, each with its parameters.
 //!
 //! [`Registry::default`] has ours. A program adds its own, and hands the registry to whatever builds simulations; a
 //! scenario then names them like ours, and their parameters are checked like ours.
@@ -32,8 +32,10 @@
 //! ```
 
 use crate::config::file::nearest;
-use crate::config::scenario::{DEFAULT_CONTROLLER, Settings, valid_name};
+use crate::config::scenario::{DEFAULT_CONTROLLER, PlantKind, Settings, valid_name};
 use crate::control::{Controller, ControllerSetup, SpeedController, SpeedControllerParams};
+use crate::plant::{Plant, PlantSetup};
+use crate::sensors::{Fitting, Instrument};
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::{Key, ParamError, Parameters, Setting};
 use monorig_estimators::api::signals::Vehicle;
@@ -56,11 +58,17 @@ pub(crate) type BuildEstimator =
 pub(crate) type BuildController = dyn Fn(&Vehicle, &ControllerSetup, NamedSettings<'_>) -> Result<BoxedController, Refusal>
     + Send
     + Sync;
+/// Builds an instrument on a vehicle.
+pub(crate) type BuildOwnInstrument =
+    dyn Fn(&Fitting<'_>, NamedSettings<'_>) -> Result<Box<dyn Instrument>, Refusal> + Send + Sync;
+/// Builds a plant.
+pub(crate) type BuildPlant =
+    dyn Fn(&PlantSetup<'_>, NamedSettings<'_>) -> Result<Box<dyn Plant>, Refusal> + Send + Sync;
 
 /// Finds the estimator that the settings name, or the only one, in a library or an FMU.
 type LoadLibrary = dyn Fn(&Path, &Settings) -> Result<EstimatorType, Refusal> + Send + Sync;
 
-/// A type of estimator or controller: its name, its parameters, and how it is built.
+/// A type of estimator, controller, instrument or plant: its name, its parameters, and how it is built.
 pub struct PartType<B: ?Sized> {
     name: String,
     about: String,
@@ -75,18 +83,29 @@ pub struct PartType<B: ?Sized> {
 pub type EstimatorType = PartType<BuildEstimator>;
 /// A type of controller.
 pub type ControllerType = PartType<BuildController>;
+/// A type of instrument that a program adds.
+pub type InstrumentType = PartType<BuildOwnInstrument>;
+/// A type of plant that a program adds.
+pub type PlantType = PartType<BuildPlant>;
 
-/// The types of estimators and controllers there are. Cheap to clone; can be shared between threads.
+/// The types of parts there are. Cheap to clone; can be shared between threads.
 #[derive(Clone)]
 pub struct Registry {
     estimators: Vec<EstimatorType>,
     controllers: Vec<ControllerType>,
+    instruments: Vec<InstrumentType>,
+    plants: Vec<PlantType>,
     load_library: Option<Arc<LoadLibrary>>,
 }
 
 impl std::fmt::Debug for Registry {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let lists = (&self.estimators, &self.controllers);
+        let lists = (
+            &self.estimators,
+            &self.controllers,
+            &self.instruments,
+            &self.plants,
+        );
         out.debug_tuple("Registry").field(&lists).finish()
     }
 }
@@ -136,6 +155,8 @@ pub enum RegistryError {
 const ESTIMATOR_KEYS: &[&str] = &["is", "from", "library", "fmu", "map"];
 /// Keys of a scenario's controller that are not parameters.
 const CONTROLLER_KEYS: &[&str] = &["kind", "feedforward"];
+/// Keys of a scenario's plant that are not parameters.
+const PLANT_KEYS: &[&str] = &["kind"];
 
 /// The estimator of ours that is built for a vehicle on a rail only.
 const RAIL_ONLY: &str = "rail_fusion";
@@ -175,11 +196,13 @@ impl Default for Registry {
 }
 
 impl Registry {
-    /// A registry without any estimator or controller.
+    /// A registry without any part.
     pub fn empty() -> Self {
         Self {
             estimators: Vec::new(),
             controllers: Vec::new(),
+            instruments: Vec::new(),
+            plants: Vec::new(),
             load_library: None,
         }
     }
@@ -246,6 +269,49 @@ impl Registry {
         self.add_controller(controller_type(name, build))
     }
 
+    /// Add a type of instrument with the parameters `P`: `registry.instrument("radar", |on, params: &MyParams| …)?`.
+    /// [`Instrument::name`] of what it builds is this name.
+    pub fn instrument<P, I>(
+        &mut self,
+        name: &str,
+        build: impl Fn(&Fitting<'_>, &P) -> I + Send + Sync + 'static,
+    ) -> Result<&mut InstrumentType, RegistryError>
+    where
+        P: Parameters + 'static,
+        I: Instrument + 'static,
+    {
+        let build = move |on: &Fitting<'_>, settings: NamedSettings<'_>| {
+            Ok(Box::new(build(on, &params_of::<P>(settings)?)) as Box<dyn Instrument>)
+        };
+        let new = InstrumentType::of(name, P::GROUPS, Arc::new(build));
+        add(&mut self.instruments, new, "an instrument", &[])
+    }
+
+    /// Add a type of plant with the parameters `P`, which may refuse a vehicle or its parameters with a reason in
+    /// words: `registry.plant("mine", |setup, params: &MyParams| …)?`.
+    pub fn plant<P, T, R>(
+        &mut self,
+        name: &str,
+        build: impl Fn(&PlantSetup<'_>, &P) -> Result<T, R> + Send + Sync + 'static,
+    ) -> Result<&mut PlantType, RegistryError>
+    where
+        P: Parameters + 'static,
+        T: Plant + 'static,
+        R: Display,
+    {
+        if PlantKind::names().any(|ours| ours == name) {
+            return Err(RegistryError::NameTaken("a plant", name.into()));
+        }
+        let build = move |setup: &PlantSetup<'_>, settings: NamedSettings<'_>| {
+            let built = build(setup, &params_of::<P>(settings)?);
+            let help = "a vehicle and parameters that this plant can be built for";
+            let built = built.map_err(|why| Refusal::new(why.to_string(), help))?;
+            Ok(Box::new(built) as Box<dyn Plant>)
+        };
+        let new = PlantType::of(name, P::GROUPS, Arc::new(build));
+        add(&mut self.plants, new, "a plant", PLANT_KEYS)
+    }
+
     /// The types of estimators, in the order in which they were added.
     pub fn estimators(&self) -> &[EstimatorType] {
         &self.estimators
@@ -256,9 +322,19 @@ impl Registry {
         &self.controllers
     }
 
+    /// The types of instruments that the program adds, in the order in which they were added.
+    pub fn instruments(&self) -> &[InstrumentType] {
+        &self.instruments
+    }
+
+    /// The types of plants that the program adds, in the order in which they were added.
+    pub fn plants(&self) -> &[PlantType] {
+        &self.plants
+    }
+
     /// The type of estimator of this name.
     pub fn find_estimator(&self, name: &str) -> Result<&EstimatorType, Refusal> {
-        find(&self.estimators, name, "estimator")
+        find(&self.estimators, name, "estimator", &[])
     }
 
     /// Lets scenarios name shared libraries and FMUs, whose estimators `load` finds.
@@ -285,11 +361,32 @@ impl Registry {
 
     /// The type of controller of this name.
     pub(crate) fn find_controller(&self, name: &str) -> Result<&ControllerType, Refusal> {
-        find(&self.controllers, name, "controller")
+        find(&self.controllers, name, "controller", &[])
+    }
+
+    /// The type of instrument of this name.
+    pub(crate) fn find_instrument(&self, name: &str) -> Result<&InstrumentType, Refusal> {
+        find(&self.instruments, name, "instrument", &[])
+    }
+
+    /// The type of plant of this name.
+    pub(crate) fn find_plant(&self, name: &str) -> Result<&PlantType, Refusal> {
+        let ours: Vec<&str> = PlantKind::names().collect();
+        find(&self.plants, name, "plant", &ours)
     }
 }
 
 impl<B: ?Sized> PartType<B> {
+    fn of(name: &str, groups: &'static [&'static [Key]], build: Arc<B>) -> Self {
+        Self {
+            name: name.into(),
+            about: String::new(),
+            groups,
+            build,
+            reference: false,
+        }
+    }
+
     /// Say in one sentence what it is.
     pub fn about(&mut self, sentence: &str) -> &mut Self {
         self.about = sentence.into();
@@ -342,13 +439,7 @@ impl EstimatorType {
         + Sync
         + 'static,
     ) -> Self {
-        Self {
-            name: name.into(),
-            about: String::new(),
-            groups,
-            build: Arc::new(build),
-            reference: false,
-        }
+        Self::of(name, groups, Arc::new(build))
     }
 
     /// Build one for a nominal vehicle.
@@ -375,13 +466,7 @@ impl ControllerType {
         + Sync
         + 'static,
     ) -> Self {
-        Self {
-            name: name.into(),
-            about: String::new(),
-            groups,
-            build: Arc::new(build),
-            reference: false,
-        }
+        Self::of(name, groups, Arc::new(build))
     }
 
     /// Build one for a nominal vehicle.
@@ -392,6 +477,28 @@ impl ControllerType {
         settings: NamedSettings<'_>,
     ) -> Result<BoxedController, Refusal> {
         (self.build)(vehicle, setup, settings)
+    }
+}
+
+impl InstrumentType {
+    /// Build one on a vehicle.
+    pub(crate) fn build(
+        &self,
+        on: &Fitting<'_>,
+        settings: NamedSettings<'_>,
+    ) -> Result<Box<dyn Instrument>, Refusal> {
+        (self.build)(on, settings)
+    }
+}
+
+impl PlantType {
+    /// Build one.
+    pub(crate) fn build(
+        &self,
+        setup: &PlantSetup<'_>,
+        settings: NamedSettings<'_>,
+    ) -> Result<Box<dyn Plant>, Refusal> {
+        (self.build)(setup, settings)
     }
 }
 
@@ -457,13 +564,16 @@ fn add<'a, B: ?Sized>(
     Ok(&mut list[last])
 }
 
+/// `others`: names of parts that are in no list.
 fn find<'a, B: ?Sized>(
     list: &'a [PartType<B>],
     name: &str,
     what: &str,
+    others: &[&str],
 ) -> Result<&'a PartType<B>, Refusal> {
     list.iter().find(|part| part.name == name).ok_or_else(|| {
-        let names: Vec<&str> = list.iter().map(|part| part.name.as_str()).collect();
+        let names = list.iter().map(|part| part.name.as_str());
+        let names: Vec<&str> = others.iter().copied().chain(names).collect();
         Refusal {
             message: format!("there is no {what} `{name}`"),
             help: suggestion(name, &names, &format!("known {what}s")),

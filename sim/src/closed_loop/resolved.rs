@@ -1,12 +1,12 @@
 //! Everything that a scenario leaves to defaults, written out: for manifests and hashes.
 
 use super::registry::{PartType, Registry};
-use crate::config::scenario::Scenario;
+use crate::config::scenario::{PlantKind, Scenario, settings};
 use monorig_estimators::api::params::Setting;
 use serde_json::{Map, Value, json};
 
-/// The scenario with its defaults, and under `parameters` those of its estimators and controller; null is what they
-/// derive from the vehicle.
+/// The scenario with its defaults, and under `parameters` those of its parts from the registry; null is what is
+/// derived from the vehicle.
 pub fn resolved(scenario: &Scenario, registry: &Registry) -> Value {
     let mut estimators = Map::new();
     for (name, settings) in &scenario.file.estimators {
@@ -14,14 +14,27 @@ pub fn resolved(scenario: &Scenario, registry: &Registry) -> Value {
             estimators.insert(name.clone(), parameters(&of_type, &settings.named()));
         }
     }
-    let settings = &scenario.file.drive.controller;
-    let controller = registry.find_controller(&settings.kind).ok();
-    let controller = controller.map(|kind| parameters(kind, &settings.named()));
+    let given = &scenario.file.drive.controller;
+    let controller = registry.find_controller(&given.kind).ok();
+    let controller = controller.map(|kind| parameters(kind, &given.named()));
+    let mut parts = Map::new();
+    parts.insert("estimators".into(), estimators.into());
+    parts.insert("controller".into(), json!(controller));
+    for (name, values) in &scenario.file.instruments {
+        if let Ok(of_type) = registry.find_instrument(name) {
+            let all = parts.entry("instruments").or_insert_with(|| json!({}));
+            all[name] = parameters(of_type, &settings(values));
+        }
+    }
+    if let Some(PlantKind::Own { kind, values }) = &scenario.file.physics.plant
+        && let Ok(of_kind) = registry.find_plant(kind)
+    {
+        parts.insert("plant".into(), parameters(of_kind, &settings(values)));
+    }
     // Strings, numbers and lists of them: nothing in a scenario can fail to serialise.
     let mut all = serde_json::to_value(scenario).unwrap_or_default();
     if let Some(all) = all.as_object_mut() {
-        let both = json!({ "estimators": estimators, "controller": controller });
-        all.insert("parameters".into(), both);
+        all.insert("parameters".into(), parts.into());
     }
     all
 }

@@ -11,6 +11,7 @@ mod load;
 mod moment;
 mod names;
 mod parameters;
+mod plant_kind;
 mod published;
 mod seeds;
 
@@ -23,6 +24,8 @@ pub use load::{LogScenario, Scenario};
 pub use moment::{Moment, MomentOf, VehiclePart};
 pub use names::valid_name;
 pub use parameters::{ParameterFile, ParameterValue, Provenance, Settings};
+pub use plant_kind::PlantKind;
+pub(crate) use plant_kind::settings;
 pub use published::Published;
 pub use seeds::Seeds;
 
@@ -67,6 +70,9 @@ pub struct ScenarioFile {
     pub drive: DriveCycle,
     /// Sensor data sheet, relative to this file.
     pub(crate) sensors: String,
+    /// Instruments that the program adds beside those of the sheet, by name, with their parameters.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) instruments: BTreeMap<String, BTreeMap<String, ParameterValue>>,
     /// Nominal values given to estimators and controller where they differ from the train's data sheet.
     #[serde(default)]
     pub(crate) vehicle: NominalVehicle,
@@ -149,7 +155,7 @@ pub(crate) struct Stop {
 impl ScenarioFile {
     /// Plant of the run: the one that is named, else that of a car, else rapier.
     pub fn plant(&self) -> PlantKind {
-        self.physics.plant.unwrap_or(match self.car {
+        self.physics.plant.clone().unwrap_or(match self.car {
             Some(_) => PlantKind::Road,
             None => PlantKind::Rapier,
         })
@@ -171,7 +177,7 @@ fn zero() -> Finite {
 }
 
 /// Physics step and plant.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Physics {
     /// Step, ms.
@@ -180,18 +186,6 @@ pub struct Physics {
     pub plant: Option<PlantKind>,
     /// m/s².
     pub gravity_mps2: Positive,
-}
-
-/// The plant of a train or a car.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum PlantKind {
-    /// Rigid bodies in rapier.
-    Rapier,
-    /// A point on the rail.
-    PointMass,
-    /// A car on a road.
-    Road,
 }
 
 /// Drive cycle and controller.

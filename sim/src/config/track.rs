@@ -216,6 +216,7 @@ impl Rail {
     }
 
     /// Build a rail from a track; `file` is named in errors, and paths inside the track are relative to it.
+    #[cfg(any(test, feature = "testing"))]
     pub(crate) fn build(track: &TrackFile, profile: Profile, file: &Path) -> Result<Self, Error> {
         Self::with_section(track, Section::Rail(profile), file)
     }

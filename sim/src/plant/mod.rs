@@ -16,7 +16,7 @@ pub mod point_mass;
 pub mod rapier;
 pub mod train;
 
-pub use options::PlantOptions;
+pub use options::{PlantOptions, PlantSetup};
 
 use self::train::balance::ForceBalance;
 use crate::error::Error;

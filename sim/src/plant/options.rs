@@ -2,6 +2,9 @@
 
 use super::obstacles::ObstacleBox;
 use super::train::adhesion::AdhesionZone;
+use crate::rail::Rail;
+use crate::train::Train;
+use std::sync::Arc;
 
 /// Start and surroundings of a plant.
 #[derive(Clone, Debug, Default)]
@@ -20,4 +23,15 @@ pub struct PlantOptions {
     pub zones: Vec<AdhesionZone>,
     /// Obstacles and walls; only rigid bodies meet them.
     pub obstacles: Vec<ObstacleBox>,
+}
+
+/// Vehicle, track and start that a plant is built from.
+#[derive(Clone, Copy, Debug)]
+pub struct PlantSetup<'a> {
+    /// The vehicle, with the load of the scenario; of a car its consist.
+    pub train: &'a Train,
+    /// The rail or road.
+    pub rail: &'a Arc<Rail>,
+    /// Start and surroundings.
+    pub options: &'a PlantOptions,
 }

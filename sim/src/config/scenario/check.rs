@@ -83,7 +83,7 @@ fn vehicle(file: &ScenarioFile) -> Result<(), Wrong> {
         (_, car) => car.is_some(),
     };
     match (car, file.plant()) {
-        (true, PlantKind::Road) => {}
+        (true, PlantKind::Road) | (_, PlantKind::Own { .. }) => {}
         (false, PlantKind::Road) => {
             return wrong(
                 "physics.plant",

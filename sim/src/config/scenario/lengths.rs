@@ -5,7 +5,7 @@ use super::check::{Wrong, wrong};
 
 /// Most obstacles: each is a body of the physics.
 const MAX_OBSTACLES: usize = 1000;
-/// Most estimators: each has dozens of columns in a recording.
+/// Most estimators, and instruments of a program's own: each has columns in a recording.
 const MAX_ESTIMATORS: usize = 200;
 /// Most entries of any other list.
 const MAX_ENTRIES: usize = 10_000;
@@ -15,6 +15,7 @@ pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
     for (key, length, most) in [
         ("obstacles", file.obstacles.len(), MAX_OBSTACLES),
         ("estimators", file.estimators.len(), MAX_ESTIMATORS),
+        ("instruments", file.instruments.len(), MAX_ESTIMATORS),
         ("events", file.events.len(), MAX_ENTRIES),
         ("drive.speed", file.drive.speed.len(), MAX_ENTRIES),
         ("expect", file.expect.len(), MAX_ENTRIES),

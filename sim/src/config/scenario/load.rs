@@ -217,6 +217,7 @@ impl Scenario {
             physics: Default::default(),
             drive: Default::default(),
             sensors: String::new(),
+            instruments: BTreeMap::new(),
             vehicle: Default::default(),
             estimators: BTreeMap::new(),
             in_loop: None,

@@ -1,10 +1,11 @@
 //! A scenario built in code: run, watched, recorded and judged without a scenario file.
 //!
-//!     cargo run --release -p monorig-sim --example scenario_in_code
+//!     cargo run --release -p monorig-lab --example scenario_in_code
 
-use monorig_sim::config::checked::NonNegative;
+use monorig_lab::verdicts::run_files::record;
+use monorig_sim::config::checked::{Fraction, NonNegative};
 use monorig_sim::{
-    DriveCycle, Event, Rail, Recorder, Settings, Sheet, Simulation, StepFrame, Train,
+    DriveCycle, Event, Rail, Registry, Settings, Sheet, Simulation, StepFrame, Train,
 };
 use std::path::Path;
 
@@ -28,7 +29,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
             name: None,
             at_s: NonNegative::new(55.0),
             every_s: None,
-            brake: monorig_sim::config::checked::Fraction::new(1.0),
+            brake: Fraction::new(1.0),
         })
         .stop_after_s(60.0)
         .build(1)?;
@@ -42,13 +43,14 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
             count += 1.0;
         }
     };
-    let folder = std::env::temp_dir().join("monorig-scenario-in-code");
-    let outcome = sim.run(&mut [&mut Recorder::parquet(&folder)?, &mut watch])?;
+    let out = std::env::temp_dir().join("monorig-scenario-in-code");
+    let (summary, folder) = record(&mut sim, &Registry::default(), &out, &mut [&mut watch])?;
 
-    println!("{} steps; recorded in {}", outcome.steps, folder.display());
+    println!("{} steps", summary.steps);
+    println!("report: monorig report {}", folder.display());
     let rmse_deg = f64::sqrt(squares / count).to_degrees();
     println!("root mean square error of the grade: {rmse_deg:.3}°");
-    assert!(outcome.finished && sim.plant.truth().speed_mps.abs() < 0.05);
+    assert!(summary.finished && sim.plant.truth().speed_mps.abs() < 0.05);
     assert!(rmse_deg < 1.0);
     Ok(())
 }
