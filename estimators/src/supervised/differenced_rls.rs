@@ -1,8 +1,15 @@
 //! Mass from *changes* of traction and acceleration (Guo et al. 2024, eq. 2–7):
 //!
-//! Δ(F − J v̇) = M Δ(v̇ + b), by recursive least squares with constant forgetting
+//! Δ(F + J b) = X Δ(v̇ + b), X = M + J, by recursive least squares with constant forgetting
 //!
-//! F is the traction less air drag and b, on a road, what a bend takes ([`Bend`](crate::models::single_track::Bend)).
+//! F is the traction less air drag, J the rotating masses and b, on a road, what a bend takes
+//! ([`Bend`](crate::models::single_track::Bend)).
+//!
+//! Against the print, the parameter is X₀/X with the change of acceleration as the measurement and the change of force
+//! as the regressor. The noise is in the acceleration; as a regressor it draws the mass towards 0, by a share that no
+//! standard deviation of the recursion knows (Söderström 2007, errors in variables). And the change of acceleration is
+//! that of the specific force, as the slope is steady: the speed of a driven wheel changes with its slip, by 0.25 m/s
+//! when a car at 60 km/h stops to accelerate. Without an accelerometer it is that of the wheels.
 //!
 //! Differences rid the equation of the running resistance and of a steady slope. They also keep only the noisiest part
 //! of the signals, and a slope that changes between two samples is taken for acceleration; hence the differences over a
@@ -16,14 +23,13 @@ use nalgebra::vector;
 use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::params::params;
-use crate::api::real::{sqrt, within};
+use crate::api::real::{PI, sqrt, within};
 use crate::api::signals::{Value, Vehicle};
 use crate::api::snapshot::state;
 use crate::detect::control;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
-use crate::models::force_balance::ForceBalance;
 use crate::supervised::sample::BalanceSample;
 
 params! {
@@ -38,7 +44,7 @@ params! {
         excitation_gate [flag] = true, "Use only differences whose change of force is considerable.";
         force_gate_mps2 ["m/s²"] = 0.05, 0.0 => 10.0, "Smallest change of force divided by mass that counts.";
         slope_gate_mps2 ["m/s²"] = 0.05, 0.0 => 10.0, "Largest change of f − v̇ (g times the change of slope) that passes.";
-        difference_sd_mps2 ["m/s²"] = 0.03, 1e-4 => 10.0, "Expected residual of the differenced force balance divided by the mass.";
+        difference_sd_mps2 ["m/s²"] = 0.03, 1e-4 => 10.0, "Expected residual of the differenced force balance divided by the mass; the noise of the accelerometer counts where it is larger.";
     }
 }
 
@@ -54,11 +60,15 @@ impl DifferencedParams {
 pub struct DifferencedMass {
     params: DifferencedParams,
     last: Option<BalanceSample>,
-    /// M/M₀.
+    /// X₀/X, X the mass with the rotating masses.
     rls: Rls<1>,
     mass0_kg: Real,
+    rotating_kg: Real,
     tare_kg: Real,
     range_kg: [Real; 2],
+    /// Variances that the noise of the accelerometer and of the wheels gives to a difference of the acceleration,
+    /// m²/s⁴.
+    noise: [Real; 2],
     excited: bool,
     saturated: bool,
     outcome: Outcome,
@@ -67,14 +77,18 @@ pub struct DifferencedMass {
 impl DifferencedMass {
     /// Builds the mass estimator from the vehicle and the parameters.
     pub fn new(vehicle: &Vehicle, params: DifferencedParams) -> Self {
-        let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd]);
+        let mass0_kg = vehicle.first_mass_kg(params.mass0_kg);
+        let share = mass0_kg / (mass0_kg + vehicle.rotating_mass_kg);
+        let prior = Gaussian::independent(vector![1.0], vector![params.mass_sd * share]);
         Self {
             params,
             last: None,
             rls: Rls::new(prior, Forgetting::Constant(params.omega)),
-            mass0_kg: vehicle.first_mass_kg(params.mass0_kg),
+            mass0_kg,
+            rotating_kg: vehicle.rotating_mass_kg,
             tare_kg: vehicle.tare_kg,
             range_kg: vehicle.mass_range_kg,
+            noise: [0.0; 2],
             excited: false,
             saturated: false,
             outcome: Outcome::default(),
@@ -82,11 +96,20 @@ impl DifferencedMass {
     }
 
     /// Takes a sample of the force balance and returns what became of its difference from the one before.
-    pub fn sample(&mut self, sample: &BalanceSample, balance: &ForceBalance) -> AidStatus {
+    pub fn sample(&mut self, sample: &BalanceSample) -> AidStatus {
         match self.last.replace(*sample) {
-            Some(before) => self.difference(&before, sample, balance),
+            Some(before) => self.difference(&before, sample),
             _ => control::without(AidOutcome::Rejected(Rejection::NotRunning)),
         }
+    }
+
+    /// Takes the standard deviations of specific force, m/s², and wheel speed, m/s, of samples `dt` seconds apart.
+    ///
+    /// White noise of variance σ² behind two poles of corner ω has the variance σ² dt ω/4, its derivative σ² dt ω³/4.
+    pub fn set_noise(&mut self, [force_sd, speed_sd]: [Real; 2], dt: Real) {
+        let corner = 2.0 * PI * self.params.cutoff_hz;
+        let of_both = |sd: Real| 0.5 * sd * sd * dt * corner;
+        self.noise = [of_both(force_sd), of_both(speed_sd) * corner * corner];
     }
 
     /// The force balance has been interrupted: the next sample has nothing to differ from.
@@ -95,23 +118,29 @@ impl DifferencedMass {
         self.last = None;
     }
 
-    fn difference(
-        &mut self,
-        before: &BalanceSample,
-        now: &BalanceSample,
-        balance: &ForceBalance,
-    ) -> AidStatus {
+    /// X₀, kg.
+    fn whole0_kg(&self) -> Real {
+        self.mass0_kg + self.rotating_kg
+    }
+
+    /// X, kg.
+    fn whole_kg(&self) -> Real {
+        self.whole0_kg() / self.rls.belief.x.x
+    }
+
+    fn difference(&mut self, before: &BalanceSample, now: &BalanceSample) -> AidStatus {
         let (bend, bend_before) = (now.bend, before.bend);
         let slope = |sample: &BalanceSample| {
             let [u, _] = sample.whole(self.tare_kg, self.found_kg());
             u
         };
         let (u, u_before) = (slope(now), slope(before));
-        let faster = now.sample.acceleration_mps2 - before.sample.acceleration_mps2;
-        let h = faster + bend.taken_mps2 - bend_before.taken_mps2;
+        let faster = faster_mps2(before, now);
+        let taken = bend.taken_mps2 - bend_before.taken_mps2;
         let force =
             now.sample.force_n - before.sample.force_n + bend.gained_n - bend_before.gained_n;
-        let y = (force - balance.rotating_mass_kg * faster) / self.mass0_kg;
+        let y = faster + taken;
+        let h = (force + self.rotating_kg * taken) / self.whole0_kg();
         let steady_slope = (u - u_before).abs() < self.params.slope_gate_mps2;
         let moved = !self.params.excitation_gate
             || force.abs() > self.params.force_gate_mps2 * self.mass0_kg;
@@ -119,27 +148,34 @@ impl DifferencedMass {
         if !self.excited {
             return control::without(AidOutcome::Rejected(Rejection::NotExcited));
         }
-        let r = self.params.difference_sd_mps2 * self.params.difference_sd_mps2;
+        let [of_accelerometer, of_wheels] = self.noise;
+        let noise = match now.sample.specific_force_mps2 {
+            Some(_) => of_accelerometer,
+            None => of_wheels,
+        };
+        let expected = self.params.difference_sd_mps2 * self.params.difference_sd_mps2;
+        let r = expected.max(noise);
         let Some(outcome) = self.rls.update(y, &vector![h], r, false) else {
             return control::regressed(None, true);
         };
         self.outcome = outcome;
         self.rls.clamp_usable();
-        let [low, high] = self.range_kg.map(|kg| kg / self.mass0_kg);
-        self.saturated = !(low..=high).contains(&self.rls.belief.x.x);
+        let [low, high] = self.range_kg;
+        self.saturated = !(low..=high).contains(&(self.whole_kg() - self.rotating_kg));
         control::regressed(Some(&outcome), true)
     }
 
     /// Mass within its range, kg. It limits what is published, not the recursion ([`Rls::clamp_usable`]).
     fn found_kg(&self) -> Real {
         let [low, high] = self.range_kg;
-        within(self.rls.belief.x.x * self.mass0_kg, low, high)
+        within(self.whole_kg() - self.rotating_kg, low, high)
     }
 
     /// Total mass, kg.
     pub fn mass_kg(&self) -> Value {
         let value = self.found_kg();
-        let sd = sqrt(self.rls.widened().x) * self.mass0_kg;
+        // of X₀/x by x
+        let sd = sqrt(self.rls.widened().x) * self.whole_kg() / self.rls.belief.x.x;
         Value {
             value,
             sd,
@@ -159,10 +195,19 @@ impl DifferencedMass {
 
     /// Residual of the last difference used, N.
     pub fn residual_n(&self) -> Real {
-        self.outcome.residual * self.mass0_kg
+        -self.outcome.residual * self.whole_kg()
     }
 }
-state!(DifferencedMass { last, rls, excited, saturated, outcome; params, mass0_kg, tare_kg, range_kg });
+/// Change of the acceleration from a sample to another, m/s².
+fn faster_mps2(before: &BalanceSample, now: &BalanceSample) -> Real {
+    let of_body = |s: &BalanceSample| Some(s.sample.specific_force_mps2? + s.bend.drift_mps2);
+    match (of_body(before), of_body(now)) {
+        (Some(before), Some(now)) => now - before,
+        _ => now.sample.acceleration_mps2 - before.sample.acceleration_mps2,
+    }
+}
+
+state!(DifferencedMass { last, rls, noise, excited, saturated, outcome; params, mass0_kg, rotating_kg, tare_kg, range_kg });
 
 #[cfg(test)]
 #[path = "differenced_rls_tests.rs"]

@@ -281,6 +281,9 @@ impl SlopeModels {
             reading.noise.specific_force(params.accel_sd_mps2),
             reading.noise.wheel_speed(self.wheel_speed_sd_mps),
         ];
+        // as told: what was learnt contains the vehicle driving off
+        let told = [params.accel_sd_mps2, self.wheel_speed_sd_mps];
+        self.mass.set_noise(told, dt);
         let mut R = Matrix2::from_diagonal(&vector![force_sd * force_sd, speed_sd * speed_sd]);
         if !self.started {
             for belief in &mut self.imm.beliefs {
@@ -347,7 +350,7 @@ impl SupervisedMethod for SlopeModels {
     ];
 
     fn sample(&mut self, sample: &BalanceSample) -> AidStatus {
-        self.mass.sample(sample, &self.balance)
+        self.mass.sample(sample)
     }
 
     fn pause(&mut self) {
