@@ -32,7 +32,7 @@
 //! ```
 
 use crate::config::file::nearest;
-use crate::config::scenario::{DEFAULT_CONTROLLER, Settings, valid_name};
+use crate::config::scenario::{ControllerSettings, DEFAULT_CONTROLLER, Settings, valid_name};
 use crate::control::{Controller, ControllerSetup, SpeedController, SpeedControllerParams};
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::{Key, ParamError, Parameters, Setting};
@@ -59,6 +59,9 @@ pub(crate) type BuildController = dyn Fn(&Vehicle, &ControllerSetup, NamedSettin
 
 /// Finds the estimator that the settings name, or the only one, in a library or an FMU.
 type LoadLibrary = dyn Fn(&Path, &Settings) -> Result<EstimatorType, Refusal> + Send + Sync;
+/// Finds the controller that is in an FMU.
+type LoadController =
+    dyn Fn(&Path, &ControllerSettings) -> Result<ControllerType, Refusal> + Send + Sync;
 
 /// A type of estimator or controller: its name, its parameters, and how it is built.
 pub struct PartType<B: ?Sized> {
@@ -82,6 +85,7 @@ pub struct Registry {
     estimators: Vec<EstimatorType>,
     controllers: Vec<ControllerType>,
     load_library: Option<Arc<LoadLibrary>>,
+    load_controller: Option<Arc<LoadController>>,
 }
 
 impl std::fmt::Debug for Registry {
@@ -135,7 +139,7 @@ pub enum RegistryError {
 /// Keys of a scenario's estimator that are not parameters.
 const ESTIMATOR_KEYS: &[&str] = &["is", "from", "library", "fmu", "map"];
 /// Keys of a scenario's controller that are not parameters.
-const CONTROLLER_KEYS: &[&str] = &["kind", "feedforward"];
+const CONTROLLER_KEYS: &[&str] = &["kind", "fmu", "map", "feedforward"];
 
 /// The estimator of ours that is built for a vehicle on a rail only.
 const RAIL_ONLY: &str = "rail_fusion";
@@ -181,6 +185,7 @@ impl Registry {
             estimators: Vec::new(),
             controllers: Vec::new(),
             load_library: None,
+            load_controller: None,
         }
     }
 
@@ -274,13 +279,31 @@ impl Registry {
         let Some(library) = &settings.library else {
             return self.find_estimator(settings.type_name(name)).cloned();
         };
-        let load = self.load_library.as_ref().ok_or_else(|| {
-            let help = "the program `monorig` with its feature `plugins`, which is on by default";
-            Refusal::new("this program loads no libraries", help)
-        })?;
+        let load = self.load_library.as_ref().ok_or_else(loads_none)?;
         // found when the scenario was loaded; one put together in code has the name alone
         let file = settings.library_file.as_deref();
         load(file.unwrap_or(Path::new(library)), settings)
+    }
+
+    /// Lets scenarios name FMUs, whose controllers `load` finds.
+    pub fn load_controllers_with(
+        &mut self,
+        load: impl Fn(&Path, &ControllerSettings) -> Result<ControllerType, Refusal>
+        + Send
+        + Sync
+        + 'static,
+    ) {
+        self.load_controller = Some(Arc::new(load));
+    }
+
+    /// The type of the controller of a scenario: that of its FMU, or the one of its name.
+    pub fn controller_of(&self, settings: &ControllerSettings) -> Result<ControllerType, Refusal> {
+        let Some(fmu) = &settings.fmu else {
+            return self.find_controller(&settings.kind).cloned();
+        };
+        let load = self.load_controller.as_ref().ok_or_else(loads_none)?;
+        let file = settings.fmu_file.as_deref();
+        load(file.unwrap_or(Path::new(fmu)), settings)
     }
 
     /// The type of controller of this name.
@@ -455,6 +478,11 @@ fn add<'a, B: ?Sized>(
     list.push(new);
     let last = list.len() - 1;
     Ok(&mut list[last])
+}
+
+fn loads_none() -> Refusal {
+    let help = "the program `monorig` with its feature `plugins`, which is on by default";
+    Refusal::new("this program loads no libraries", help)
 }
 
 fn find<'a, B: ?Sized>(

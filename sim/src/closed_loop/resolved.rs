@@ -15,8 +15,8 @@ pub fn resolved(scenario: &Scenario, registry: &Registry) -> Value {
         }
     }
     let settings = &scenario.file.drive.controller;
-    let controller = registry.find_controller(&settings.kind).ok();
-    let controller = controller.map(|kind| parameters(kind, &settings.named()));
+    let controller = registry.controller_of(settings).ok();
+    let controller = controller.map(|kind| parameters(&kind, &settings.named()));
     // Strings, numbers and lists of them: nothing in a scenario can fail to serialise.
     let mut all = serde_json::to_value(scenario).unwrap_or_default();
     if let Some(all) = all.as_object_mut() {
