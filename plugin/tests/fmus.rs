@@ -9,6 +9,7 @@ use common::{build, compile, fmu, has, pack, platform, run};
 use monorig_plugin::loads_libraries;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::resolved;
+use std::env::consts::DLL_SUFFIX;
 use std::path::{Path, PathBuf};
 
 const DESCRIPTION: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
@@ -260,7 +261,7 @@ fn every_mistake_of_a_description_has_its_message() {
         &[
             AT,
             "has no binary for this machine",
-            "other.so",
+            "other.",
             &platform(),
         ],
     );
@@ -311,7 +312,7 @@ fn every_mistake_of_an_archive_has_its_message() {
         &of(&[description, ("binaries/win64/slope.dll", b"MZ")]),
         &[AT, "no binary for this machine", "it has win64"],
     );
-    let binary = format!("binaries/{}/slope.so", platform());
+    let binary = format!("binaries/{}/slope{DLL_SUFFIX}", platform());
     has(
         &of(&[description, (&binary, b"no library")]),
         &[AT, "shared library cannot be loaded"],

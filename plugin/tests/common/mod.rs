@@ -8,6 +8,7 @@ use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::{Outcome, Simulation};
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
+use std::env::consts::DLL_SUFFIX;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -48,7 +49,7 @@ pub fn pack(file: &Path, files: &[(&str, &[u8])]) {
 
 /// Packs an FMU of a description and a library of this name.
 pub fn fmu(file: &Path, description: &str, library: &Path, name: &str) {
-    let binary = format!("binaries/{}/{name}.so", platform());
+    let binary = format!("binaries/{}/{name}{DLL_SUFFIX}", platform());
     let library = std::fs::read(library).unwrap();
     let files = [
         ("modelDescription.xml", description.as_bytes()),
