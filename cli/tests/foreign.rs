@@ -211,7 +211,7 @@ fn an_endless_loop_ends() {
     }
 }
 
-/// What is unpacked of an FMU goes with its process, whether that crashes or the program is killed.
+/// An FMU is unpacked for a process, and removed with it, whether that crashes or the program is killed.
 #[test]
 #[cfg(target_os = "linux")] // finds processes in /proc
 fn nothing_that_was_unpacked_is_left() {
@@ -252,6 +252,26 @@ fn nothing_that_was_unpacked_is_left() {
         nothing_is_left(&dir);
         assert_eq!(there(), 0, "{defined}");
     }
+}
+
+/// The program of a wheel has no library for FMUs beside it: what to do is said, and nothing is written.
+#[test]
+fn a_program_alone_makes_no_fmu_and_says_so() {
+    let Some(dir) = folder("") else { return };
+    std::fs::create_dir(dir.path("bin")).unwrap();
+    std::fs::copy(env!("CARGO_BIN_EXE_monorig"), dir.path("bin/monorig")).unwrap();
+    let task = ["fmu", "plant", "good.yaml", "--out", "plant.fmu"];
+    let mut alone = Command::new(dir.path("bin/monorig"));
+    let (code, out, err) = dir.output(alone.args(task).stdout(Stdio::piped()));
+    assert_eq!(code, Some(2), "{out}{err}");
+    for part in [
+        "monorig_fmu",
+        "is not beside the program",
+        "archive of a release",
+    ] {
+        assert!(words(&err).contains(part), "{part} is not in {err}");
+    }
+    assert!(!dir.path("plant.fmu").exists());
 }
 
 /// True of a process that has used a tenth of a second of its processor in its own code.

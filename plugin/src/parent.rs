@@ -52,7 +52,7 @@ struct Known {
 /// A part that a scenario names.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Part {
-    /// What it is in the loop.
+    /// Its role in the loop.
     what: u64,
     path: PathBuf,
     /// The keys of the scenario beside its parameters, as JSON.

@@ -9,7 +9,8 @@ use monorig_sim::closed_loop::interned;
 use monorig_sim::control::{Perception, Reference};
 use std::io::{Error, ErrorKind, Read, Result, Write};
 
-/// Describe a part: what it is in the loop, its file, and its keys in a scenario as JSON. Answer: [`DONE`] with its name and its parameters.
+/// Describe a part: its role in the loop, its file, and its keys in a scenario as JSON. Answer: [`DONE`] with its name
+/// and its parameters.
 pub(crate) const LOAD: u64 = 1;
 /// Build an instance: the part as before, vehicle, settings. Answer: [`DONE`], of an estimator with internals, sources
 /// and the state.
@@ -28,7 +29,7 @@ pub(crate) const DROP: u64 = 7;
 pub(crate) const CONTROL: u64 = 8;
 /// Answer: done, and what was asked for. A state is a code, a [`Reason`], [`Estimated`], internals, aid status.
 pub(crate) const DONE: u64 = 100;
-/// What a part is in the loop.
+/// Roles of a part in the loop.
 pub(crate) const ESTIMATOR: u64 = 0;
 pub(crate) const CONTROLLER: u64 = 1;
 /// Answer to [`LOAD`] and [`BUILD`]: refused, with message and help.

@@ -47,7 +47,7 @@ fn scenario(folder: &Path, defined: &str, description: &str, estimator: &str) ->
     common::scenario(folder, &format!("  mine: {estimator}"), "{}")
 }
 
-/// What a run with it says.
+/// Message of a run with it.
 fn message(defined: &str, description: &str, estimator: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     common::message(&scenario(folder.path(), defined, description, estimator))
@@ -258,12 +258,7 @@ fn every_mistake_of_a_description_has_its_message() {
     );
     has(
         &of("modelIdentifier=\"slope\"", "modelIdentifier=\"other\""),
-        &[
-            AT,
-            "has no binary for this machine",
-            "other.",
-            &platform(),
-        ],
+        &[AT, "has no binary for this machine", "other.", &platform()],
     );
 }
 

@@ -215,7 +215,7 @@ pub(crate) fn unconnected<'a>(
     inputs.filter(|v| !fed(v)).collect()
 }
 
-/// What an FMU is in the loop, in messages.
+/// Role of an FMU in the loop, in messages.
 const ESTIMATOR: &str = "an estimator";
 
 /// Names of the inputs of an estimator.

@@ -91,7 +91,7 @@ pub fn run(simulation: &mut Simulation) -> Result<Outcome, Error> {
     monorig_sim::closed_loop::run(simulation, &mut [], &mut |_| true)
 }
 
-/// What a run of a scenario says: its error, or the refused steps.
+/// Message of a run of a scenario: its error, or the refused steps.
 pub fn message(file: &Path) -> String {
     match build(file).and_then(|mut simulation| run(&mut simulation)) {
         Ok(outcome) => format!("{:?}", outcome.refusals),
