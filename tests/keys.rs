@@ -202,6 +202,8 @@ const OTHERS: &[(&str, &str)] = &[
         "a road vehicle in place of the train: tests/road_laws.rs",
     ),
     ("drive.controller.kind", "one kind of ours"),
+    ("drive.controller.fmu", "plugin/tests/controllers.rs"),
+    ("drive.controller.map", "plugin/tests/controllers.rs"),
     ("estimators", "parts: tests/own_parts.rs"),
     ("expect", "judges"),
     ("integrity", "judges"),

@@ -3,18 +3,17 @@
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 
+#[path = "../../fmu/tests/common/steps.rs"]
+mod steps;
+
 use monorig_estimators::api::aid::AidStatus;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements};
 use monorig_estimators::{Estimator, Vehicle, registry};
 use monorig_plugin::loads_libraries;
 use monorig_sim::closed_loop::registry::Registry;
-use monorig_sim::closed_loop::{Simulation, StepFrame};
-use monorig_sim::config::scenario::{Scenario, Settings};
-use std::path::{Path, PathBuf};
-
-fn project() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
+use monorig_sim::config::scenario::Settings;
+use std::path::PathBuf;
+use steps::{bits, names, project, steps};
 
 /// A file that cargo has built with this test.
 fn built(name: &str) -> PathBuf {
@@ -52,51 +51,12 @@ fn serves() {
     monorig_plugin::serve();
 }
 
-/// Samples, command and time step of each step of a run, and its vehicle.
-fn steps(scenario: &str) -> (Vehicle, Vec<(Measurements, Command, f64)>) {
-    let file = project().join("scenarios").join(scenario);
-    let changes = [("stop.after_s".to_owned(), "30".to_owned())];
-    let scenario = Scenario::load(&file, &changes).unwrap();
-    let mut simulation = Simulation::build(scenario, &Registry::default(), 1).unwrap();
-    let (mut steps, mut last) = (Vec::new(), 0.0);
-    let mut keep = |f: &StepFrame<'_>| {
-        if f.sampled {
-            steps.push((*f.measurements, *f.command, f.truth.t_s - last));
-            last = f.truth.t_s;
-        }
-    };
-    monorig_sim::closed_loop::run(&mut simulation, &mut [&mut keep], &mut |_| true).unwrap();
-    (simulation.vehicle, steps)
-}
-
-fn bits(e: &Estimate) -> Vec<u64> {
-    let values = [
-        e.total_mass_kg,
-        e.grade_rad,
-        e.effective_grade_rad,
-        e.speed_mps,
-    ];
-    let values = values
-        .iter()
-        .flat_map(|v| [v.value.to_bits(), v.sd.to_bits(), v.valid.into()]);
-    let flags = [e.flags.moving, e.flags.excited, e.flags.saturated].map(u64::from);
-    let rest = [e.innovation.to_bits(), e.nis.to_bits(), e.t.ns() as u64];
-    values.chain(rest).chain(flags).collect()
-}
-
-fn names() -> impl Iterator<Item = &'static str> {
-    registry::NAMES
-        .iter()
-        .chain(registry::PRINTED_NAMES)
-        .copied()
-}
-
 /// Estimates, reasons, internal quantities, aid status and snapshots, of every estimator on two scenarios.
 #[test]
 fn every_estimator_through_the_header_is_the_native_one() {
     let file = library();
     for scenario in ["liu2023_section1.yaml", "minimal.yaml"] {
-        let (vehicle, steps) = steps(scenario);
+        let (vehicle, steps) = steps(scenario, 30.0);
         assert!(steps.len() > 1000);
         let mut aids = 0;
         let hosts = hosts();
@@ -256,7 +216,7 @@ fn cost_of_the_header() {
         began.elapsed().as_secs_f64() * 1e9 / steps.len() as f64
     };
     for scenario in ["liu2023_section1.yaml", "minimal.yaml"] {
-        let (vehicle, steps) = steps(scenario);
+        let (vehicle, steps) = steps(scenario, 30.0);
         for name in ["dffrls_aekf", "complementary_filter", "rail_fusion"] {
             let settings = Settings::of_type(name).in_library("monorig_c", library());
             let native = registry::build(name, &vehicle, []).unwrap();

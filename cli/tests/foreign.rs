@@ -5,32 +5,11 @@
 
 mod common;
 
-use common::{TestFolder, words};
+use common::{TestFolder, compile, words};
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
-
-/// Compiles a source of the project into the folder, with these words defined. False where there is no compiler.
-fn compile(dir: &TestFolder, library: &str, source: &str, defined: &str) -> bool {
-    let project = common::project();
-    let mut cc = Command::new(std::env::var_os("CC").unwrap_or("cc".into()));
-    cc.args(["-shared", "-fPIC", "-O2", "-std=gnu99", "-I"]);
-    cc.arg(project.join("abi/include"));
-    cc.args(defined.split_whitespace().map(|word| format!("-D{word}")));
-    cc.arg("-o").arg(dir.path(library));
-    cc.arg(project.join(source)).arg("-lm");
-    match cc.status() {
-        Ok(status) => {
-            assert!(status.success());
-            true
-        }
-        Err(e) => {
-            eprintln!("skipped: no C compiler here ({e})");
-            false
-        }
-    }
-}
 
 /// A folder with a library of misdeeds and a scenario of two seconds with it. None where there is no compiler.
 fn folder(defined: &str) -> Option<TestFolder> {
@@ -230,6 +209,69 @@ fn an_endless_loop_ends() {
         assert_eq!(run.wait().unwrap().code(), expected);
         nothing_is_left(&dir);
     }
+}
+
+/// An FMU is unpacked for a process, and removed with it, whether that crashes or the program is killed.
+#[test]
+#[cfg(target_os = "linux")] // finds processes in /proc
+fn nothing_that_was_unpacked_is_left() {
+    for (defined, killed) in [("SEGFAULT AT_RUNNING", false), ("LOOPS AT_RUNNING", true)] {
+        let Some(dir) = folder(defined) else { return };
+        let name = ["fmu", "estimator", "bad", "--library", "bad.so"];
+        let (code, out, err) =
+            dir.monorig(&[&name[..], &["--scenario", "good.yaml", "--out", "bad.fmu"]].concat());
+        assert_eq!(code, Some(0), "{out}{err}");
+        let text = dir
+            .read("bad.yaml")
+            .replace("library: ./bad.so", "fmu: ./bad.fmu");
+        dir.write("bad.yaml", text.as_bytes());
+        std::fs::create_dir(dir.path("unpacked")).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_monorig"));
+        command.args(["run", "bad.yaml", "--no-rerun"]);
+        command
+            .current_dir(dir.path(""))
+            .env("TMPDIR", dir.path("unpacked"));
+        let run = command.stdout(Stdio::null()).stderr(Stdio::null());
+        let mut run = run.spawn().unwrap();
+        let there = || std::fs::read_dir(dir.path("unpacked")).unwrap().count();
+        let until = Instant::now() + Duration::from_secs(8);
+        let looping = || {
+            processes(&dir)
+                .iter()
+                .any(|id| *id != run.id() && busy(*id))
+        };
+        while killed && !looping() {
+            assert!(Instant::now() < until, "the loop does not begin");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        if killed {
+            assert!(there() > 0);
+            run.kill().unwrap();
+        }
+        assert_eq!(run.wait().unwrap().code(), (!killed).then_some(1));
+        nothing_is_left(&dir);
+        assert_eq!(there(), 0, "{defined}");
+    }
+}
+
+/// The program of a wheel has no library for FMUs beside it: what to do is said, and nothing is written.
+#[test]
+fn a_program_alone_makes_no_fmu_and_says_so() {
+    let Some(dir) = folder("") else { return };
+    std::fs::create_dir(dir.path("bin")).unwrap();
+    std::fs::copy(env!("CARGO_BIN_EXE_monorig"), dir.path("bin/monorig")).unwrap();
+    let task = ["fmu", "plant", "good.yaml", "--out", "plant.fmu"];
+    let mut alone = Command::new(dir.path("bin/monorig"));
+    let (code, out, err) = dir.output(alone.args(task).stdout(Stdio::piped()));
+    assert_eq!(code, Some(2), "{out}{err}");
+    for part in [
+        "monorig_fmu",
+        "is not beside the program",
+        "archive of a release",
+    ] {
+        assert!(words(&err).contains(part), "{part} is not in {err}");
+    }
+    assert!(!dir.path("plant.fmu").exists());
 }
 
 /// True of a process that has used a tenth of a second of its processor in its own code.

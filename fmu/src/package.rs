@@ -54,8 +54,7 @@ pub fn library() -> Result<PathBuf, Error> {
     let places = [folder.join(&name), folder.join("deps").join(&name)];
     places.into_iter().find(|p| p.is_file()).ok_or_else(|| {
         let message = format!("{name} is not beside the program in {}", folder.display());
-        let help =
-            "`cargo build --release` in monorig's folder makes it; a release has it in its archive";
+        let help = "the archive of a release has the program and this library side by side, and `cargo build --release` makes both; a wheel of Python has the program alone";
         DataError::new("", message, help).into()
     })
 }

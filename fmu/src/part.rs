@@ -144,7 +144,7 @@ pub fn estimator(
     };
     let mut files = BTreeMap::new();
     if let Some(library) = &settings.library {
-        let bytes = monorig_sim::config::file::read_bytes(Path::new(library))?;
+        let bytes = monorig_sim::config::file::read_library(Path::new(library))?;
         files.insert(LIBRARY.to_owned(), bytes.to_vec());
     }
     let about = match of_type.description() {

@@ -1,5 +1,6 @@
-//! Estimators of others: of shared libraries that have the functions of `monorig_estimator.h`, and FMUs. A scenario
-//! names one by `library: ./mine.so` or `fmu: ./mine.fmu`; it is then checked, built and run as ours are.
+//! Estimators and controllers of others: estimators of shared libraries that have the functions of
+//! `monorig_estimator.h`, and FMUs of both. A scenario names one by `library: ./mine.so` or `fmu: ./mine.fmu`; it is
+//! then checked, built and run as ours are.
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -7,7 +8,8 @@
 //! | `foreign` | an estimator of it in a run |
 //! | `fmu/` | an FMU: unpacked, checked, its functions, an instance of it in a run |
 //! | `signals` `unit` | names of inputs and outputs in an FMU, and their units |
-//! | `parent` | parts in processes of their own |
+//! | `parent` | processes that run parts |
+//! | `remote` | an estimator or a controller in such a process |
 //! | `child` | the process that runs a part |
 //! | `protocol` | the messages between the two |
 
@@ -20,6 +22,8 @@ mod library;
 mod parent;
 #[cfg(unix)]
 mod protocol;
+#[cfg(unix)]
+mod remote;
 pub mod signals;
 pub mod unit;
 
@@ -29,15 +33,16 @@ pub use child::serve;
 use library::Library;
 use monorig_estimators::Vehicle;
 use monorig_sim::closed_loop::registry::{
-    BoxedEstimator, EstimatorType, NamedSettings, Refusal, Registry,
+    BoxedEstimator, ControllerType, EstimatorType, NamedSettings, Refusal, Registry,
 };
-use monorig_sim::config::scenario::Settings;
+use monorig_sim::config::scenario::{ControllerSettings, Settings};
 use std::path::Path;
 
 /// Lets scenarios that are built with this registry name libraries and FMUs, which run inside of this program: a crash
 /// in one ends it.
 pub fn loads_libraries(mut registry: Registry) -> Registry {
     registry.load_libraries_with(load);
+    registry.load_controllers_with(load_controller);
     registry
 }
 
@@ -46,7 +51,9 @@ pub fn loads_libraries(mut registry: Registry) -> Registry {
 #[cfg(unix)]
 pub fn guards_libraries(mut registry: Registry, program: Vec<std::ffi::OsString>) -> Registry {
     let host = std::sync::Arc::new(parent::Host::new(program));
+    let of_controllers = host.clone();
     registry.load_libraries_with(move |path, settings| host.estimator(path, settings));
+    registry.load_controllers_with(move |path, settings| of_controllers.controller(path, settings));
     registry
 }
 
@@ -63,4 +70,9 @@ fn load(path: &Path, settings: &Settings) -> Result<EstimatorType, Refusal> {
         Ok(Box::new(built) as BoxedEstimator)
     };
     Ok(EstimatorType::new(name, groups, build))
+}
+
+/// The controller that is in an FMU.
+fn load_controller(path: &Path, settings: &ControllerSettings) -> Result<ControllerType, Refusal> {
+    fmu::controller_of(path, settings)
 }

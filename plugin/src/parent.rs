@@ -1,19 +1,18 @@
 //! Parts in processes of their own: a crash in one, or a step without an end, ends the run that it is in and nothing
 //! else. A process runs one instance at a time, and is used again for the next one of the same file.
 
-use crate::protocol::{
-    BUILD, Body, DONE, DROP, LOAD, Message, NOT_KEPT, RESET, RESTORE, SNAPSHOT, STEP, receive,
-};
-use monorig_abi::{Aid, BROKEN, Estimated, Input, NominalVehicle, OK, Reason};
-use monorig_estimators::api::aid::AidStatus;
-use monorig_estimators::api::estimator::Internal;
+use crate::child::FOLDER;
+use crate::protocol::{BUILD, Body, CONTROLLER, DONE, DROP, ESTIMATOR, LOAD, Message, receive};
+use crate::remote::{RemoteController, RemoteEstimator};
+use monorig_abi::NominalVehicle;
+use monorig_estimators::Vehicle;
 use monorig_estimators::api::params::Key;
-use monorig_estimators::api::signals::{Command as Commanded, Estimate, Measurements};
-use monorig_estimators::api::snapshot::SnapshotError;
-use monorig_estimators::{Error, Estimator, Real, Vehicle};
-use monorig_sim::closed_loop::registry::{BoxedEstimator, EstimatorType, NamedSettings, Refusal};
-use monorig_sim::config::scenario::Settings;
-use std::cell::RefCell;
+use monorig_sim::closed_loop::registry::{
+    BoxedController, BoxedEstimator, ControllerType, EstimatorType, NamedSettings, Refusal,
+};
+use monorig_sim::config::scenario::{ControllerSettings, Settings};
+use monorig_sim::control::ControllerSetup;
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::io::{self, BufReader, ErrorKind};
@@ -26,6 +25,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
+use tempfile::TempDir;
 
 /// Time for an answer: to load a part, to build an instance, to make a step.
 const LIMIT: Duration = Duration::from_secs(10);
@@ -51,14 +51,26 @@ struct Known {
 
 /// A part that a scenario names.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
-struct Part {
+pub(crate) struct Part {
+    /// Its role in the loop.
+    what: u64,
     path: PathBuf,
     /// The keys of the scenario beside its parameters, as JSON.
     settings: String,
 }
 
 impl Part {
+    fn new(what: u64, path: &Path, settings: &impl Serialize) -> Self {
+        Self {
+            what,
+            path: path.into(),
+            // texts and numbers: nothing in it can fail to serialise
+            settings: serde_json::to_string(settings).unwrap_or_default(),
+        }
+    }
+
     fn put<'a>(&self, message: &'a mut Message) -> &'a mut Message {
+        message.put(&[self.what]);
         message.bytes(self.path.as_os_str().as_bytes());
         message.text(&self.settings)
     }
@@ -93,26 +105,68 @@ impl Host {
         let mut settings = settings.clone();
         settings.values.clear();
         settings.from = None;
-        let part = Part {
-            path: path.into(),
-            // texts and numbers: nothing in it can fail to serialise
-            settings: serde_json::to_string(&settings).unwrap_or_default(),
-        };
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let Known { name, groups } = match known.get(&part) {
-            Some(known) => *known,
-            None => {
-                let described = self.describe(&part)?;
-                known.insert(part.clone(), described);
-                described
-            }
-        };
+        let part = Part::new(ESTIMATOR, path, &settings);
+        let Known { name, groups } = self.known(&part)?;
         let host = self.clone();
         let build = move |vehicle: &Vehicle, settings: NamedSettings<'_>| {
-            let built = Remote::build(&host, &part, vehicle, settings)?;
+            let built = RemoteEstimator::build(&host, &part, vehicle, settings)?;
             Ok(Box::new(built) as BoxedEstimator)
         };
         Ok(EstimatorType::new(name, groups, build))
+    }
+
+    /// The controller that is in a file.
+    pub fn controller(
+        self: &Arc<Self>,
+        path: &Path,
+        settings: &ControllerSettings,
+    ) -> Result<ControllerType, Refusal> {
+        let mut settings = settings.clone();
+        settings.values.clear();
+        let part = Part::new(CONTROLLER, path, &settings);
+        let Known { name, groups } = self.known(&part)?;
+        let host = self.clone();
+        let build = move |vehicle: &Vehicle, _: &ControllerSetup, settings: NamedSettings<'_>| {
+            let process = host.build(&part, vehicle, settings)?;
+            Ok(Box::new(RemoteController::new(process)) as BoxedController)
+        };
+        Ok(ControllerType::new(name, groups, build))
+    }
+
+    fn known(&self, part: &Part) -> Result<Known, Refusal> {
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = known.get(part) {
+            return Ok(*known);
+        }
+        let described = self.describe(part)?;
+        known.insert(part.clone(), described);
+        Ok(described)
+    }
+
+    /// A process that runs an instance of a part; what it says of the instance is its answer.
+    pub fn build(
+        self: &Arc<Self>,
+        part: &Part,
+        vehicle: &Vehicle,
+        settings: NamedSettings<'_>,
+    ) -> Result<Lent, Refusal> {
+        let mut process = self.process(part)?;
+        let message = part.put(process.message.begin(BUILD));
+        message.put(&[NominalVehicle::from(vehicle)]);
+        for (name, value) in settings {
+            message.setting(name, *value);
+        }
+        if let Err(refused) = process.ask_or(part, "while it is built") {
+            if process.lost.is_none() {
+                self.give_back(part, process);
+            }
+            return Err(refused);
+        }
+        Ok(Lent {
+            host: self.clone(),
+            part: part.clone(),
+            process: Some(process),
+        })
     }
 
     fn describe(&self, part: &Part) -> Result<Known, Refusal> {
@@ -153,6 +207,49 @@ impl Host {
     }
 }
 
+/// A process that runs an instance, given back at the end.
+pub(crate) struct Lent {
+    host: Arc<Host>,
+    part: Part,
+    /// None after it was given back.
+    process: Option<Process>,
+}
+
+impl Lent {
+    /// Asks with the message that `put` puts together, and reads the answer. The error names the part and its fate.
+    pub fn ask<T>(
+        &mut self,
+        put: impl FnOnce(&mut Message),
+        read: impl FnOnce(Body<'_>) -> io::Result<T>,
+    ) -> Result<T, String> {
+        let process = self.process.as_mut().ok_or_else(String::new)?;
+        put(&mut process.message);
+        let asked = process.ask().and_then(|_| process.read(read));
+        asked.map_err(|why| format!("{} {why}", self.part.at()))
+    }
+
+    /// Reads what it has said of the instance that was built.
+    pub fn built<T>(&mut self, read: impl FnOnce(Body<'_>) -> io::Result<T>) -> Result<T, Refusal> {
+        let process = self.process.as_mut().ok_or(ErrorKind::NotFound);
+        let process =
+            process.map_err(|e| self.part.refused(&e.to_string(), "while it is built"))?;
+        let read = process.read(read);
+        read.map_err(|why| self.part.refused(&why, "while it is built"))
+    }
+}
+
+impl Drop for Lent {
+    fn drop(&mut self) {
+        let Some(mut process) = self.process.take() else {
+            return;
+        };
+        process.message.begin(DROP);
+        if process.ask().is_ok() {
+            self.host.give_back(&self.part, process);
+        }
+    }
+}
+
 /// A process, and the way to it.
 struct Process {
     child: Child,
@@ -162,6 +259,8 @@ struct Process {
     body: Vec<u8>,
     /// Why it answers no more.
     lost: Option<String>,
+    /// Its temporary files, removed when it has ended, however that was.
+    _folder: TempDir,
 }
 
 impl Process {
@@ -170,8 +269,12 @@ impl Process {
         ours.set_read_timeout(Some(LIMIT))?;
         ours.set_write_timeout(Some(LIMIT))?;
         let (name, arguments) = program.split_first().ok_or(ErrorKind::NotFound)?;
+        let folder = tempfile::Builder::new()
+            .prefix(crate::fmu::FOLDER)
+            .tempdir()?;
         let child = Command::new(name)
             .args(arguments)
+            .env(FOLDER, folder.path())
             .stdin(OwnedFd::from(theirs))
             // what a part prints is no result of the program
             .stdout(io::stderr().as_fd().try_clone_to_owned()?)
@@ -185,6 +288,7 @@ impl Process {
             message: Message::default(),
             body: Vec::new(),
             lost: None,
+            _folder: folder,
         })
     }
 
@@ -270,176 +374,5 @@ fn ended(status: ExitStatus) -> String {
             format!("crashed: {}", told.replacen("signal: ", "signal ", 1))
         }
         None => format!("ended its process: {told}"),
-    }
-}
-
-/// An estimator that runs in a process of its own.
-struct Remote {
-    host: Arc<Host>,
-    part: Part,
-    /// None after it was given back.
-    process: RefCell<Option<Process>>,
-    input: Box<Input>,
-    drives: usize,
-    internals: Vec<Internal>,
-    aids: Vec<&'static str>,
-    values: Vec<f64>,
-    status: Vec<AidStatus>,
-}
-
-impl Remote {
-    fn build(
-        host: &Arc<Host>,
-        part: &Part,
-        vehicle: &Vehicle,
-        settings: NamedSettings<'_>,
-    ) -> Result<Self, Refusal> {
-        let mut process = host.process(part)?;
-        let message = part.put(process.message.begin(BUILD));
-        message.put(&[NominalVehicle::from(vehicle)]);
-        for (name, value) in settings {
-            message.setting(name, *value);
-        }
-        if let Err(refused) = process.ask_or(part, "while it is built") {
-            if process.lost.is_none() {
-                host.give_back(part, process);
-            }
-            return Err(refused);
-        }
-        let mut built = Self {
-            host: host.clone(),
-            part: part.clone(),
-            process: RefCell::default(),
-            input: Box::default(),
-            drives: vehicle.drives,
-            internals: Vec::new(),
-            aids: Vec::new(),
-            values: Vec::new(),
-            status: Vec::new(),
-        };
-        let read = process.read(|mut answer| {
-            let (internals, aids) = (answer.take::<u64>()?, answer.take::<u64>()?);
-            for _ in 0..internals {
-                let internal = Internal::new(answer.kept()?, answer.kept()?);
-                built.internals.push(internal);
-                built.values.push(f64::NAN);
-            }
-            for _ in 0..aids {
-                built.aids.push(answer.kept()?);
-                built.status.push(AidStatus::default());
-            }
-            built.state(answer)
-        });
-        read.map_err(|why| part.refused(&why, "while it is built"))?;
-        built.process.replace(Some(process));
-        Ok(built)
-    }
-
-    /// Takes a state over. Returns its code, reason and estimate.
-    fn state(&mut self, mut answer: Body<'_>) -> io::Result<(i32, Reason, Estimated)> {
-        let code = answer.take::<u64>()? as i32;
-        let (reason, estimated) = (answer.take()?, answer.take()?);
-        for value in &mut self.values {
-            *value = answer.take()?;
-        }
-        for status in &mut self.status {
-            *status = AidStatus::from(&answer.take::<Aid>()?);
-        }
-        Ok((code, reason, estimated))
-    }
-
-    /// Asks for what is answered by a state.
-    fn ask(&mut self, put: impl FnOnce(&mut Message)) -> Result<(i32, Reason, Estimated), String> {
-        let mut process = self.process.take().ok_or_else(String::new)?;
-        put(&mut process.message);
-        let asked = process.ask();
-        let read = asked.and_then(|_| process.read(|answer| self.state(answer)));
-        self.process.replace(Some(process));
-        read.map_err(|why| format!("{} {why}", self.part.at()))
-    }
-}
-
-impl Drop for Remote {
-    fn drop(&mut self) {
-        let Some(mut process) = self.process.take() else {
-            return;
-        };
-        process.message.begin(DROP);
-        if process.ask().is_ok() {
-            self.host.give_back(&self.part, process);
-        }
-    }
-}
-
-impl Estimator for Remote {
-    fn step(&mut self, z: &Measurements, u: &Commanded, dt: Real) -> Result<Estimate, Error> {
-        self.input.fill(z, u, dt, self.drives);
-        let input = *self.input;
-        let stepped = self.ask(|message| {
-            message.begin(STEP).put(&[input]);
-        });
-        match stepped {
-            Ok((OK, _, estimated)) => Ok(Estimate::from(&estimated)),
-            Ok((BROKEN, reason, _)) => Err(Error::broken(reason.as_str())),
-            Ok((_, reason, _)) => Err(Error::own(reason.as_str())),
-            Err(why) => Err(Error::broken(why)),
-        }
-    }
-
-    fn reset(&mut self) {
-        // if the process is lost, the next step says so
-        let _ = self.ask(|message| {
-            message.begin(RESET);
-        });
-    }
-
-    fn internals(&self) -> &[Internal] {
-        &self.internals
-    }
-
-    fn internal_values(&self, values: &mut [Real]) {
-        let both = values.iter_mut().zip(&self.values);
-        both.for_each(|(to, from)| *to = *from);
-    }
-
-    fn aid_sources(&self) -> &[&'static str] {
-        &self.aids
-    }
-
-    fn aid_status(&self, status: &mut [AidStatus]) {
-        let both = status.iter_mut().zip(&self.status);
-        both.for_each(|(to, from)| *to = *from);
-    }
-
-    fn snapshot(&self, bytes: &mut [u8]) -> Result<usize, SnapshotError> {
-        let mut process = self.process.borrow_mut();
-        let process = process.as_mut().ok_or(SnapshotError::NotKept)?;
-        process.message.begin(SNAPSHOT).put(&[bytes.len() as u64]);
-        process.ask().map_err(|_| SnapshotError::NotKept)?;
-        let read = process.read(|mut answer| {
-            let (code, used) = (answer.take::<u64>()?, answer.take::<u64>()? as usize);
-            if code == OK as u64 {
-                let place = bytes.get_mut(..used).ok_or(ErrorKind::InvalidData)?;
-                let taken = answer.0.get(..used).ok_or(ErrorKind::InvalidData)?;
-                place.copy_from_slice(taken);
-            }
-            Ok((code, used))
-        });
-        match read {
-            Ok((0, used)) => Ok(used),
-            Ok((NOT_KEPT, _)) | Err(_) => Err(SnapshotError::NotKept),
-            Ok((_, used)) => Err(SnapshotError::Room(used)),
-        }
-    }
-
-    fn restore(&mut self, snapshot: &[u8]) -> Result<(), SnapshotError> {
-        let restored = self.ask(|message| {
-            message.begin(RESTORE).put(snapshot);
-        });
-        match restored {
-            Ok((OK, ..)) => Ok(()),
-            Ok((code, ..)) if code as u64 != NOT_KEPT => Err(SnapshotError::Corrupt),
-            _ => Err(SnapshotError::NotKept),
-        }
     }
 }

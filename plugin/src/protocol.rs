@@ -4,12 +4,16 @@
 
 use monorig_abi::{Aid, Estimated, Input, NominalVehicle, Reason, Text};
 use monorig_estimators::api::params::{Key, KeyKind, Setting};
+use monorig_estimators::api::signals::{Command, Estimate, MAX_DRIVES};
 use monorig_sim::closed_loop::interned;
+use monorig_sim::control::{Perception, Reference};
 use std::io::{Error, ErrorKind, Read, Result, Write};
 
-/// Describe a part: its file, and its keys in a scenario as JSON. Answer: [`DONE`] with its name and its parameters.
+/// Describe a part: its role in the loop, its file, and its keys in a scenario as JSON. Answer: [`DONE`] with its name
+/// and its parameters.
 pub(crate) const LOAD: u64 = 1;
-/// Build an instance: the part as before, vehicle, settings. Answer: [`DONE`] with internals, sources and the state.
+/// Build an instance: the part as before, vehicle, settings. Answer: [`DONE`], of an estimator with internals, sources
+/// and the state.
 pub(crate) const BUILD: u64 = 2;
 /// Make a step: [`Input`]. Answer: the state.
 pub(crate) const STEP: u64 = 3;
@@ -21,8 +25,13 @@ pub(crate) const SNAPSHOT: u64 = 5;
 pub(crate) const RESTORE: u64 = 6;
 /// Give the instance up. Answer: nothing.
 pub(crate) const DROP: u64 = 7;
+/// Make a step of a controller: [`Task`]. Answer: a code, a [`Reason`], [`Commanded`].
+pub(crate) const CONTROL: u64 = 8;
 /// Answer: done, and what was asked for. A state is a code, a [`Reason`], [`Estimated`], internals, aid status.
 pub(crate) const DONE: u64 = 100;
+/// Roles of a part in the loop.
+pub(crate) const ESTIMATOR: u64 = 0;
+pub(crate) const CONTROLLER: u64 = 1;
 /// Answer to [`LOAD`] and [`BUILD`]: refused, with message and help.
 pub(crate) const REFUSED: u64 = 101;
 
@@ -54,6 +63,93 @@ unsafe impl Plain for Aid {}
 unsafe impl Plain for NominalVehicle {}
 // SAFETY: bytes.
 unsafe impl<const N: usize> Plain for Text<N> {}
+
+/// Input of a controller in a step.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub(crate) struct Task {
+    reference: [f64; 4],
+    speed_grade_mass: [f64; 3],
+    valid: u64,
+    slip_mps: [f64; MAX_DRIVES],
+    estimates: u64,
+    estimate: Estimated,
+    dt_s: f64,
+}
+
+// SAFETY: numbers of eight bytes.
+unsafe impl Plain for Task {}
+
+impl Task {
+    pub fn new(r: &Reference, p: &Perception, dt_s: f64) -> Self {
+        Self {
+            reference: [
+                r.speed_mps,
+                r.accel_mps2,
+                r.emergency_brake,
+                r.clamp_pressure_mpa,
+            ],
+            speed_grade_mass: [p.speed_mps, p.grade_rad, p.total_mass_kg],
+            valid: p.valid.into(),
+            slip_mps: p.slip_mps,
+            estimates: p.estimate.is_some().into(),
+            estimate: Estimated::from(&p.estimate.unwrap_or_default()),
+            dt_s,
+        }
+    }
+
+    pub fn read(&self) -> (Reference, Perception, f64) {
+        let mut reference = Reference::default();
+        [
+            reference.speed_mps,
+            reference.accel_mps2,
+            reference.emergency_brake,
+            reference.clamp_pressure_mpa,
+        ] = self.reference;
+        let mut perception = Perception::default();
+        [
+            perception.speed_mps,
+            perception.grade_rad,
+            perception.total_mass_kg,
+        ] = self.speed_grade_mass;
+        perception.valid = self.valid != 0;
+        perception.slip_mps = self.slip_mps;
+        perception.estimate = (self.estimates != 0).then(|| Estimate::from(&self.estimate));
+        (reference, perception, self.dt_s)
+    }
+}
+
+/// A command.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub(crate) struct Commanded {
+    motor_torque_nm: [f64; MAX_DRIVES],
+    clamp_pressure_mpa: f64,
+    brake: f64,
+}
+
+// SAFETY: numbers of eight bytes.
+unsafe impl Plain for Commanded {}
+
+impl From<&Command> for Commanded {
+    fn from(command: &Command) -> Self {
+        Self {
+            motor_torque_nm: command.motor_torque_nm,
+            clamp_pressure_mpa: command.clamp_pressure_mpa,
+            brake: command.brake,
+        }
+    }
+}
+
+impl From<&Commanded> for Command {
+    fn from(commanded: &Commanded) -> Self {
+        Self {
+            motor_torque_nm: commanded.motor_torque_nm,
+            clamp_pressure_mpa: commanded.clamp_pressure_mpa,
+            brake: commanded.brake,
+        }
+    }
+}
 
 /// Kinds of a parameter and of its value.
 const NUMBER: u64 = 0;

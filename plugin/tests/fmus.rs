@@ -3,19 +3,14 @@
 #![cfg(unix)] // compiles with `cc`
 #![allow(clippy::unwrap_used)] // helpers of tests
 
+mod common;
+
+use common::{build, compile, fmu, has, pack, platform, run};
 use monorig_plugin::loads_libraries;
 use monorig_sim::closed_loop::registry::Registry;
-use monorig_sim::closed_loop::{Outcome, Simulation, resolved};
-use monorig_sim::config::scenario::Scenario;
-use monorig_sim::error::Error;
-use std::io::Write;
+use monorig_sim::closed_loop::resolved;
+use std::env::consts::DLL_SUFFIX;
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use zip::write::SimpleFileOptions;
-
-fn project() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
 
 const DESCRIPTION: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="slope" guid="{1}">
@@ -45,85 +40,17 @@ const DESCRIPTION: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 /// All of its names for ours.
 const MAP: &str = "specific_force_x: ax, \"wheel_speed[1]\": wheel, grade: theta, grade_sd: theta_sd, grade_valid: ok";
 
-/// Folder of the binary for this machine.
-fn platform() -> &'static str {
-    match (std::env::consts::OS, std::env::consts::ARCH) {
-        ("macos", _) => "darwin64",
-        (_, "x86_64") => "linux64",
-        (_, _) => "aarch64-linux",
-    }
+/// The FMU with a library that is compiled with these words, and this description, in a scenario.
+fn scenario(folder: &Path, defined: &str, description: &str, estimator: &str) -> PathBuf {
+    let library = compile(folder, "plugin/tests/slope_fmu.c", defined);
+    fmu(&folder.join("slope.fmu"), description, &library, "slope");
+    common::scenario(folder, &format!("  mine: {estimator}"), "{}")
 }
 
-/// Compiles the library with these words defined.
-fn compile(folder: &Path, defined: &str) -> Vec<u8> {
-    let library = folder.join("slope.so");
-    let mut cc = Command::new(std::env::var_os("CC").unwrap_or("cc".into()));
-    cc.args(["-shared", "-fPIC", "-O2", "-std=c99", "-o"])
-        .arg(&library);
-    cc.args(defined.split_whitespace().map(|word| format!("-D{word}")));
-    cc.arg(project().join("plugin/tests/slope_fmu.c"))
-        .arg("-lm");
-    assert!(cc.status().unwrap().success());
-    std::fs::read(library).unwrap()
-}
-
-/// An FMU of these files in a scenario of two seconds.
-fn scenario(folder: &Path, files: &[(&str, &[u8])], estimator: &str) -> PathBuf {
-    let mut zip = zip::ZipWriter::new(std::fs::File::create(folder.join("slope.fmu")).unwrap());
-    for (name, bytes) in files {
-        zip.start_file(*name, SimpleFileOptions::default()).unwrap();
-        zip.write_all(bytes).unwrap();
-    }
-    zip.finish().unwrap();
-    let assets = project().join("assets").canonicalize().unwrap();
-    let assets = assets.display();
-    let text = format!(
-        "version: 1
-why: An FMU in a run.
-track: {assets}/tracks/liu2023_section1.yaml
-train: {assets}/trains/dx80_176y.yaml
-sensors: {assets}/sensors/liu2023.yaml
-drive: {{speed: [{{at_s: 0, mps: 0}}, {{at_s: 1, mps: 0.5}}]}}
-estimators:
-  mine: {estimator}
-stop: {{after_s: 2}}
-"
-    );
-    let file = folder.join("two_seconds.yaml");
-    std::fs::write(&file, text).unwrap();
-    file
-}
-
-fn build(file: &Path) -> Result<Simulation, Error> {
-    let registry = loads_libraries(Registry::default());
-    Simulation::build(Scenario::load(file, &[])?, &registry, 1)
-}
-
-fn run(simulation: &mut Simulation) -> Result<Outcome, Error> {
-    monorig_sim::closed_loop::run(simulation, &mut [], &mut |_| true)
-}
-
-/// The message of an FMU with this library and description, in a scenario with this estimator.
+/// Message of a run with it.
 fn message(defined: &str, description: &str, estimator: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
-    let library = compile(folder.path(), defined);
-    let binary = format!("binaries/{}/slope.so", platform());
-    let files = [
-        ("modelDescription.xml", description.as_bytes()),
-        (binary.as_str(), library.as_slice()),
-    ];
-    let file = scenario(folder.path(), &files, estimator);
-    match build(&file).and_then(|mut s| run(&mut s)) {
-        Ok(outcome) => format!("{:?}", outcome.refusals),
-        Err(e) => e.to_string(),
-    }
-}
-
-#[track_caller]
-fn has(message: &str, parts: &[&str]) {
-    for part in parts {
-        assert!(message.contains(part), "`{part}` is not in: {message}");
-    }
+    common::message(&scenario(folder.path(), defined, description, estimator))
 }
 
 fn mine(more: &str) -> String {
@@ -135,17 +62,8 @@ const AT: &str = "two_seconds.yaml:8:";
 #[test]
 fn an_fmu_with_other_names_estimates_and_its_digest_is_kept() {
     let folder = tempfile::tempdir().unwrap();
-    let library = compile(folder.path(), "");
-    let binary = format!("binaries/{}/slope.so", platform());
-    let files = [
-        ("modelDescription.xml", DESCRIPTION.as_bytes()),
-        (binary.as_str(), library.as_slice()),
-    ];
-    let file = scenario(
-        folder.path(),
-        &files,
-        &mine(", gain: 1, order: 3, form: round"),
-    );
+    let estimator = mine(", gain: 1, order: 3, form: round");
+    let file = scenario(folder.path(), "", DESCRIPTION, &estimator);
     let mut simulation = build(&file).unwrap();
     let outcome = run(&mut simulation).unwrap();
     assert!(
@@ -178,18 +96,9 @@ fn an_fmu_with_other_names_estimates_and_its_digest_is_kept() {
 fn a_standard_deviation_is_of_the_fmu_or_of_the_map() {
     let of = |sd: &str| {
         let folder = tempfile::tempdir().unwrap();
-        let library = compile(folder.path(), "");
-        let binary = format!("binaries/{}/slope.so", platform());
-        let files = [
-            ("modelDescription.xml", DESCRIPTION.as_bytes()),
-            (binary.as_str(), library.as_slice()),
-        ];
         let map = format!("{{specific_force_x: ax, grade: theta{sd}}}");
-        let file = scenario(
-            folder.path(),
-            &files,
-            &format!("{{fmu: ./slope.fmu, wheel: 0, map: {map}}}"),
-        );
+        let estimator = format!("{{fmu: ./slope.fmu, wheel: 0, map: {map}}}");
+        let file = scenario(folder.path(), "", DESCRIPTION, &estimator);
         let mut simulation = build(&file).unwrap();
         run(&mut simulation).unwrap();
         simulation.estimators[0].estimate.grade_rad
@@ -209,13 +118,7 @@ fn an_fmu_with_a_fixed_step_is_called_with_that_step() {
             "  <DefaultExperiment stepSize=\"0.02\"/>\n  <ModelVariables>",
         );
     let folder = tempfile::tempdir().unwrap();
-    let library = compile(folder.path(), "FIXED_STEP");
-    let binary = format!("binaries/{}/slope.so", platform());
-    let files = [
-        ("modelDescription.xml", fixed.as_bytes()),
-        (binary.as_str(), library.as_slice()),
-    ];
-    let file = scenario(folder.path(), &files, &mine(""));
+    let file = scenario(folder.path(), "FIXED_STEP", &fixed, &mine(""));
     let mut simulation = build(&file).unwrap();
     run(&mut simulation).unwrap();
     let steps = simulation.estimators[0].estimate.grade_rad.value * 1e6;
@@ -355,7 +258,7 @@ fn every_mistake_of_a_description_has_its_message() {
     );
     has(
         &of("modelIdentifier=\"slope\"", "modelIdentifier=\"other\""),
-        &[AT, "has no binary for this machine", "other.so", platform()],
+        &[AT, "has no binary for this machine", "other.", &platform()],
     );
 }
 
@@ -387,7 +290,8 @@ fn every_mistake_of_a_library_has_its_message() {
 fn every_mistake_of_an_archive_has_its_message() {
     let of = |files: &[(&str, &[u8])]| {
         let folder = tempfile::tempdir().unwrap();
-        let file = scenario(folder.path(), files, &mine(""));
+        pack(&folder.path().join("slope.fmu"), files);
+        let file = common::scenario(folder.path(), &format!("  mine: {}", mine("")), "{}");
         build(&file).err().unwrap().to_string()
     };
     let description = ("modelDescription.xml", DESCRIPTION.as_bytes());
@@ -403,7 +307,7 @@ fn every_mistake_of_an_archive_has_its_message() {
         &of(&[description, ("binaries/win64/slope.dll", b"MZ")]),
         &[AT, "no binary for this machine", "it has win64"],
     );
-    let binary = format!("binaries/{}/slope.so", platform());
+    let binary = format!("binaries/{}/slope{DLL_SUFFIX}", platform());
     has(
         &of(&[description, (&binary, b"no library")]),
         &[AT, "shared library cannot be loaded"],
@@ -413,10 +317,24 @@ fn every_mistake_of_an_archive_has_its_message() {
         &[AT, "`../../outside` in it leads out"],
     );
     let folder = tempfile::tempdir().unwrap();
-    let file = scenario(folder.path(), &[description], &mine(""));
+    let file = common::scenario(folder.path(), &format!("  mine: {}", mine("")), "{}");
     std::fs::write(folder.path().join("slope.fmu"), "no archive").unwrap();
     has(
         &build(&file).err().unwrap().to_string(),
         &[AT, "cannot be unpacked"],
     );
+}
+
+/// An FMU may be larger than other input files, up to a limit of its own. The files are sparse: they take no room.
+#[test]
+fn an_fmu_may_be_large() {
+    let of = |bytes: u64| {
+        let folder = tempfile::tempdir().unwrap();
+        let file = common::scenario(folder.path(), &format!("  mine: {}", mine("")), "{}");
+        let large = std::fs::File::create(folder.path().join("slope.fmu")).unwrap();
+        large.set_len(bytes).unwrap();
+        build(&file).err().unwrap().to_string()
+    };
+    has(&of(17 << 20), &[AT, "cannot be unpacked"]);
+    has(&of((256 << 20) + 1), &["slope.fmu", "at most 256 MB"]);
 }

@@ -3,83 +3,29 @@
 #![cfg(unix)] // compiles with `cc`
 #![allow(clippy::unwrap_used)] // helpers of tests
 
+mod common;
+
+use common::{build, compile, has};
 use monorig_plugin::loads_libraries;
 use monorig_sim::closed_loop::registry::Registry;
-use monorig_sim::closed_loop::{Outcome, Simulation, resolved};
-use monorig_sim::config::scenario::Scenario;
-use monorig_sim::error::Error;
+use monorig_sim::closed_loop::resolved;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
-fn project() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-/// Compiles a library of C with these words defined; its file.
-fn compile(folder: &Path, source: &str, defined: &str) -> PathBuf {
-    let library = folder.join("mine.so");
-    let mut cc = Command::new(std::env::var_os("CC").unwrap_or("cc".into()));
-    cc.args(["-shared", "-fPIC", "-O2", "-std=c99", "-Wall", "-Werror"]);
-    cc.arg("-I").arg(project().join("abi/include"));
-    defined.split_whitespace().for_each(|word| {
-        cc.arg(format!("-D{word}"));
-    });
-    cc.arg("-o")
-        .arg(&library)
-        .arg(project().join(source))
-        .arg("-lm");
-    assert!(cc.status().unwrap().success());
-    library
-}
-
-/// A scenario of two seconds with these estimators beside the library.
+/// A scenario with these estimators beside the library.
 fn scenario(folder: &Path, estimators: &str) -> PathBuf {
-    let assets = project().join("assets").canonicalize().unwrap();
-    let assets = assets.display();
-    let text = format!(
-        "version: 1
-why: A library in a run.
-track: {assets}/tracks/liu2023_section1.yaml
-train: {assets}/trains/dx80_176y.yaml
-sensors: {assets}/sensors/liu2023.yaml
-drive: {{speed: [{{at_s: 0, mps: 0}}, {{at_s: 1, mps: 0.5}}]}}
-estimators:
-{estimators}
-stop: {{after_s: 2}}
-"
-    );
-    let file = folder.join("two_seconds.yaml");
-    std::fs::write(&file, text).unwrap();
-    file
-}
-
-fn build(file: &Path) -> Result<Simulation, Error> {
-    let registry = loads_libraries(Registry::default());
-    Simulation::build(Scenario::load(file, &[])?, &registry, 1)
-}
-
-fn run(file: &Path) -> Result<Outcome, Error> {
-    let mut simulation = build(file)?;
-    monorig_sim::closed_loop::run(&mut simulation, &mut [], &mut |_| true)
+    common::scenario(folder, estimators, "{}")
 }
 
 /// The message for a library that was compiled with a mistake.
 fn message(defined: &str, estimator: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     compile(folder.path(), "plugin/tests/bad.c", defined);
-    let file = scenario(folder.path(), &format!("  mine: {estimator}"));
-    match run(&file) {
-        Ok(outcome) => format!("{:?}", outcome.refusals),
-        Err(e) => e.to_string(),
-    }
+    common::message(&scenario(folder.path(), &format!("  mine: {estimator}")))
 }
 
 #[track_caller]
 fn told(defined: &str, estimator: &str, parts: &[&str]) {
-    let message = message(defined, estimator);
-    for part in parts {
-        assert!(message.contains(part), "`{part}` is not in: {message}");
-    }
+    has(&message(defined, estimator), parts);
 }
 
 #[test]
@@ -175,16 +121,9 @@ fn a_program_that_loads_no_libraries_says_so() {
     let folder = tempfile::tempdir().unwrap();
     compile(folder.path(), "plugin/tests/bad.c", "");
     let file = scenario(folder.path(), "  mine: {library: ./mine.so}");
-    let scenario = Scenario::load(&file, &[]).unwrap();
-    let refused = Simulation::build(scenario, &Registry::default(), 1)
-        .err()
-        .unwrap();
-    assert!(
-        refused
-            .to_string()
-            .contains("this program loads no libraries"),
-        "{refused}"
-    );
+    let refused = common::build_with(&file, &Registry::default());
+    let refused = refused.err().unwrap().to_string();
+    has(&refused, &["this program loads no libraries"]);
 }
 
 /// The example in C estimates, its parameter has an effect, and the inputs of the run have its digest.
@@ -196,7 +135,7 @@ fn the_example_in_c_runs() {
         "  mine: {library: ./mine.so}\n  other: {library: ./mine.so, grade_noise: 0.5}";
     let file = scenario(folder.path(), estimators);
     let mut simulation = build(&file).unwrap();
-    let outcome = monorig_sim::closed_loop::run(&mut simulation, &mut [], &mut |_| true).unwrap();
+    let outcome = common::run(&mut simulation).unwrap();
     assert!(
         outcome.finished && outcome.refusals.is_empty(),
         "{:?}",

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import os
 import pathlib
+import shutil
 import signal
+import subprocess
+import sys
 import threading
 import time
 import traceback
 
 import numpy as np
+import pyarrow.parquet
 import pytest
 from two_state import TwoState
 
@@ -48,6 +53,35 @@ def test_a_filter_in_the_loop(scenarios: pathlib.Path) -> None:
     assert beside["truth/speed"].tobytes() != run["truth/speed"].tobytes()
     assert np.isfinite(run["internals/mine/innovation"]).any()
     assert run.expectations and run.metrics["mine"]["slope_rmse_deg"] is not None
+
+
+def test_the_filter_is_that_in_c(program: str, tmp_path: pathlib.Path) -> None:
+    """Speed and slope of the example in C, to the last bit, and its verdict. (That in C finds the mass, too.)"""
+    root = pathlib.Path(__file__).resolve().parents[2]
+    compiler = shutil.which(os.environ.get("CC", "cc"))
+    if compiler is None:
+        pytest.skip("no C compiler here")
+    library = tmp_path / "two_state.so"
+    flags = ["-shared", "-fPIC", "-O2", "-std=c99", f"-I{root / 'abi/include'}", "-o", str(library)]
+    subprocess.run([compiler, *flags, root / "examples/own_estimator_c/two_state.c", "-lm"], check=True)
+    scenario = root / "python/examples/climb.yaml"
+    for seed in (1, 2):
+        mine = f"estimators.mine={{library: {library}, grade_noise: 0.03}}"
+        words = ["run", str(scenario), "--no-rerun", "--seed", str(seed), "--set", mine, "--name", "c", "--out", str(tmp_path)]
+        subprocess.run([program, *words], check=True)
+        in_c = pyarrow.parquet.read_table(tmp_path / f"climb@c/{seed}/channels.parquet")
+        run = monorig.run(scenario, seed=seed, estimators={"mine": lambda vehicle: TwoState(vehicle, 0.03 * 0.03)})
+        for quantity in ("grade", "grade_sd", "speed", "speed_sd"):
+            ours, theirs = run[f"estimates/mine/{quantity}"], in_c[f"estimates/mine/{quantity}"].to_numpy()
+            if sys.version_info < (3, 12):
+                assert ours.tobytes() == theirs.tobytes(), quantity
+            else:  # the sum of the wheels is then one that compensates its rounding
+                np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-12)
+        # the program has ended with 0: all of them held
+        assert run.passed
+        judged = json.loads((tmp_path / f"climb@c/{seed}/metrics.json").read_text())["expectations"]
+        if sys.version_info < (3, 12):
+            assert [e.value for e in run.expectations] == [e["value"] for e in judged]
 
 
 @pytest.mark.parametrize("how", ["class", "function", "object"])

@@ -36,6 +36,16 @@ pub enum Error {
         /// Its reason.
         what: String,
     },
+    /// The controller cannot go on.
+    #[error("the controller broke down at t = {t_s:.3} s, seed {seed}: {what}")]
+    Controller {
+        /// Seed of the run.
+        seed: u64,
+        /// Simulated time, s.
+        t_s: f64,
+        /// Its reason.
+        what: String,
+    },
 }
 
 fn of_seed(seed: Option<u64>) -> String {

@@ -166,7 +166,9 @@ fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliError> 
         simulation.scenario.name = variant.run_name(&simulation.scenario.name);
         let name = simulation.scenario.name.clone();
         match one(simulation, &options, task.json.path(), &mut shown) {
-            Err(CliError::Sim(e @ Error::Estimator { .. })) => shown.broke_down(name, seed, e),
+            Err(CliError::Sim(e @ (Error::Estimator { .. } | Error::Controller { .. }))) => {
+                shown.broke_down(name, seed, e)
+            }
             done => done?,
         }
     }

@@ -168,6 +168,9 @@ pub fn simulate(
             note(&format!("{name} is {}", settings.origin(name)));
         }
     }
+    if let Some(fmu) = &scenario.file.drive.controller.fmu {
+        note(&format!("the controller is foreign, of {fmu}"));
+    }
     for (name, times, reason) in &outcome.refusals {
         note(&format!(
             "{name} refused {times} steps, the first because {reason}"

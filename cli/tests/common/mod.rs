@@ -350,3 +350,25 @@ fn kind_place_and_key(error: &str) -> [&str; 3] {
     let key = rest.split_once(": ").map(|(key, _)| key);
     [kind, place, key.filter(|k| is_key(k)).unwrap_or("-")]
 }
+
+/// Compiles a source of the project into the folder, with these words defined. False where there is no compiler.
+#[cfg(unix)]
+pub fn compile(dir: &TestFolder, library: &str, source: &str, defined: &str) -> bool {
+    let project = project();
+    let mut cc = Command::new(std::env::var_os("CC").unwrap_or("cc".into()));
+    cc.args(["-shared", "-fPIC", "-O2", "-std=c99", "-I"]);
+    cc.arg(project.join("abi/include"));
+    cc.args(defined.split_whitespace().map(|word| format!("-D{word}")));
+    cc.arg("-o").arg(dir.path(library));
+    cc.arg(project.join(source)).arg("-lm");
+    match cc.status() {
+        Ok(status) => {
+            assert!(status.success());
+            true
+        }
+        Err(e) => {
+            eprintln!("skipped: no C compiler here ({e})");
+            false
+        }
+    }
+}

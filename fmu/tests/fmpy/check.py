@@ -3,9 +3,11 @@
 usage: check.py MONORIG OUT [NAME ...]   program, empty folder, estimators (without: all)
 """
 
+import os
 import pathlib
 import subprocess
 import sys
+import sysconfig
 
 import numpy
 import pyarrow.parquet
@@ -139,6 +141,52 @@ for name in names:
         fmu.close()
         file.unlink()
 
+# an FMU of somebody else, made by PythonFMU: in monorig it gives what it gives in FMPy. It needs the library of Python
+# beside it, which no program of C has
+FOREIGN = """
+import math
+from pythonfmu import Fmi2Causality, Fmi2Slave, Real
+
+
+class Slope(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.specific_force_x = self.grade = 0.0
+        self.register_variable(Real("specific_force_x", causality=Fmi2Causality.input, start=0.0))
+        self.register_variable(Real("grade", causality=Fmi2Causality.output))
+
+    def do_step(self, time, dt):
+        self.grade += 0.5 * dt * (math.asin(max(-1.0, min(1.0, self.specific_force_x / 9.81))) - self.grade)
+        return True
+"""
+python = pathlib.Path(sysconfig.get_config_var("LIBDIR"), sysconfig.get_config_var("INSTSONAME"))
+foreign = "no FMU of PythonFMU: Python is no shared library here"
+if sys.platform == "linux" and python.suffix != ".a" and python.exists():
+    (out / "slope.py").write_text(FOREIGN)
+    build = [sys.executable, "-m", "pythonfmu", "build", "-f", out / "slope.py", "-d", out, "--no-external-tool"]
+    subprocess.run(build, check=True)
+    os.environ |= {"LD_PRELOAD": str(python), "PYTHONPATH": sysconfig.get_path("purelib")}
+    mine = f"estimators={{mine: {{fmu: {out.resolve() / 'Slope.fmu'}, map: {{grade_sd: 0.01}}}}}}"
+    monorig("run", SCENARIO, "--no-rerun", "--set", f"stop.after_s={SECONDS}", "--set", "record.rate_hz=500", "--set", "expect=[]",
+            "--set", "availability={}", "--set", mine, "--name", "foreign", "--out", out / "foreign")
+    del os.environ["LD_PRELOAD"], os.environ["PYTHONPATH"]
+    wanted = pyarrow.parquet.read_table(next((out / "foreign").rglob("channels.parquet")))["estimates/mine/grade"].to_pylist()
+    fmu = Fmu(out / "Slope.fmu", 2)
+    last, wrong, same = 0, 0, 0
+    stamps = [column for column in samples if column.endswith(".stamp_ns")]
+    for i, now in enumerate(samples["arrival_ns"]):
+        if samples["specific_force.x"][i] is not None:
+            fmu.set({"specific_force_x": samples["specific_force.x"][i]})
+        if any(samples[stamp][i] is not None for stamp in stamps):
+            fmu.fmu.doStep(last * 1e-9, now * 1e-9 - last * 1e-9)
+            last = now
+            if now in rows:
+                right = fmu.get(["grade"])[0] == wanted[rows[now]]
+                wrong, same = wrong + (not right), same + right
+    fmu.close()
+    problems += wrong + (same == 0)
+    foreign = f"an FMU of PythonFMU, {same} estimates the same and {wrong} not"
+
 # the plant: both standards make the same
 ends = []
 for standard in STANDARDS:
@@ -160,5 +208,5 @@ if ends[0] != ends[1]:
     problems += 1
     print("the plant differs between FMI 2.0 and 3.0")
 
-print(f"{len(names)} estimators and the plant in FMI 2.0 and 3.0, {compared} estimates compared: {problems} problems")
+print(f"{len(names)} estimators and the plant in FMI 2.0 and 3.0, {compared} estimates compared; {foreign}: {problems} problems")
 sys.exit(problems > 0 or compared == 0)

@@ -6,7 +6,7 @@ use monorig_estimators::api::params::Setting;
 use monorig_sim::closed_loop::registry::{EstimatorType, Refusal, Registry};
 use monorig_sim::closed_loop::resolved;
 use monorig_sim::config::checked::{Finite, Fraction, NonNegative, Positive, Version1};
-use monorig_sim::config::file::{Document, Sets, name_of, named, read_bytes};
+use monorig_sim::config::file::{Document, Sets, name_of, named, read_library};
 use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::config::scenario::{ParameterValue, Scenario, Seeds, Settings};
 use monorig_sim::error::Error;
@@ -38,6 +38,12 @@ pub struct TuningFile {
     /// Shared library that it is in, relative to the study.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) library: Option<String>,
+    /// FMU that it is in, relative to the study.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) fmu: Option<String>,
+    /// Names that the FMU has in place of ours, and numbers in place of standard deviations that it does not give.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) map: BTreeMap<String, ParameterValue>,
     /// Which of its parameters vary, and how far.
     pub(crate) parameters: BTreeMap<String, Range>,
     /// Parameters that have another value than their default in every trial.
@@ -306,16 +312,28 @@ impl TuningStudy {
         let file: TuningFile = document.parse()?;
         let is = file.is.as_deref();
         let mut untuned = is.map_or_else(Settings::default, Settings::of_type);
-        if let Some(library) = &file.library {
-            let found = named(path, "library", library)?;
-            read_bytes(&found)?;
-            untuned = untuned.in_library(library, found);
-        }
-        let key = match (&file.library, &file.is) {
-            (Some(_), _) => "library",
-            (None, Some(_)) => "is",
-            (None, None) => "estimator",
+        let part = |key: &'static str, name: &Option<String>| -> Result<_, Error> {
+            let Some(name) = name else { return Ok(None) };
+            let found = named(path, key, name)?;
+            read_library(&found)?;
+            Ok(Some((name.clone(), found)))
         };
+        let mut key = is.map_or("estimator", |_| "is");
+        if let Some((name, found)) = part("library", &file.library)? {
+            (key, untuned) = ("library", untuned.in_library(&name, found));
+        }
+        if let Some((name, found)) = part("fmu", &file.fmu)? {
+            if key == "library" {
+                let why = "an estimator is in a library or in an FMU, not in both";
+                return Err(document.error("fmu", why, "keep one of the two"));
+            }
+            (key, untuned) = ("fmu", untuned.in_fmu(&name, found));
+        }
+        if !file.map.is_empty() && file.fmu.is_none() {
+            let why = "`map` gives the names in an FMU, and `fmu` names none";
+            return Err(document.error("map", why, "remove it, or name the FMU"));
+        }
+        untuned.map = file.map.clone();
         let of = registry
             .estimator_of(&file.estimator, &untuned)
             .map_err(|w| document.error(key, w.message, w.help))?;

@@ -15,6 +15,9 @@ use zip::ZipArchive;
 const MAX_BYTES: u64 = 1 << 30;
 const MAX_FILES: usize = 10_000;
 
+/// Beginning of the names of temporary folders.
+pub(crate) const FOLDER: &str = "monorig-fmu-";
+
 /// An FMU of this program.
 pub(crate) struct Fmu {
     /// As messages name it.
@@ -29,6 +32,16 @@ pub(crate) struct Fmu {
 
 /// The FMUs of this program, each once.
 static LOADED: Mutex<BTreeMap<PathBuf, &'static Fmu>> = Mutex::new(BTreeMap::new());
+
+/// The folder for those of FMUs, if this process was given one; else it is that of the system for temporary files.
+#[cfg(unix)]
+static PLACE: std::sync::OnceLock<PathBuf> = std::sync::OnceLock::new();
+
+/// Unpacks FMUs in this folder, which another process removes.
+#[cfg(unix)]
+pub(crate) fn unpack_in(folder: PathBuf) {
+    PLACE.get_or_init(|| folder);
+}
 
 /// The folders that FMUs are unpacked in, to be removed at the end of the program.
 static FOLDERS: Mutex<Vec<tempfile::TempDir>> = Mutex::new(Vec::new());
@@ -46,12 +59,18 @@ unsafe extern "C" {
 
 /// A folder of its own until the program ends.
 fn folder() -> std::io::Result<PathBuf> {
+    let mut new = tempfile::Builder::new();
+    let new = new.prefix(FOLDER);
+    #[cfg(unix)]
+    if let Some(place) = PLACE.get() {
+        return Ok(new.tempdir_in(place)?.keep());
+    }
     static AT_EXIT: Once = Once::new();
     AT_EXIT.call_once(|| {
         // SAFETY: the function of the standard library of C; what it is given lives as long as the program.
         let _ = unsafe { atexit(remove_folders) };
     });
-    let folder = tempfile::Builder::new().prefix("monorig-fmu-").tempdir()?;
+    let folder = new.tempdir()?;
     let path = folder.path().to_owned();
     FOLDERS
         .lock()

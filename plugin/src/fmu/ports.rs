@@ -1,12 +1,17 @@
-//! Which variables of an FMU stand for which of our inputs and outputs: by name, or by the `map` of the scenario.
+//! Which variables of an FMU stand for which of our inputs and outputs: by name, or by the `map` of the scenario. Those
+//! of an estimator are here, those of a controller beside it.
 
 use super::description::{Description, Kind, Variable};
+use super::package::Fmu;
 use crate::signals::{self, FLAGS, NUMBERS, QUANTITIES};
 use crate::unit;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements, Slot, Value};
 use monorig_sim::closed_loop::registry::Refusal;
-use monorig_sim::config::scenario::{ParameterValue, Settings};
+use monorig_sim::config::scenario::ParameterValue;
 use std::collections::BTreeMap;
+
+/// Names that an FMU has for ours, and numbers for standard deviations.
+pub(crate) type Map = BTreeMap<String, ParameterValue>;
 
 /// Source of the value of an input.
 #[derive(Clone, Copy)]
@@ -54,9 +59,9 @@ pub(crate) type NumberAt = Box<dyn Fn(&mut Estimate, f64) + Send>;
 /// Place of a flag in an estimate.
 pub(crate) type FlagAt = Box<dyn Fn(&mut Estimate, bool) + Send>;
 
-/// The variables that are set and got in a step.
+/// The variables of an estimator that are set and got in a step.
 #[derive(Default)]
-pub(crate) struct Ports {
+pub(crate) struct EstimatorPorts {
     pub inputs: Vec<(u32, Source)>,
     pub numbers: Vec<u32>,
     pub numbers_at: Vec<NumberAt>,
@@ -73,15 +78,52 @@ pub(crate) struct Ports {
 }
 
 /// The variables of an FMU by name, and the map.
-struct Names<'a> {
-    at: &'a str,
+pub(crate) struct Names<'a> {
+    pub at: &'a str,
     theirs: BTreeMap<&'a str, &'a Variable>,
-    map: &'a BTreeMap<String, ParameterValue>,
+    map: &'a Map,
 }
 
 impl<'a> Names<'a> {
+    /// Of an FMU; refuses a map with names that are none of ours, or with values that are no names.
+    pub fn new(fmu: &'a Fmu, map: &'a Map, known: &[String], role: &str) -> Result<Self, Refusal> {
+        for (ours, value) in map {
+            if !known.contains(ours) {
+                let message = format!("`map` has `{ours}`, which is no input or output of {role}");
+                let help = format!("one of {}", known.join(", "));
+                return Err(Refusal::new(message, help));
+            }
+            // a standard deviation that is an output may be a number
+            let sd = matches!(value, ParameterValue::Number(_))
+                && QUANTITIES.iter().any(|q| *ours == format!("{}_sd", q.name))
+                && role == ESTIMATOR;
+            if !sd && !matches!(value, ParameterValue::Choice(_)) {
+                let help = match role {
+                    ESTIMATOR => {
+                        "the name of a variable of the FMU; a number only for a standard deviation"
+                    }
+                    _ => "the name of a variable of the FMU",
+                };
+                return Err(Refusal::new(format!("`map` has no name for {ours}"), help));
+            }
+        }
+        let theirs = fmu.description.variables.iter();
+        Ok(Self {
+            at: &fmu.at,
+            theirs: theirs.map(|v| (v.name.as_str(), v)).collect(),
+            map,
+        })
+    }
+
+    /// Their outputs, in a sentence.
+    pub fn outputs(&self) -> String {
+        let outputs = self.theirs.values().filter(|v| v.causality == "output");
+        let outputs: Vec<&str> = outputs.map(|v| v.name.as_str()).collect();
+        outputs.join(", ")
+    }
+
     /// The variable that stands for one of ours; none if there is none and the map names none.
-    fn find(
+    pub fn find(
         &self,
         ours: &str,
         unit: &str,
@@ -149,22 +191,21 @@ impl<'a> Names<'a> {
     }
 }
 
-/// Inputs of an FMU that nothing of ours feeds.
+/// Inputs of an FMU that none of ours, by these names, feeds.
 pub(crate) fn unconnected<'a>(
     description: &'a Description,
-    settings: &Settings,
+    map: &Map,
+    ours: &[String],
 ) -> Vec<&'a Variable> {
-    let mapped: Vec<&str> = settings
-        .map
+    let mapped: Vec<&str> = map
         .values()
         .filter_map(|v| match v {
             ParameterValue::Choice(theirs) => Some(theirs.as_str()),
             _ => None,
         })
         .collect();
-    let ours: Vec<String> = inputs().into_iter().map(|i| i.0).collect();
     let fed = |v: &Variable| {
-        let by_name = ours.contains(&v.name) && !settings.map.contains_key(&v.name);
+        let by_name = ours.contains(&v.name) && !map.contains_key(&v.name);
         by_name || mapped.contains(&v.name.as_str())
     };
     let inputs = description
@@ -174,104 +215,81 @@ pub(crate) fn unconnected<'a>(
     inputs.filter(|v| !fed(v)).collect()
 }
 
-/// Refuses a map with names that are none of ours, or with values that are no names.
-fn check_map(settings: &Settings) -> Result<(), Refusal> {
-    let quantities = QUANTITIES.iter().map(|q| q.name);
-    let outputs =
-        quantities.flat_map(|name| ["", "_sd", "_valid"].map(|part| format!("{name}{part}")));
-    let others = NUMBERS.iter().map(|n| n.0).chain(FLAGS.iter().map(|f| f.0));
-    let others = others.chain([signals::REFUSED]).map(str::to_owned);
-    let known: Vec<String> = outputs
-        .chain(others)
-        .chain(inputs().into_iter().map(|i| i.0))
-        .collect();
-    for (ours, value) in &settings.map {
-        if !known.contains(ours) {
-            let message =
-                format!("`map` has `{ours}`, which is no input or output of an estimator");
-            return Err(Refusal::new(
-                message,
-                format!("one of {}", known.join(", ")),
-            ));
-        }
-        let sd = matches!(value, ParameterValue::Number(_)) && ours.ends_with("_sd");
-        if !sd && !matches!(value, ParameterValue::Choice(_)) {
-            let help = "the name of a variable of the FMU; a number only for a standard deviation";
-            return Err(Refusal::new(format!("`map` has no name for {ours}"), help));
-        }
-    }
-    Ok(())
+/// Role of an FMU in the loop, in messages.
+const ESTIMATOR: &str = "an estimator";
+
+/// Names of the inputs of an estimator.
+pub(crate) fn estimator_inputs() -> Vec<String> {
+    inputs().into_iter().map(|i| i.0).collect()
 }
 
-/// Finds the variables for ours.
-pub(crate) fn find(
-    at: &str,
-    description: &Description,
-    settings: &Settings,
-) -> Result<Ports, Refusal> {
-    check_map(settings)?;
-    let theirs = description.variables.iter().map(|v| (v.name.as_str(), v));
-    let names = Names {
-        at,
-        theirs: theirs.collect(),
-        map: &settings.map,
-    };
-    let mut ports = Ports::default();
-    for (ours, unit, source) in inputs() {
-        if let Some(v) = names.find(&ours, unit, ("input", Kind::Real))? {
-            ports.inputs.push((v.reference, source));
+/// Names of an estimated quantity: its value, its standard deviation, its mark.
+pub(crate) fn names_of(quantity: &str) -> [String; 3] {
+    ["", "_sd", "_valid"].map(|part| format!("{quantity}{part}"))
+}
+
+impl EstimatorPorts {
+    /// Finds the variables for ours.
+    pub fn find(fmu: &Fmu, map: &Map) -> Result<Self, Refusal> {
+        let outputs = QUANTITIES.iter().flat_map(|q| names_of(q.name));
+        let others = NUMBERS.iter().map(|n| n.0).chain(FLAGS.iter().map(|f| f.0));
+        let others = others.chain([signals::REFUSED]).map(str::to_owned);
+        let known: Vec<String> = outputs.chain(others).chain(estimator_inputs()).collect();
+        let names = Names::new(fmu, map, &known, ESTIMATOR)?;
+        let mut ports = Self::default();
+        for (ours, unit, source) in inputs() {
+            if let Some(v) = names.find(&ours, unit, ("input", Kind::Real))? {
+                ports.inputs.push((v.reference, source));
+            }
         }
-    }
-    for q in &QUANTITIES {
-        quantity(&mut ports, &names, q)?;
-    }
-    for (name, place) in NUMBERS {
-        if let Some(v) = names.find(name, "1", ("output", Kind::Real))? {
-            ports.numbers.push(v.reference);
-            ports.numbers_at.push(Box::new(move |e, x| *place(e) = x));
+        for q in &QUANTITIES {
+            quantity(&mut ports, &names, q)?;
         }
-    }
-    for (name, place) in FLAGS {
-        if let Some(v) = names.find(name, "1", ("output", Kind::Boolean))? {
+        for (name, place) in NUMBERS {
+            if let Some(v) = names.find(name, "1", ("output", Kind::Real))? {
+                ports.numbers.push(v.reference);
+                ports.numbers_at.push(Box::new(move |e, x| *place(e) = x));
+            }
+        }
+        for (name, place) in FLAGS {
+            if let Some(v) = names.find(name, "1", ("output", Kind::Boolean))? {
+                ports.flags.push(v.reference);
+                ports.flags_at.push(Box::new(move |e, x| *place(e) = x));
+            }
+        }
+        if let Some(v) = names.find(signals::REFUSED, "1", ("output", Kind::Boolean))? {
+            ports.refused = Some(ports.flags.len());
             ports.flags.push(v.reference);
-            ports.flags_at.push(Box::new(move |e, x| *place(e) = x));
+            ports.flags_at.push(Box::new(|_, _| {}));
         }
+        let stamped = names.theirs.get(signals::STAMPED);
+        let stamped = stamped.filter(|v| v.causality == "parameter" && v.kind == Kind::Boolean);
+        ports.stamped = stamped.map(|v| v.reference);
+        Ok(ports)
     }
-    if let Some(v) = names.find(signals::REFUSED, "1", ("output", Kind::Boolean))? {
-        ports.refused = Some(ports.flags.len());
-        ports.flags.push(v.reference);
-        ports.flags_at.push(Box::new(|_, _| {}));
-    }
-    let stamped = names.theirs.get(signals::STAMPED);
-    let stamped = stamped.filter(|v| v.causality == "parameter" && v.kind == Kind::Boolean);
-    ports.stamped = stamped.map(|v| v.reference);
-    Ok(ports)
 }
 
 /// Value, standard deviation and mark of an estimated quantity.
 fn quantity(
-    ports: &mut Ports,
+    ports: &mut EstimatorPorts,
     names: &Names<'_>,
     q: &'static signals::Quantity,
 ) -> Result<(), Refusal> {
     let (name, place) = (q.name, q.at);
     let value = names.find(name, q.unit, ("output", Kind::Real))?;
-    let sd_name = format!("{name}_sd");
+    let [_, sd_name, valid_name] = names_of(name);
     let sd = names.find(&sd_name, q.unit, ("output", Kind::Real))?;
-    let valid_name = format!("{name}_valid");
     let valid = names.find(&valid_name, "1", ("output", Kind::Boolean))?;
     let Some(value) = value else {
         if name == "grade"
             && !names.theirs.contains_key("total_mass")
             && !names.map.contains_key("total_mass")
         {
-            let outputs = names.theirs.values().filter(|v| v.causality == "output");
-            let outputs: Vec<&str> = outputs.map(|v| v.name.as_str()).collect();
             return Err(Refusal::new(
                 format!("{} gives neither `total_mass` nor `grade`", names.at),
                 format!(
                     "`map: {{grade: …}}` with one of its outputs: {}",
-                    outputs.join(", ")
+                    names.outputs()
                 ),
             ));
         }

@@ -66,9 +66,8 @@ pub fn controller(
     let at = |key: &str, w: Refusal| {
         scenario.error(format!("drive.controller.{key}"), w.message, w.help)
     };
-    let of_kind = registry
-        .find_controller(&settings.kind)
-        .map_err(|w| at("kind", w))?;
+    let key = settings.fmu.as_ref().map_or("kind", |_| "fmu");
+    let of_kind = registry.controller_of(settings).map_err(|w| at(key, w))?;
     for (key, value) in settings.named() {
         of_kind.check(key, value).map_err(|w| at(key, w))?;
     }

@@ -32,7 +32,9 @@
 //! ```
 
 use crate::config::file::nearest;
-use crate::config::scenario::{DEFAULT_CONTROLLER, PlantKind, Settings, valid_name};
+use crate::config::scenario::{
+    ControllerSettings, DEFAULT_CONTROLLER, PlantKind, Settings, valid_name,
+};
 use crate::control::{Controller, ControllerSetup, SpeedController, SpeedControllerParams};
 use crate::plant::{Plant, PlantSetup};
 use crate::sensors::{Fitting, Instrument};
@@ -67,6 +69,9 @@ pub(crate) type BuildPlant =
 
 /// Finds the estimator that the settings name, or the only one, in a library or an FMU.
 type LoadLibrary = dyn Fn(&Path, &Settings) -> Result<EstimatorType, Refusal> + Send + Sync;
+/// Finds the controller that is in an FMU.
+type LoadController =
+    dyn Fn(&Path, &ControllerSettings) -> Result<ControllerType, Refusal> + Send + Sync;
 
 /// A type of estimator, controller, instrument or plant: its name, its parameters, and how it is built.
 pub struct PartType<B: ?Sized> {
@@ -96,6 +101,7 @@ pub struct Registry {
     instruments: Vec<InstrumentType>,
     plants: Vec<PlantType>,
     load_library: Option<Arc<LoadLibrary>>,
+    load_controller: Option<Arc<LoadController>>,
 }
 
 impl std::fmt::Debug for Registry {
@@ -154,7 +160,7 @@ pub enum RegistryError {
 /// Keys of a scenario's estimator that are not parameters.
 const ESTIMATOR_KEYS: &[&str] = &["is", "from", "library", "fmu", "map"];
 /// Keys of a scenario's controller that are not parameters.
-const CONTROLLER_KEYS: &[&str] = &["kind", "feedforward"];
+const CONTROLLER_KEYS: &[&str] = &["kind", "fmu", "map", "feedforward"];
 /// Keys of a scenario's plant that are not parameters.
 const PLANT_KEYS: &[&str] = &["kind"];
 
@@ -204,6 +210,7 @@ impl Registry {
             instruments: Vec::new(),
             plants: Vec::new(),
             load_library: None,
+            load_controller: None,
         }
     }
 
@@ -350,13 +357,31 @@ impl Registry {
         let Some(library) = &settings.library else {
             return self.find_estimator(settings.type_name(name)).cloned();
         };
-        let load = self.load_library.as_ref().ok_or_else(|| {
-            let help = "the program `monorig` with its feature `plugins`, which is on by default";
-            Refusal::new("this program loads no libraries", help)
-        })?;
+        let load = self.load_library.as_ref().ok_or_else(loads_none)?;
         // found when the scenario was loaded; one put together in code has the name alone
         let file = settings.library_file.as_deref();
         load(file.unwrap_or(Path::new(library)), settings)
+    }
+
+    /// Lets scenarios name FMUs, whose controllers `load` finds.
+    pub fn load_controllers_with(
+        &mut self,
+        load: impl Fn(&Path, &ControllerSettings) -> Result<ControllerType, Refusal>
+        + Send
+        + Sync
+        + 'static,
+    ) {
+        self.load_controller = Some(Arc::new(load));
+    }
+
+    /// The type of the controller of a scenario: that of its FMU, or the one of its name.
+    pub fn controller_of(&self, settings: &ControllerSettings) -> Result<ControllerType, Refusal> {
+        let Some(fmu) = &settings.fmu else {
+            return self.find_controller(&settings.kind).cloned();
+        };
+        let load = self.load_controller.as_ref().ok_or_else(loads_none)?;
+        let file = settings.fmu_file.as_deref();
+        load(file.unwrap_or(Path::new(fmu)), settings)
     }
 
     /// The type of controller of this name.
@@ -562,6 +587,11 @@ fn add<'a, B: ?Sized>(
     list.push(new);
     let last = list.len() - 1;
     Ok(&mut list[last])
+}
+
+fn loads_none() -> Refusal {
+    let help = "the program `monorig` with its feature `plugins`, which is on by default";
+    Refusal::new("this program loads no libraries", help)
 }
 
 /// `others`: names of parts that are in no list.

@@ -15,8 +15,8 @@ pub fn resolved(scenario: &Scenario, registry: &Registry) -> Value {
         }
     }
     let given = &scenario.file.drive.controller;
-    let controller = registry.find_controller(&given.kind).ok();
-    let controller = controller.map(|kind| parameters(kind, &given.named()));
+    let controller = registry.controller_of(given).ok();
+    let controller = controller.map(|kind| parameters(&kind, &given.named()));
     let mut parts = Map::new();
     parts.insert("estimators".into(), estimators.into());
     parts.insert("controller".into(), json!(controller));

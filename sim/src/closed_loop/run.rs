@@ -113,6 +113,13 @@ impl Steps {
         seen: &Seen,
         observers: &mut [&mut dyn Observer],
     ) -> Result<(), Error> {
+        if let Some(why) = s.controller.broken() {
+            return Err(Error::Controller {
+                seed: s.seed,
+                t_s: s.plant.truth().t_s,
+                what: why.to_owned(),
+            });
+        }
         self.command = command;
         let causes = Causes {
             train: &s.train,

@@ -30,7 +30,16 @@ pub fn read_text(path: &Path) -> Result<String, Error> {
 
 /// Reads an input file. An error names what is there instead. Within [`InputFiles::during`] it is read from disk once.
 pub fn read_bytes(path: &Path) -> Result<Arc<[u8]>, Error> {
-    let from_disk = || bounded(path, limits::MAX_FILE_BYTES).map(Arc::from);
+    read_input(path, limits::MAX_FILE_BYTES)
+}
+
+/// Reads a shared library or an FMU, which may be larger than other input files.
+pub fn read_library(path: &Path) -> Result<Arc<[u8]>, Error> {
+    read_input(path, limits::MAX_LIBRARY_BYTES)
+}
+
+fn read_input(path: &Path, most: u64) -> Result<Arc<[u8]>, Error> {
+    let from_disk = || bounded(path, most).map(Arc::from);
     match InputFiles::current() {
         Some(files) => files.get(path, from_disk),
         None => from_disk(),

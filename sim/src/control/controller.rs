@@ -10,6 +10,11 @@ pub trait Controller {
     /// The command for the next `dt_s` seconds. [`Reference::command`] is where to start: it holds the clamp pressure
     /// and the emergency brake that are asked for, and no torque.
     fn control(&mut self, reference: &Reference, perception: &Perception, dt_s: f64) -> Command;
+
+    /// The reason for which it cannot go on, if it cannot: the run then ends, and its last command has no effect.
+    fn broken(&self) -> Option<&str> {
+        None
+    }
 }
 
 /// Data for which a controller is built, beside the nominal vehicle.

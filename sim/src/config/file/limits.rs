@@ -10,6 +10,8 @@ use std::fmt;
 
 /// Longest input file, bytes.
 pub const MAX_FILE_BYTES: u64 = 16 << 20;
+/// Largest shared library or FMU, bytes.
+pub const MAX_LIBRARY_BYTES: u64 = 256 << 20;
 /// Longest file of results that is read at once (results of studies are read line by line), bytes.
 pub const MAX_RESULT_BYTES: u64 = 256 << 20;
 /// Longest page, viewer or recording that is read at once, bytes.

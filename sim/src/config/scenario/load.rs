@@ -94,7 +94,9 @@ fn include_parameters(
             .map_err(|(message, help)| document.error(key.clone(), message, help))?;
         let parameters = ParameterFile::read(&found)?;
         let type_name = settings.type_name(name);
-        if parameters.estimator != type_name {
+        // the name of the only one in a library or an FMU is known later; its parameters are checked then
+        let known = settings.library.is_none() || settings.is.is_some();
+        if known && parameters.estimator != type_name {
             return Err(document.error(
                 key,
                 format!("this file has parameters of `{}`", parameters.estimator),
@@ -113,23 +115,27 @@ fn include_parameters(
     Ok(included)
 }
 
-/// Finds the libraries and FMUs that estimators name, from the document's folder, and reads them: the inputs have
-/// their digests.
+/// Finds a library or an FMU that the document names at a key, from its folder, and reads it: the inputs have its
+/// digest.
+fn find_library(key: &str, name: &str, document: &Document) -> Result<PathBuf, Error> {
+    let folder = document.path().parent().unwrap_or(Path::new(""));
+    let found = folder.join(name);
+    crate::config::file::exists(&found)
+        .map_err(|(message, help)| document.error(key, message, help))?;
+    crate::config::file::read_library(&found)?;
+    Ok(found)
+}
+
+/// The same for all estimators.
 fn find_libraries(
     estimators: &mut BTreeMap<String, Settings>,
     document: &Document,
 ) -> Result<(), Error> {
-    let folder = document.path().parent().unwrap_or(Path::new(""));
     for (name, settings) in estimators {
-        let Some(library) = &settings.library else {
-            continue;
-        };
-        let key = format!("estimators.{name}.{}", settings.library_key());
-        let found = folder.join(library);
-        crate::config::file::exists(&found)
-            .map_err(|(message, help)| document.error(key, message, help))?;
-        crate::config::file::read_bytes(&found)?;
-        settings.library_file = Some(found);
+        if let Some(library) = &settings.library {
+            let key = format!("estimators.{name}.{}", settings.library_key());
+            settings.library_file = Some(find_library(&key, library, document)?);
+        }
     }
     Ok(())
 }
@@ -169,6 +175,10 @@ impl Scenario {
         };
         let included = include_parameters(&mut file.estimators, &document)?;
         find_libraries(&mut file.estimators, &document)?;
+        let controller = &mut file.drive.controller;
+        if let Some(fmu) = &controller.fmu {
+            controller.fmu_file = Some(find_library("drive.controller.fmu", fmu, &document)?);
+        }
         let track = find("track", &file.track)?;
         // one of the two is there, as checked
         let vehicle = match &file.car {

@@ -13,6 +13,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+/// The mistake of a `map` for nothing.
+pub(super) const MAP_WITHOUT_FMU: &str = "`map` gives the names in an FMU, and `fmu` names none";
+
 /// The value of a parameter: a number, `true` or `false`, or a word.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
@@ -292,8 +295,7 @@ impl<'de> Deserialize<'de> for Settings {
                     }
                 }
                 if !settings.map.is_empty() && !settings.is_fmu {
-                    let why = "`map` gives the names in an FMU, and `fmu` names none";
-                    return Err(serde::de::Error::custom(why));
+                    return Err(serde::de::Error::custom(MAP_WITHOUT_FMU));
                 }
                 Ok(settings)
             }
