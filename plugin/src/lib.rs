@@ -1,5 +1,6 @@
 //! Estimators of others: of shared libraries that have the functions of `monorig_estimator.h`, and FMUs. A scenario
-//! names one by `library: ./mine.so` or `fmu: ./mine.fmu`; it is then checked, built and run as ours are.
+//! names one by `library: ./mine.so` or `fmu: ./mine.fmu`; it is then checked, built and run as ours are. One that runs
+//! elsewhere, such as on a controller, is reached by CAN frames: `external: {udp: "127.0.0.1:47800"}`.
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -7,15 +8,20 @@
 //! | `foreign` | an estimator of it in a run |
 //! | `fmu/` | an FMU: unpacked, checked, its functions, an instance of it in a run |
 //! | `signals` `unit` | names of inputs and outputs in an FMU, and their units |
+//! | `external/` | an estimator outside of the program in a run, the ways to it; ours as such a one |
+//! | `owned_process` | a process that is started and ended |
 //! | `parent` | parts in processes of their own |
 //! | `child` | the process that runs a part |
 //! | `protocol` | the messages between the two |
 
 #[cfg(unix)]
 mod child;
+pub mod external;
 mod fmu;
 mod foreign;
 mod library;
+#[cfg(unix)]
+mod owned_process;
 #[cfg(unix)]
 mod parent;
 #[cfg(unix)]
@@ -46,12 +52,18 @@ pub fn loads_libraries(mut registry: Registry) -> Registry {
 #[cfg(unix)]
 pub fn guards_libraries(mut registry: Registry, program: Vec<std::ffi::OsString>) -> Registry {
     let host = std::sync::Arc::new(parent::Host::new(program));
-    registry.load_libraries_with(move |path, settings| host.estimator(path, settings));
+    registry.load_libraries_with(move |path, settings| match &settings.external {
+        Some(external) => external::estimator_of(external),
+        None => host.estimator(path, settings),
+    });
     registry
 }
 
-/// The estimator that the settings name in a library or an FMU, or the only one there is.
+/// The estimator that the settings name outside, or in a library or an FMU, or the only one there is.
 fn load(path: &Path, settings: &Settings) -> Result<EstimatorType, Refusal> {
+    if let Some(external) = &settings.external {
+        return external::estimator_of(external);
+    }
     if settings.is_fmu {
         return fmu::estimator_of(path, settings);
     }

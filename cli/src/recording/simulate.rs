@@ -179,7 +179,7 @@ pub fn simulate(
         true => folder.commit_interrupted()?,
     };
     for (name, settings) in &scenario.file.estimators {
-        if settings.library.is_some() {
+        if settings.is_foreign() {
             note(&format!("{name} is {}", settings.origin(name)));
         }
     }

@@ -57,7 +57,7 @@ pub(crate) type BuildController = dyn Fn(&Vehicle, &ControllerSetup, NamedSettin
     + Send
     + Sync;
 
-/// Finds the estimator that the settings name, or the only one, in a library or an FMU.
+/// Finds the estimator that the settings name, or the only one, in a library or an FMU, or outside of the program.
 type LoadLibrary = dyn Fn(&Path, &Settings) -> Result<EstimatorType, Refusal> + Send + Sync;
 
 /// A type of estimator or controller: its name, its parameters, and how it is built.
@@ -133,7 +133,7 @@ pub enum RegistryError {
 }
 
 /// Keys of a scenario's estimator that are not parameters.
-const ESTIMATOR_KEYS: &[&str] = &["is", "from", "library", "fmu", "map"];
+const ESTIMATOR_KEYS: &[&str] = &["is", "from", "library", "fmu", "external", "map"];
 /// Keys of a scenario's controller that are not parameters.
 const CONTROLLER_KEYS: &[&str] = &["kind", "feedforward"];
 
@@ -261,7 +261,7 @@ impl Registry {
         find(&self.estimators, name, "estimator")
     }
 
-    /// Lets scenarios name shared libraries and FMUs, whose estimators `load` finds.
+    /// Lets scenarios name shared libraries, FMUs and programs outside, whose estimators `load` finds.
     pub fn load_libraries_with(
         &mut self,
         load: impl Fn(&Path, &Settings) -> Result<EstimatorType, Refusal> + Send + Sync + 'static,
@@ -269,18 +269,19 @@ impl Registry {
         self.load_library = Some(Arc::new(load));
     }
 
-    /// The type of an estimator of a scenario: that of its library, or the one of its name.
+    /// The type of an estimator of a scenario: that of its library, the one outside, or the one of its name.
     pub fn estimator_of(&self, name: &str, settings: &Settings) -> Result<EstimatorType, Refusal> {
-        let Some(library) = &settings.library else {
+        if !settings.is_foreign() {
             return self.find_estimator(settings.type_name(name)).cloned();
-        };
+        }
         let load = self.load_library.as_ref().ok_or_else(|| {
             let help = "the program `monorig` with its feature `plugins`, which is on by default";
-            Refusal::new("this program loads no libraries", help)
+            Refusal::new("this program runs no estimators of others", help)
         })?;
         // found when the scenario was loaded; one put together in code has the name alone
         let file = settings.library_file.as_deref();
-        load(file.unwrap_or(Path::new(library)), settings)
+        let named = settings.library.as_deref().unwrap_or_default();
+        load(file.unwrap_or(Path::new(named)), settings)
     }
 
     /// The type of controller of this name.

@@ -114,17 +114,20 @@ fn include_parameters(
 }
 
 /// Finds the libraries and FMUs that estimators name, from the document's folder, and reads them: the inputs have
-/// their digests.
+/// their digests. Programs outside start in that folder.
 fn find_libraries(
     estimators: &mut BTreeMap<String, Settings>,
     document: &Document,
 ) -> Result<(), Error> {
     let folder = document.path().parent().unwrap_or(Path::new(""));
     for (name, settings) in estimators {
+        if let Some(external) = &mut settings.external {
+            external.folder = folder.into();
+        }
         let Some(library) = &settings.library else {
             continue;
         };
-        let key = format!("estimators.{name}.{}", settings.library_key());
+        let key = format!("estimators.{name}.{}", settings.foreign_key());
         let found = folder.join(library);
         crate::config::file::exists(&found)
             .map_err(|(message, help)| document.error(key, message, help))?;
