@@ -40,7 +40,7 @@ static void step(double dt, int start, int sequence) {
   head(0x240, 8), put(150000, 3), put(50000, 3), put((uint64_t)sequence << 1, 2); /* not valid */
   head(0x241, 8), put(slope, 3), put(10000, 3), put((uint64_t)sequence << 1 | 1, 2);
   head(0x243, 16), put(slope, 3), put(10000, 3), put((uint64_t)lround(speed * 1e5), 3), put(5000, 3);
-  put((uint64_t)sequence << 2 | 3, 4);
+  put((uint64_t)sequence << 2 | 2, 4); /* the speed alone is valid */
   last = sequence;
 }
 

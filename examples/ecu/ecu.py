@@ -41,6 +41,6 @@ for line in sys.stdin:
             slope, end = math.asin(max(-1, min(1, sine))) / 1e-6, [(sequence, 15)]
             answer = (frame(0x240, (15e3 / 0.1, 24), (5e3 / 0.1, 24), (0, 1), *end)
                       + frame(0x241, (slope, 24), (0.01 / 1e-6, 24), (1, 1), *end)
-                      + frame(0x243, (slope, 24), (0.01 / 1e-6, 24), (speed / 1e-5, 24), (0.05 / 1e-5, 24), (1, 1), (1, 1), *end))
+                      + frame(0x243, (slope, 24), (0.01 / 1e-6, 24), (speed / 1e-5, 24), (0.05 / 1e-5, 24), (0, 1), (1, 1), *end))
             last = sequence
         print(answer, end="", flush=True)

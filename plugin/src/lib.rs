@@ -43,7 +43,10 @@ use std::path::Path;
 /// Lets scenarios that are built with this registry name libraries and FMUs, which run inside of this program: a crash
 /// in one ends it.
 pub fn loads_libraries(mut registry: Registry) -> Registry {
-    registry.load_libraries_with(load);
+    registry.load_libraries_with(|path, settings, clock| match &settings.external {
+        Some(external) => external::estimator_of(external, clock),
+        None => load(path, settings),
+    });
     registry
 }
 
@@ -52,18 +55,15 @@ pub fn loads_libraries(mut registry: Registry) -> Registry {
 #[cfg(unix)]
 pub fn guards_libraries(mut registry: Registry, program: Vec<std::ffi::OsString>) -> Registry {
     let host = std::sync::Arc::new(parent::Host::new(program));
-    registry.load_libraries_with(move |path, settings| match &settings.external {
-        Some(external) => external::estimator_of(external),
+    registry.load_libraries_with(move |path, settings, clock| match &settings.external {
+        Some(external) => external::estimator_of(external, clock),
         None => host.estimator(path, settings),
     });
     registry
 }
 
-/// The estimator that the settings name outside, or in a library or an FMU, or the only one there is.
+/// The estimator that the settings name in a library or an FMU, or the only one there is.
 fn load(path: &Path, settings: &Settings) -> Result<EstimatorType, Refusal> {
-    if let Some(external) = &settings.external {
-        return external::estimator_of(external);
-    }
     if settings.is_fmu {
         return fmu::estimator_of(path, settings);
     }

@@ -11,6 +11,7 @@ use monorig_lab::bound::BoundChannels;
 use monorig_lab::verdicts::measure::SummaryObserver;
 use monorig_lab::verdicts::summary::Summary;
 use monorig_logs::export::{SAMPLES, SampleRecorder};
+use monorig_sim::closed_loop::WallClock;
 use monorig_sim::closed_loop::run;
 use monorig_sim::closed_loop::run::Observer;
 use monorig_sim::closed_loop::{Registry, Simulation, resolved};
@@ -21,6 +22,7 @@ use monorig_sim::record::{BackgroundSink, Recorder, Sink};
 use serde_json::json;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// A run that was simulated and recorded.
@@ -82,8 +84,8 @@ pub struct RecordOptions<'a> {
     pub out: &'a Path,
     /// Also stream to the viewer at this address.
     pub live: Option<SocketAddr>,
-    /// Simulated seconds a second at most; none = as fast as it goes.
-    pub pace: Option<f64>,
+    /// The clock that the run is held to; none = as fast as it goes.
+    pub pace: Option<Arc<WallClock>>,
     /// Do not write `run.rrd`.
     pub no_rerun: bool,
     /// Record long runs at the full rate too.
@@ -144,15 +146,15 @@ pub fn simulate(
     let mut recorder = Recorder::new(sinks).with(BoundChannels::default());
     if options.live.is_some() {
         // whoever watches gets something about as often, however fast the run is
-        let chunk_s = options.pace.map_or(viewer::LIVE_CHUNK_S, |pace| {
-            pace.clamp(MIN_CHUNK_S, viewer::LIVE_CHUNK_S)
+        let chunk_s = options.pace.as_ref().map_or(viewer::LIVE_CHUNK_S, |clock| {
+            clock.times_real().clamp(MIN_CHUNK_S, viewer::LIVE_CHUNK_S)
         });
         recorder = recorder.every_s(chunk_s);
     }
     if options.full_rate {
         recorder = recorder.full_rate();
     }
-    let mut pace = options.pace.map(Pace::new);
+    let mut pace = options.pace.clone().map(Pace::new);
     let mut observers: Vec<&mut dyn Observer> = vec![&mut recorder, &mut metrics];
     let mut samples = SampleRecorder::new(folder.path().join(SAMPLES));
     if options.keep_samples {

@@ -1,20 +1,33 @@
 //! An estimator outside of the program in a run: each step is sent, and its answer is waited for.
 
 use super::link::Link;
+use super::real_time::RealTime;
 use crate::foreign::checked;
 use monorig_estimators::api::estimator::Internal;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements};
 use monorig_estimators::{Error, Estimator, Real};
+use monorig_sim::closed_loop::WallClock;
+use monorig_sim::config::scenario::AnswerFaults;
 use monorig_wire::SEQUENCES;
 use monorig_wire::answer::{Answer, Answers, Came};
 use monorig_wire::signal::Numbers;
 use monorig_wire::step::Step;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Time for an answer, and for the first one of a process, which starts.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// What it shows of itself.
-const INTERNALS: [Internal; 1] = [Internal::new("sent_again", "1")];
+/// Time between two looks for an answer in real time.
+const LOOKS: Duration = Duration::from_micros(50);
+/// What it shows of itself; in lockstep the first one alone.
+const INTERNALS: [Internal; 6] = [
+    Internal::new("sent_again", "1"),
+    Internal::new("answer_latency_ms", "ms"),
+    Internal::new("answers_asked", "1"),
+    Internal::new("answers_late", "1"),
+    Internal::new("answers_lost", "1"),
+    Internal::new("rig_late", "1"),
+];
 
 /// An estimator at the end of a way.
 pub(super) struct Outside {
@@ -30,6 +43,11 @@ pub(super) struct Outside {
     times: u32,
     /// Steps that were sent more than once.
     sent_again: u64,
+    /// The time, if it is real.
+    real_time: Option<RealTime>,
+    faults: AnswerFaults,
+    /// True once the first step was answered.
+    begun: bool,
     /// Why it answers no more.
     lost: Option<String>,
 }
@@ -46,7 +64,7 @@ enum Judged {
 
 impl Outside {
     /// One for a vehicle of so many drive units.
-    pub fn new(link: Box<dyn Link>, numbers: Numbers, drives: usize) -> Self {
+    pub fn new(link: Box<dyn Link>, numbers: Numbers, drives: usize, faults: AnswerFaults) -> Self {
         Self {
             link,
             numbers,
@@ -56,7 +74,60 @@ impl Outside {
             start: true,
             times: 0,
             sent_again: 0,
+            real_time: None,
+            faults,
+            begun: false,
             lost: None,
+        }
+    }
+
+    /// The same in real time on a clock, if there is one.
+    pub fn on_clock(mut self, clock: Option<Arc<WallClock>>, deadline: Duration) -> Self {
+        self.real_time = clock.map(|clock| RealTime::new(clock, deadline, self.faults));
+        self
+    }
+
+    /// Sends a step and waits for its answer until the deadline: none if it has not come.
+    fn ask_in_time(&mut self, step: &Step) -> Result<Option<Answer>, String> {
+        let Some(time) = &mut self.real_time else {
+            return self.ask(step).map(Some);
+        };
+        let t_s = step.z.t.s();
+        if !self.begun {
+            let answer = self.ask(step)?;
+            self.link.never_wait()?;
+            self.begun = true;
+            if let Some(time) = &mut self.real_time {
+                time.begin(t_s, Instant::now());
+            }
+            return Ok(Some(answer));
+        }
+        let link = self.link.as_mut();
+        link.begin();
+        let ns = step.z.t.ns();
+        step.frames(self.numbers, self.drives, &mut |frame| link.put(frame, ns));
+        let sent = Instant::now();
+        time.send(step.sequence, t_s, sent)?;
+        link.send()?;
+        loop {
+            let (answers, mut taken) = (&mut self.answers, Ok(None));
+            link.receive(&mut |frame| {
+                let came = answers.take(frame, step.z.t);
+                if let Ok(before) = &taken {
+                    let before = *before;
+                    taken = time
+                        .take(came, step.sequence, Instant::now())
+                        .map(|a| a.or(before));
+                }
+            })?;
+            let now = Instant::now();
+            if let Some(answer) = taken?.or(time.released(step.sequence, now)) {
+                return Ok(Some(answer));
+            }
+            if now.duration_since(sent) >= time.deadline {
+                return Ok(None);
+            }
+            std::thread::sleep(LOOKS);
         }
     }
 
@@ -133,11 +204,12 @@ impl Estimator for Outside {
             start: std::mem::take(&mut self.start),
             sequence: self.sequence,
         };
-        let answered = self.ask(&step);
+        let answered = self.ask_in_time(&step);
         self.sent_again += u64::from(self.times > 1);
         match answered {
-            Ok(answer) if answer.refused => Err(Error::own("it refused the step")),
-            Ok(answer) => checked(answer.estimate),
+            Ok(None) => Err(Error::own("its answer did not come in time")),
+            Ok(Some(answer)) if answer.refused => Err(Error::own("it refused the step")),
+            Ok(Some(answer)) => checked(answer.estimate),
             Err(why) => {
                 let why = format!("{} {why}", self.link.at());
                 self.lost = Some(why.clone());
@@ -151,13 +223,28 @@ impl Estimator for Outside {
     }
 
     fn internals(&self) -> &[Internal] {
-        &INTERNALS
+        match self.real_time {
+            Some(_) => &INTERNALS,
+            None => INTERNALS.get(..1).unwrap_or_default(),
+        }
     }
 
     fn internal_values(&self, values: &mut [Real]) {
-        if let [sent_again, ..] = values {
-            *sent_again = self.sent_again as f64;
-        }
+        let counts = self
+            .real_time
+            .as_ref()
+            .map(|time| time.counts)
+            .unwrap_or_default();
+        let whole = |n: u64| n as f64;
+        let all = [
+            whole(self.sent_again),
+            counts.latency_ms,
+            whole(counts.asked),
+            whole(counts.late),
+            whole(counts.lost),
+            whole(counts.rig_late),
+        ];
+        values.iter_mut().zip(all).for_each(|(to, from)| *to = from);
     }
 }
 

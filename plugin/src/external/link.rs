@@ -17,6 +17,9 @@ pub(super) trait Link: Send {
     /// Sends the frames that were put together, at once; they can be sent again.
     fn send(&mut self) -> Result<(), String>;
 
+    /// Waits no more, neither for frames nor for the other end to take them.
+    fn never_wait(&mut self) -> Result<(), String>;
+
     /// Waits for frames, for half a second at most; hands them over. False if none came.
     fn receive(&mut self, each: &mut dyn FnMut(&Frame)) -> Result<bool, String>;
 }

@@ -4,6 +4,7 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `estimator` | one in a run: a step is sent, its answer is waited for |
+//! | `real_time` | the same by the clock: what comes too late counts as not delivered |
 //! | `link` | the ways to it |
 //! | `process` | lines of candump through the standard input and output of a process |
 //! | `udp` | datagrams of cannelloni |
@@ -13,6 +14,7 @@ mod estimator;
 mod link;
 #[cfg(unix)]
 mod process;
+mod real_time;
 mod serve;
 mod udp;
 
@@ -21,9 +23,11 @@ pub use serve::{serve_lines, serve_udp};
 use estimator::Outside;
 use link::Link;
 use monorig_estimators::Vehicle;
+use monorig_sim::closed_loop::WallClock;
 use monorig_sim::closed_loop::registry::{BoxedEstimator, EstimatorType, NamedSettings, Refusal};
 use monorig_sim::config::scenario::{External, SignalNumbers, Way};
 use monorig_wire::signal::Numbers;
+use std::sync::Arc;
 
 /// Numbers of the frames.
 pub fn numbers(signals: SignalNumbers) -> Numbers {
@@ -33,13 +37,16 @@ pub fn numbers(signals: SignalNumbers) -> Numbers {
     }
 }
 
-/// The estimator at the end of a way. It is reached at its first step.
-pub(crate) fn estimator_of(external: &External) -> Result<EstimatorType, Refusal> {
+/// The estimator at the end of a way, in real time on a clock, else in lockstep. It is reached at its first step.
+pub(crate) fn estimator_of(
+    external: &External,
+    clock: Option<&Arc<WallClock>>,
+) -> Result<EstimatorType, Refusal> {
     #[cfg(unix)]
     if let Way::Process(words) = &external.way {
         process::find(words, &external.folder)?;
     }
-    let external = external.clone();
+    let (external, clock) = (external.clone(), clock.cloned());
     let build = move |vehicle: &Vehicle, _: NamedSettings<'_>| {
         let numbers = numbers(external.signals);
         let link: Box<dyn Link> = match &external.way {
@@ -55,7 +62,8 @@ pub(crate) fn estimator_of(external: &External) -> Result<EstimatorType, Refusal
                 ));
             }
         };
-        let outside = Outside::new(link, numbers, vehicle.drives);
+        let outside = Outside::new(link, numbers, vehicle.drives, external.faults)
+            .on_clock(clock.clone(), external.deadline());
         Ok(Box::new(outside) as BoxedEstimator)
     };
     Ok(EstimatorType::new("external", &[], build))

@@ -186,6 +186,11 @@ impl Link for Process {
         sent
     }
 
+    fn never_wait(&mut self) -> Result<(), String> {
+        let set = self.running()?.socket.set_nonblocking(true);
+        set.map_err(|e| format!("cannot be heard: {e}"))
+    }
+
     fn receive(&mut self, each: &mut dyn FnMut(&Frame)) -> Result<bool, String> {
         let running = self.running()?;
         let mut bytes = [0; 8192];

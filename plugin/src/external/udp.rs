@@ -31,6 +31,7 @@ pub(super) struct Udp {
     used: usize,
     sequence: u8,
     bytes: Vec<u8>,
+    waits: bool,
 }
 
 impl Drop for Udp {
@@ -73,6 +74,7 @@ impl Udp {
             used: 0,
             sequence: 0,
             bytes: vec![0; MAX_DATAGRAM],
+            waits: true,
         })
     }
 }
@@ -119,6 +121,12 @@ impl Link for Udp {
         Ok(())
     }
 
+    fn never_wait(&mut self) -> Result<(), String> {
+        self.waits = false;
+        let set = self.socket.set_nonblocking(true);
+        set.map_err(|e| format!("cannot be heard: {e}"))
+    }
+
     fn receive(&mut self, each: &mut dyn FnMut(&Frame)) -> Result<bool, String> {
         match self.socket.recv(&mut self.bytes) {
             Ok(count) => {
@@ -130,7 +138,9 @@ impl Link for Udp {
             }
             Err(e) => match e.kind() {
                 ErrorKind::ConnectionRefused => {
-                    std::thread::sleep(RETRY);
+                    if self.waits {
+                        std::thread::sleep(RETRY);
+                    }
                     Ok(false)
                 }
                 ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted => Ok(false),

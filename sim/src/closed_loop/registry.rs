@@ -31,6 +31,7 @@
 //! # Ok::<(), monorig_sim::closed_loop::registry::RegistryError>(())
 //! ```
 
+use super::wall_clock::WallClock;
 use crate::config::file::nearest;
 use crate::config::scenario::{DEFAULT_CONTROLLER, Settings, valid_name};
 use crate::control::{Controller, ControllerSetup, SpeedController, SpeedControllerParams};
@@ -58,7 +59,9 @@ pub(crate) type BuildController = dyn Fn(&Vehicle, &ControllerSetup, NamedSettin
     + Sync;
 
 /// Finds the estimator that the settings name, or the only one, in a library or an FMU, or outside of the program.
-type LoadLibrary = dyn Fn(&Path, &Settings) -> Result<EstimatorType, Refusal> + Send + Sync;
+type LoadLibrary = dyn Fn(&Path, &Settings, Option<&Arc<WallClock>>) -> Result<EstimatorType, Refusal>
+    + Send
+    + Sync;
 
 /// A type of estimator or controller: its name, its parameters, and how it is built.
 pub struct PartType<B: ?Sized> {
@@ -82,6 +85,7 @@ pub struct Registry {
     estimators: Vec<EstimatorType>,
     controllers: Vec<ControllerType>,
     load_library: Option<Arc<LoadLibrary>>,
+    clock: Option<Arc<WallClock>>,
 }
 
 impl std::fmt::Debug for Registry {
@@ -181,6 +185,7 @@ impl Registry {
             estimators: Vec::new(),
             controllers: Vec::new(),
             load_library: None,
+            clock: None,
         }
     }
 
@@ -264,9 +269,18 @@ impl Registry {
     /// Lets scenarios name shared libraries, FMUs and programs outside, whose estimators `load` finds.
     pub fn load_libraries_with(
         &mut self,
-        load: impl Fn(&Path, &Settings) -> Result<EstimatorType, Refusal> + Send + Sync + 'static,
+        load: impl Fn(&Path, &Settings, Option<&Arc<WallClock>>) -> Result<EstimatorType, Refusal>
+        + Send
+        + Sync
+        + 'static,
     ) {
         self.load_library = Some(Arc::new(load));
+    }
+
+    /// The same registry for runs on a wall clock, to which estimators outside of the program are held.
+    pub fn on_clock(mut self, clock: Option<Arc<WallClock>>) -> Self {
+        self.clock = clock;
+        self
     }
 
     /// The type of an estimator of a scenario: that of its library, the one outside, or the one of its name.
@@ -281,7 +295,11 @@ impl Registry {
         // found when the scenario was loaded; one put together in code has the name alone
         let file = settings.library_file.as_deref();
         let named = settings.library.as_deref().unwrap_or_default();
-        load(file.unwrap_or(Path::new(named)), settings)
+        load(
+            file.unwrap_or(Path::new(named)),
+            settings,
+            self.clock.as_ref(),
+        )
     }
 
     /// The type of controller of this name.

@@ -19,7 +19,7 @@ pub use controller::ControllerSettings;
 pub(crate) use controller::DEFAULT_CONTROLLER;
 pub use event::{Event, FaultKind};
 pub use expect::{Availability, Expectation, KnownFailure, KnownFailureEntry, known_failures};
-pub use external::{External, SignalNumbers, Way};
+pub use external::{AnswerFaults, External, SignalNumbers, Way};
 pub use integrity::{Integrity, IntegrityLimits};
 pub use load::{LogScenario, Scenario};
 pub use moment::{Moment, MomentOf, VehiclePart};
