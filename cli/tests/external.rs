@@ -130,6 +130,58 @@ fn every_estimator_is_the_same_in_a_process() {
     }
 }
 
+/// An image for a Cortex-M4F under QEMU gives the estimates of the host in every step. The variable `MONORIG_FIRMWARE`
+/// names a folder with an image for each scenario, with floating-point signals; `.ci/run` makes them.
+#[test]
+fn firmware_gives_the_estimates_of_the_host() {
+    let Some(folder) = std::env::var_os("MONORIG_FIRMWARE") else {
+        eprintln!("skipped: MONORIG_FIRMWARE names no folder with images");
+        return;
+    };
+    for scene in ["liu2023_section1", "minimal"] {
+        let image = PathBuf::from(&folder).join(format!("{scene}.elf"));
+        let qemu = "qemu-system-arm, -M, mps2-an386, -display, none, -monitor, none, -serial, stdio, -kernel";
+        let firmware = format!(
+            "{{external: {{process: [{qemu}, {}], signals: float}}}}",
+            image.display()
+        );
+        let both = format!("{{rail_fusion: {{}}, firmware: {firmware}}}");
+        let begun = Instant::now();
+        let mut steps = 0;
+        let outcome = watch(
+            scenario(&format!("{scene}.yaml"), &both, "60"),
+            &registry(),
+            &mut |frame| {
+                steps += 1;
+                let find = |name: &str| {
+                    frame
+                        .estimators
+                        .iter()
+                        .find(|e| e.name == name)
+                        .unwrap()
+                        .estimate
+                };
+                let (a, b) = (find("rail_fusion"), find("firmware"));
+                let bits =
+                    |e: &Estimate| numbers(e).iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                assert!(bits(&a) == bits(&b), "{scene}, step {steps}:\n{a:?}\n{b:?}");
+            },
+        );
+        let refused = outcome.unwrap().refusals;
+        assert!(
+            refused
+                .iter()
+                .filter(|r| r.0 == "firmware")
+                .all(|f| refused.iter().any(|r| r.1 == f.1))
+        );
+        assert!(steps > 10_000, "{steps}");
+        eprintln!(
+            "{scene}: {steps} steps in {:.1} s",
+            begun.elapsed().as_secs_f64()
+        );
+    }
+}
+
 /// An estimator that is given rounded samples.
 struct Rounded(BoxedEstimator);
 
