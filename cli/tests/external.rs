@@ -12,11 +12,14 @@ use monorig_sim::closed_loop::registry::{BoxedEstimator, EstimatorType, NamedSet
 use monorig_sim::closed_loop::run::{self, StepFrame};
 use monorig_sim::closed_loop::{Outcome, Simulation, WallClock};
 use monorig_sim::config::scenario::Scenario;
-use monorig_wire::cannelloni;
+use monorig_wire::answer::{Answers, Came};
 use monorig_wire::ecu::Ecu;
 use monorig_wire::frame::Frame;
 use monorig_wire::message::{Message, Value};
 use monorig_wire::signal::Numbers;
+use monorig_wire::step::Step;
+use monorig_wire::{candump, cannelloni};
+use std::io::{BufRead, Write};
 use std::net::UdpSocket;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -130,55 +133,142 @@ fn every_estimator_is_the_same_in_a_process() {
     }
 }
 
-/// An image for a Cortex-M4F under QEMU gives the estimates of the host in every step. The variable `MONORIG_FIRMWARE`
-/// names a folder with an image for each scenario, with floating-point signals; `.ci/run` makes them.
-#[test]
-fn firmware_gives_the_estimates_of_the_host() {
+/// The words that run an image for a Cortex-M4F of the folder `MONORIG_FIRMWARE`; none without the variable, which
+/// `.ci/run` sets. Images have floating-point signals and are reached by semihosting, `uart.elf` by the UART.
+fn qemu(image: &str) -> Option<Vec<String>> {
     let Some(folder) = std::env::var_os("MONORIG_FIRMWARE") else {
         eprintln!("skipped: MONORIG_FIRMWARE names no folder with images");
-        return;
+        return None;
     };
-    for scene in ["liu2023_section1", "minimal"] {
-        let image = PathBuf::from(&folder).join(format!("{scene}.elf"));
-        let qemu = "qemu-system-arm, -M, mps2-an386, -display, none, -monitor, none, -serial, stdio, -kernel";
+    let by = match image {
+        "uart" => "-serial stdio",
+        _ => "-serial none -semihosting-config enable=on,target=native",
+    };
+    let image = PathBuf::from(folder).join(format!("{image}.elf"));
+    let all = format!("qemu-system-arm -M mps2-an386 -display none -monitor none {by} -kernel");
+    let words = all.split(' ').map(str::to_owned);
+    Some(words.chain([image.display().to_string()]).collect())
+}
+
+/// An image under QEMU gives the estimates of the host in every step: two whole scenarios, and the first steps of one
+/// by the UART.
+#[test]
+fn firmware_gives_the_estimates_of_the_host() {
+    for (image, scene, after_s) in [
+        ("liu2023_section1", "liu2023_section1", 60),
+        ("minimal", "minimal", 60),
+        ("uart", "liu2023_section1", 1),
+    ] {
+        let Some(words) = qemu(image) else { return };
+        let words: Vec<String> = words.iter().map(|w| format!("\"{w}\"")).collect();
         let firmware = format!(
-            "{{external: {{process: [{qemu}, {}], signals: float}}}}",
-            image.display()
+            "{{external: {{process: [{}], signals: float}}}}",
+            words.join(", ")
         );
         let both = format!("{{rail_fusion: {{}}, firmware: {firmware}}}");
+        let scenario = scenario(&format!("{scene}.yaml"), &both, &after_s.to_string());
         let begun = Instant::now();
         let mut steps = 0;
-        let outcome = watch(
-            scenario(&format!("{scene}.yaml"), &both, "60"),
-            &registry(),
-            &mut |frame| {
-                steps += 1;
-                let find = |name: &str| {
-                    frame
-                        .estimators
-                        .iter()
-                        .find(|e| e.name == name)
-                        .unwrap()
-                        .estimate
-                };
-                let (a, b) = (find("rail_fusion"), find("firmware"));
-                let bits =
-                    |e: &Estimate| numbers(e).iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-                assert!(bits(&a) == bits(&b), "{scene}, step {steps}:\n{a:?}\n{b:?}");
-            },
-        );
+        let outcome = watch(scenario, &registry(), &mut |frame| {
+            steps += 1;
+            let find = |name: &str| {
+                frame
+                    .estimators
+                    .iter()
+                    .find(|e| e.name == name)
+                    .unwrap()
+                    .estimate
+            };
+            let (a, b) = (find("rail_fusion"), find("firmware"));
+            let bits = |e: &Estimate| numbers(e).iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            assert!(bits(&a) == bits(&b), "{image}, step {steps}:\n{a:?}\n{b:?}");
+        });
         let refused = outcome.unwrap().refusals;
-        assert!(
-            refused
-                .iter()
-                .filter(|r| r.0 == "firmware")
-                .all(|f| refused.iter().any(|r| r.1 == f.1))
-        );
-        assert!(steps > 10_000, "{steps}");
+        let times = |name: &str| refused.iter().find(|r| r.0 == name).map(|r| r.1);
+        assert_eq!(times("rail_fusion"), times("firmware"));
+        assert!(steps >= 190 * after_s, "{steps}");
         eprintln!(
-            "{scene}: {steps} steps in {:.1} s",
+            "{image}: {steps} steps in {:.1} s",
             begun.elapsed().as_secs_f64()
         );
+    }
+}
+
+/// The image is reset twice: right after a snapshot it goes on as if nothing had been; between two snapshots it goes on
+/// from the last one, and soon tells what the host tells. Without one its mass would be that of the start.
+#[test]
+fn firmware_goes_on_after_a_brown_out() {
+    let Some(words) = qemu("minimal") else { return };
+    let mut qemu = std::process::Command::new(&words[0])
+        .args(&words[1..])
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut to = qemu.stdin.take().unwrap();
+    let mut from = std::io::BufReader::new(qemu.stdout.take().unwrap());
+    let mut answers = Answers::new(Numbers::Float);
+    let (mut sequence, mut last_ns, mut line) = (0, 0, Vec::new());
+    let mut kg = [[0.0; 2]; 3];
+    let ran = watch(
+        scenario("minimal.yaml", "{rail_fusion: {}}", "30"),
+        &registry(),
+        &mut |frame| {
+            let step = Step {
+                z: *frame.measurements,
+                u: *frame.command,
+                dt_s: frame.time_ns as f64 * 1e-9 - last_ns as f64 * 1e-9,
+                start: sequence == 0,
+                sequence,
+            };
+            last_ns = frame.time_ns;
+            let mut text = Vec::new();
+            // snapshots are taken after every 20 steps
+            if [2000, 4010].contains(&sequence) {
+                candump::write(&Frame::new(0x7FF), 0, &mut text);
+                to.write_all(&text).unwrap();
+                text.clear();
+                // what comes before it has started again is lost
+                std::thread::sleep(Duration::from_secs(1));
+            }
+            step.frames(Numbers::Float, 8, &mut |f| candump::write(f, 0, &mut text));
+            to.write_all(&text).unwrap();
+            let answer = loop {
+                line.clear();
+                assert!(
+                    from.read_until(b'\n', &mut line).unwrap() > 0,
+                    "step {sequence}"
+                );
+                let came = candump::read(&line).unwrap().frame.unwrap();
+                if let Came::Answer(answer) = answers.take(&came, step.z.t) {
+                    break answer;
+                }
+            };
+            assert_eq!(answer.sequence, sequence);
+            let (host, board) = (frame.estimators[0].estimate, answer.estimate);
+            if sequence < 4010 {
+                let bits =
+                    |e: &Estimate| numbers(e).iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                assert!(
+                    answer.refused || bits(&host) == bits(&board),
+                    "step {sequence}: {host:?} {board:?}"
+                );
+            }
+            for (k, at) in [4009, 4010, 5900].into_iter().enumerate() {
+                if sequence == at {
+                    kg[k] = [host, board].map(|e| e.total_mass_kg.value);
+                }
+            }
+            sequence += 1;
+        },
+    );
+    ran.unwrap();
+    qemu.kill().unwrap();
+    qemu.wait().unwrap();
+    assert!(sequence > 5900, "{sequence}");
+    assert_eq!(kg[0][0], kg[0][1]);
+    for [host, board] in kg {
+        assert!((host - board).abs() < 0.01 * host, "{kg:?}");
     }
 }
 
@@ -271,7 +361,7 @@ fn fixed_point_signals_round_to_the_steps_of_the_dbc() {
     }
 }
 
-/// What a controller on UDP does with the frames of an answer before they are sent.
+/// Changes the frames of an answer before a controller on UDP sends them.
 type Tamper = dyn FnMut(u64, &mut Vec<Frame>) + Send;
 
 /// A controller on UDP with one of our estimators, in a thread that ends with it. It starts again, with a socket and

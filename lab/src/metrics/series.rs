@@ -107,7 +107,7 @@ pub struct ErrorSample {
     pub(crate) effective_bound: f64,
 }
 
-/// What became of the steps of an external estimator in real time, so far.
+/// Counts of the steps of an external estimator in real time, so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Answers {
     /// Longest time to an answer that came in this step, ms.

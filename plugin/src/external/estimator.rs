@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(2);
 /// Time between two looks for an answer in real time.
 const LOOKS: Duration = Duration::from_micros(50);
-/// What it shows of itself; in lockstep the first one alone.
+/// Quantities that it shows; in lockstep the first one alone.
 const INTERNALS: [Internal; 6] = [
     Internal::new("sent_again", "1"),
     Internal::new("answer_latency_ms", "ms"),
@@ -52,7 +52,7 @@ pub(super) struct Outside {
     lost: Option<String>,
 }
 
-/// What a frame from the other end means.
+/// Meaning of a frame from the other end.
 enum Judged {
     /// Nothing yet.
     Waiting,

@@ -36,7 +36,7 @@ pub(super) struct Process {
 struct Running {
     socket: UnixStream,
     child: OwnedProcess,
-    /// What was read behind the last whole line.
+    /// Bytes behind the last whole line.
     rest: Vec<u8>,
 }
 

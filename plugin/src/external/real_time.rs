@@ -25,7 +25,7 @@ pub(super) struct RealTime {
     pub counts: Counts,
 }
 
-/// What became of the steps.
+/// Counts of the steps so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Counts {
     /// Longest time to an answer that came since the step before, ms; not a number if none came.
