@@ -14,7 +14,7 @@
 static double speed, slow_speed, accel, slow_accel;
 static uint8_t answer[128];
 static size_t length;
-static int last = -1;
+static int last = -1, seen; /* the last step; the samples that came for this one: 1, 2 */
 
 static uint64_t raw(const uint8_t *data, int bytes) { return bytes ? data[0] | raw(data + 1, bytes - 1) << 8 : 0; }
 static double number(const uint8_t *data) { return ((int32_t)(raw(data, 3) << 8) >> 8) * 1e-5; }
@@ -30,7 +30,11 @@ static void head(uint16_t id, uint8_t bytes) { /* of a frame: identifier, length
 }
 
 static void step(double dt, int start, int sequence) {
-  if (start) slow_speed = speed, slow_accel = accel, last = -1;
+  if (start) { /* what came before it is of another run */
+    accel = seen & 1 ? accel : 0.0, speed = seen & 2 ? speed : 0.0;
+    slow_speed = speed, slow_accel = accel, last = -1;
+  }
+  seen = 0;
   if (sequence == last) return; /* the answer was lost: the same again */
   slow_speed += (speed - slow_speed) * fmin(dt / TAU, 1.0);
   slow_accel += (accel - slow_accel) * fmin(dt / TAU, 1.0);
@@ -57,9 +61,9 @@ int main(int count, char **words) {
       uint16_t id = (uint16_t)(in[at + 2] << 8 | in[at + 3]);
       const uint8_t *data = in + at + (in[at + 4] & 0x80 ? 6 : 5);
       at = data - in + (in[at + 4] & 0x7F);
-      if (id == 0x100) accel = number(data + 5);      /* specific_force: the axis along the train */
-      if (id == 0x130) speed = number(data + 5);      /* wheel_speed_drive_1 */
-      if (id != 0x220) continue;                      /* step: all of it has come */
+      if (id == 0x100) accel = number(data + 5), seen |= 1; /* specific_force: the axis along the train */
+      if (id == 0x130) speed = number(data + 5), seen |= 2; /* wheel_speed_drive_1 */
+      if (id != 0x220) continue;                           /* step: all of it has come */
       step(raw(data + 5, 3) * 1e-6, data[8] & 1, (int)(raw(data + 8, 2) >> 1));
       sendto(bus, answer, length, 0, (struct sockaddr *)&rig, size);
     }

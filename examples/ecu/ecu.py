@@ -4,7 +4,7 @@ import sys
 
 G, TAU = 9.81, 0.5                                    # m/s²; time constant of the low-pass, s
 speed = slow_speed = accel = slow_accel = 0.0
-last, answer = None, ""
+last, answer, seen = None, "", set()                  # seen: the samples that came for this step
 
 
 def number(data: bytes, at: int, step: float) -> float:
@@ -25,6 +25,7 @@ def frame(identifier: int, *fields: tuple[float, int]) -> str:
 for line in sys.stdin:
     identifier, data = line.split()[2].replace("##0", "#").split("#")
     identifier, data = int(identifier, 16), bytes.fromhex(data)
+    seen.add(identifier)
     if identifier == 0x100:                           # specific_force: the axis along the train
         accel = number(data, 5, 1e-5)
     elif identifier == 0x130:                         # wheel_speed_drive_1
@@ -33,7 +34,9 @@ for line in sys.stdin:
         dt = int.from_bytes(data[5:8], "little") * 1e-6
         start, sequence = data[8] & 1, int.from_bytes(data[8:10], "little") >> 1
         if start:
+            accel, speed = accel * (0x100 in seen), speed * (0x130 in seen)   # else of another run
             slow_speed, slow_accel, last = speed, accel, None
+        seen.clear()
         if sequence != last:                          # else the answer was lost: the same again
             slow_speed += (speed - slow_speed) * min(dt / TAU, 1)
             slow_accel += (accel - slow_accel) * min(dt / TAU, 1)
