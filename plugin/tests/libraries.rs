@@ -182,7 +182,7 @@ fn a_program_that_loads_no_libraries_says_so() {
     assert!(
         refused
             .to_string()
-            .contains("this program loads no libraries"),
+            .contains("this program runs no estimators of others"),
         "{refused}"
     );
 }
