@@ -251,13 +251,12 @@ impl Estimator for Outside {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use monorig_estimators::Time;
 
     fn answer(sequence: u16) -> Came {
-        let mut answer = Answer::default();
-        answer.sequence = sequence;
-        answer.estimate.t = Time::from_ns(1);
-        Came::Answer(answer)
+        Came::Answer(Answer {
+            sequence,
+            ..Answer::default()
+        })
     }
 
     /// Each mistake at the other end has words of its own, also where the numbers begin again.
