@@ -5,6 +5,8 @@ use crate::ui::errors::CliError;
 use crate::ui::output;
 use monorig_lab::batch::Shard;
 use monorig_lab::metrics;
+use monorig_sim::config::scenario::ParameterValue;
+use monorig_wire::signal::Numbers;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -129,6 +131,42 @@ pub fn assignment(text: &str) -> Result<(String, String), String> {
             Ok((path.trim().to_owned(), value.to_owned()))
         }
         _ => Err("write PATH=VALUE, such as load.mass_kg=5000".to_owned()),
+    }
+}
+
+/// The value of a parameter as it is written.
+pub fn value_of(text: &str) -> ParameterValue {
+    match (text.parse::<f64>(), text.parse::<bool>()) {
+        (Ok(number), _) if number.is_finite() => number.into(),
+        (_, Ok(flag)) => flag.into(),
+        _ => text.into(),
+    }
+}
+
+/// Numbers of CAN signals.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct Signals {
+    /// Numbers of the signals
+    #[arg(long, value_enum, default_value = "fixed")]
+    signals: SignalNumbers,
+}
+
+/// Numbers of CAN signals, as the command line names them.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum SignalNumbers {
+    /// Fixed-point numbers of 24 bits, as buses have them
+    Fixed,
+    /// Floating-point numbers of 64 bits, which round nothing
+    Float,
+}
+
+impl Signals {
+    /// As frames have them.
+    pub fn numbers(self) -> Numbers {
+        match self.signals {
+            SignalNumbers::Fixed => Numbers::Fixed,
+            SignalNumbers::Float => Numbers::Float,
+        }
     }
 }
 

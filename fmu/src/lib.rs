@@ -23,7 +23,7 @@ mod two;
 mod variable;
 
 pub use package::{Package, library};
-pub use part::{estimator, plant};
+pub use part::{built, estimator, plant};
 
 /// A version of the standard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

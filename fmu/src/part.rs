@@ -5,7 +5,7 @@ use monorig_estimators::Vehicle;
 use monorig_estimators::api::signals::{Command, Shape, Slot};
 use monorig_estimators::api::snapshot::SnapshotError;
 use monorig_logs::drive::VehicleFile;
-use monorig_sim::closed_loop::registry::{Refusal, Registry};
+use monorig_sim::closed_loop::registry::{BoxedEstimator, EstimatorType, Refusal, Registry};
 use monorig_sim::closed_loop::{Simulation, SimulationBuilder};
 use monorig_sim::config::scenario::{ParameterValue, Scenario, Settings};
 use monorig_sim::control::{Controller, FeedForward, Perception, Reference};
@@ -116,6 +116,34 @@ pub(crate) fn plant_alone(
     Ok(alone)
 }
 
+/// An estimator for a vehicle, with its type.
+fn built_for(
+    vehicle: &Vehicle,
+    name: &str,
+    settings: &Settings,
+    registry: &Registry,
+) -> Result<(EstimatorType, BoxedEstimator), Error> {
+    let refused =
+        |w: Refusal| Error::from(monorig_sim::error::DataError::new("", w.message, w.help));
+    let of_type = registry.estimator_of(name, settings).map_err(refused)?;
+    for (key, value) in settings.named() {
+        of_type.check(key, value).map_err(refused)?;
+    }
+    let built = of_type.build(vehicle, &settings.named()).map_err(refused)?;
+    Ok((of_type, built))
+}
+
+/// An estimator that is ready to run, for the vehicle of a scenario.
+pub fn built(
+    name: &str,
+    settings: &Settings,
+    registry: &Registry,
+    scenario: &Path,
+) -> Result<BoxedEstimator, Error> {
+    let simulation = plant_alone(scenario, &[])?.build(1)?;
+    Ok(built_for(&simulation.vehicle, name, settings, registry)?.1)
+}
+
 /// An estimator of the registry, or of a library that the settings name, for the vehicle of a scenario.
 pub fn estimator(
     name: &str,
@@ -125,13 +153,7 @@ pub fn estimator(
 ) -> Result<Package, Error> {
     let simulation = plant_alone(scenario, &[])?.build(1)?;
     let vehicle = &simulation.vehicle;
-    let refused =
-        |w: Refusal| Error::from(monorig_sim::error::DataError::new("", w.message, w.help));
-    let of_type = registry.estimator_of(name, settings).map_err(refused)?;
-    for (key, value) in settings.named() {
-        of_type.check(key, value).map_err(refused)?;
-    }
-    let built = of_type.build(vehicle, &settings.named()).map_err(refused)?;
+    let (of_type, built) = built_for(vehicle, name, settings, registry)?;
     let mut names: Vec<String> = measured(&simulation).map(|s| s.name().to_owned()).collect();
     names.dedup();
     let part = EstimatorPart {

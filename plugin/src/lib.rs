@@ -1,6 +1,7 @@
 //! Estimators and controllers of others: estimators of shared libraries that have the functions of
 //! `monorig_estimator.h`, and FMUs of both. A scenario names one by `library: ./mine.so` or `fmu: ./mine.fmu`; it is
-//! then checked, built and run as ours are.
+//! then checked, built and run as ours are. An estimator that runs elsewhere, such as on a vehicle's controller, is
+//! reached by CAN frames: `external: {udp: "127.0.0.1:47800"}`.
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -8,6 +9,8 @@
 //! | `foreign` | an estimator of it in a run |
 //! | `fmu/` | an FMU: unpacked, checked, its functions, an instance of it in a run |
 //! | `signals` `unit` | names of inputs and outputs in an FMU, and their units |
+//! | `external/` | an estimator outside of the program in a run, the ways to it; ours as such a one |
+//! | `owned_process` | a process that is started and ended |
 //! | `parent` | processes that run parts |
 //! | `remote` | an estimator or a controller in such a process |
 //! | `child` | the process that runs a part |
@@ -15,9 +18,12 @@
 
 #[cfg(unix)]
 mod child;
+pub mod external;
 mod fmu;
 mod foreign;
 mod library;
+#[cfg(unix)]
+mod owned_process;
 #[cfg(unix)]
 mod parent;
 #[cfg(unix)]
@@ -41,7 +47,10 @@ use std::path::Path;
 /// Lets scenarios that are built with this registry name libraries and FMUs, which run inside of this program: a crash
 /// in one ends it.
 pub fn loads_libraries(mut registry: Registry) -> Registry {
-    registry.load_libraries_with(load);
+    registry.load_libraries_with(|path, settings, clock| match &settings.external {
+        Some(external) => external::estimator_of(external, clock),
+        None => load(path, settings),
+    });
     registry.load_controllers_with(load_controller);
     registry
 }
@@ -52,7 +61,10 @@ pub fn loads_libraries(mut registry: Registry) -> Registry {
 pub fn guards_libraries(mut registry: Registry, program: Vec<std::ffi::OsString>) -> Registry {
     let host = std::sync::Arc::new(parent::Host::new(program));
     let of_controllers = host.clone();
-    registry.load_libraries_with(move |path, settings| host.estimator(path, settings));
+    registry.load_libraries_with(move |path, settings, clock| match &settings.external {
+        Some(external) => external::estimator_of(external, clock),
+        None => host.estimator(path, settings),
+    });
     registry.load_controllers_with(move |path, settings| of_controllers.controller(path, settings));
     registry
 }

@@ -2,6 +2,7 @@
 //! else. A process runs one instance at a time, and is used again for the next one of the same file.
 
 use crate::child::FOLDER;
+use crate::owned_process::{OwnedProcess, ended};
 use crate::protocol::{BUILD, Body, CONTROLLER, DONE, DROP, ESTIMATOR, LOAD, Message, receive};
 use crate::remote::{RemoteController, RemoteEstimator};
 use monorig_abi::NominalVehicle;
@@ -20,17 +21,14 @@ use std::net::Shutdown;
 use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::UnixStream;
-use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus};
+use std::process::{Command, ExitStatus};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tempfile::TempDir;
 
 /// Time for an answer: to load a part, to build an instance, to make a step.
 const LIMIT: Duration = Duration::from_secs(10);
-/// Time for a process to end by itself once nothing more is asked of it.
-const TO_END: Duration = Duration::from_secs(1);
 /// Longest name of a file in a reason, characters: the rest of it must fit, too.
 const LONGEST_NAME: usize = 40;
 
@@ -252,7 +250,7 @@ impl Drop for Lent {
 
 /// A process, and the way to it.
 struct Process {
-    child: Child,
+    child: OwnedProcess,
     to: UnixStream,
     from: BufReader<UnixStream>,
     message: Message,
@@ -272,15 +270,12 @@ impl Process {
         let folder = tempfile::Builder::new()
             .prefix(crate::fmu::FOLDER)
             .tempdir()?;
-        let child = Command::new(name)
-            .args(arguments)
-            .env(FOLDER, folder.path())
-            .stdin(OwnedFd::from(theirs))
-            // what a part prints is no result of the program
-            .stdout(io::stderr().as_fd().try_clone_to_owned()?)
-            // Ctrl-C is for the program, which then asks for nothing more
-            .process_group(0)
-            .spawn()?;
+        let mut command = Command::new(name);
+        command.args(arguments).env(FOLDER, folder.path());
+        command.stdin(OwnedFd::from(theirs));
+        // what a part prints is no result of the program
+        command.stdout(io::stderr().as_fd().try_clone_to_owned()?);
+        let child = OwnedProcess::start(&mut command)?;
         Ok(Self {
             child,
             to: ours.try_clone()?,
@@ -321,11 +316,11 @@ impl Process {
     fn lose(&mut self, e: &io::Error) -> String {
         let why = match e.kind() {
             ErrorKind::WouldBlock | ErrorKind::TimedOut => {
-                self.kill();
+                self.child.kill();
                 format!("gives no answer within {} s", LIMIT.as_secs())
             }
             ErrorKind::InvalidData => {
-                self.kill();
+                self.child.kill();
                 "spoils the standard input of its process".to_owned()
             }
             _ => match self.end() {
@@ -341,38 +336,13 @@ impl Process {
     fn end(&mut self) -> Option<ExitStatus> {
         // an error says that the other end is closed already
         let _ = self.to.shutdown(Shutdown::Both);
-        for _ in 0..TO_END.as_millis() {
-            if let Ok(Some(status)) = self.child.try_wait() {
-                return Some(status);
-            }
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        self.kill();
-        None
-    }
-
-    fn kill(&mut self) {
-        // errors say that it has ended already
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        self.child.end()
     }
 }
 
 impl Drop for Process {
     fn drop(&mut self) {
-        self.end();
-    }
-}
-
-/// The end of a process that should not have ended, in words.
-fn ended(status: ExitStatus) -> String {
-    let told = status.to_string();
-    match status.signal() {
-        // whether there is a core depends on the machine
-        Some(_) => {
-            let told = told.trim_end_matches(" (core dumped)");
-            format!("crashed: {}", told.replacen("signal: ", "signal ", 1))
-        }
-        None => format!("ended its process: {told}"),
+        // its process ends once nothing more can be asked of it
+        let _ = self.to.shutdown(Shutdown::Both);
     }
 }

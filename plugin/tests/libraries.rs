@@ -123,7 +123,10 @@ fn a_program_that_loads_no_libraries_says_so() {
     let file = scenario(folder.path(), "  mine: {library: ./mine.so}");
     let refused = common::build_with(&file, &Registry::default());
     let refused = refused.err().unwrap().to_string();
-    has(&refused, &["this program loads no libraries"]);
+    has(
+        &refused,
+        &["this program runs no estimators or controllers of others"],
+    );
 }
 
 /// The example in C estimates, its parameter has an effect, and the inputs of the run have its digest.

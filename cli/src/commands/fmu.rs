@@ -1,11 +1,11 @@
 //! `monorig fmu`: an estimator, or the plant of a scenario, as an FMU for another tool.
 
-use crate::arguments::assignment;
+use crate::arguments::{assignment, value_of};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use monorig_fmu::{Fmi, Package};
-use monorig_sim::config::scenario::{ParameterValue, Settings};
+use monorig_sim::config::scenario::Settings;
 use monorig_sim::record::whole;
 use std::path::{Path, PathBuf};
 
@@ -106,15 +106,6 @@ impl Command for FmuArgs {
             }
             What::Plant(task) => write(&monorig_fmu::plant(&task.scenario, &task.sets)?, &task.out),
         }
-    }
-}
-
-/// The value of a parameter as it is written.
-fn value_of(text: &str) -> ParameterValue {
-    match (text.parse::<f64>(), text.parse::<bool>()) {
-        (Ok(number), _) if number.is_finite() => number.into(),
-        (_, Ok(flag)) => flag.into(),
-        _ => text.into(),
     }
 }
 

@@ -6,7 +6,10 @@ mod calibrate;
 mod check;
 mod compare;
 mod completions;
+mod dbc;
 mod draw;
+#[cfg(feature = "plugins")]
+mod ecu;
 mod explain;
 mod export;
 #[cfg(feature = "plugins")]
@@ -50,6 +53,9 @@ pub(crate) const COMMANDS: &[CommandEntry] = &[
     CommandEntry::of::<list::ListArgs>(),
     CommandEntry::of::<replay::ReplayArgs>(),
     CommandEntry::of::<export::ExportArgs>(),
+    CommandEntry::of::<dbc::DbcArgs>(),
+    #[cfg(feature = "plugins")]
+    CommandEntry::of::<ecu::EcuArgs>(),
     #[cfg(feature = "plugins")]
     CommandEntry::of::<fmu::FmuArgs>(),
     CommandEntry::of::<judge::JudgeArgs>(),

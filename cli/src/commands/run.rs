@@ -19,13 +19,15 @@ use clap::ValueEnum;
 use monorig_lab::verdicts::judgement::Totals;
 use monorig_lab::verdicts::run_result::RunResult;
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
-use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::closed_loop::{Simulation, WallClock};
 use monorig_sim::config::scenario::Seeds;
 use monorig_sim::error::Error;
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 const RUN_EXAMPLES: &str = "\
 Examples:
@@ -67,7 +69,8 @@ pub struct RunArgs {
     #[arg(long, value_name = "HOST:PORT", conflicts_with = "no_rerun", num_args = 0..=1, require_equals = true,
         default_missing_value = VIEWER, value_parser = address)]
     pub live: Option<SocketAddr>,
-    /// Simulate no faster than so many times real time; without it as fast as it goes
+    /// Simulate no faster than so many times real time; without it as fast as it goes. External estimators then answer
+    /// in time or not at all
     #[arg(long, value_name = "TIMES", value_parser = pace::parse)]
     pub pace: Option<f64>,
     /// Do not write run.rrd
@@ -126,6 +129,8 @@ impl Command for RunArgs {
 /// Simulate scenarios with the seeds asked for, else each with its first seed; all of them are for tests and
 /// comparisons. Nothing is written before the whole input has been found good.
 fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+    let clock = task.pace.map(|times| Arc::new(WallClock::new(times)));
+    let registry = &registry.clone().on_clock(clock.clone());
     let overrides = task.overrides();
     let variant = Variant::new(&overrides, task.name.as_deref());
     let mut simulations = Vec::new();
@@ -144,7 +149,7 @@ fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliError> 
     let options = RecordOptions {
         out: &out,
         live: task.live,
-        pace: task.pace,
+        pace: clock,
         no_rerun: task.no_rerun,
         full_rate: task.full_rate,
         keep_samples: task.keep_samples,
@@ -266,5 +271,19 @@ fn one(
     }
     shown.json.push(run.json());
     shown.verdicts.push(run.summary.verdict());
-    Ok(())
+    let is_late = |metrics: &BTreeMap<String, Option<f64>>| {
+        metrics.get("rig_late_share").copied().flatten() > Some(0.0)
+    };
+    let late = run
+        .summary
+        .estimators
+        .iter()
+        .find(|(_, metrics)| is_late(metrics));
+    match late {
+        Some((late, _)) => Err(CliError::refused(
+            format!("this program missed its own deadlines: the run is no verdict on {late}"),
+            "an idle machine, `--no-rerun`, or a slower `--pace`; the channel `rig_late` counts the steps that were sent too late",
+        )),
+        None => Ok(()),
+    }
 }

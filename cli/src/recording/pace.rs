@@ -1,36 +1,38 @@
 //! Pace: holds a run to the clock, so that it can be watched as it goes.
 
 use monorig_sim::closed_loop::run::{Observer, StepFrame};
+use monorig_sim::closed_loop::{Simulation, WallClock};
 use monorig_sim::error::Error;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// An observer that waits until the clock has come to where the simulation is: 1 = real time, 2 = twice as fast. A run
 /// that is slower than this does not wait.
 pub struct Pace {
-    times_real: f64,
-    begun: Option<Instant>,
+    clock: Arc<WallClock>,
 }
 
-/// Waits shorter than this are left for later: a system cannot keep them, s.
-const LEAST_WAIT_S: f64 = 0.002;
+/// Waits shorter than this are left for later: a system cannot keep them.
+const LEAST_WAIT: Duration = Duration::from_micros(200);
 
 impl Pace {
-    /// So many simulated seconds a second.
-    pub fn new(times_real: f64) -> Self {
-        Self {
-            times_real,
-            begun: None,
-        }
+    /// By this clock.
+    pub fn new(clock: Arc<WallClock>) -> Self {
+        Self { clock }
     }
 }
 
 impl Observer for Pace {
+    fn begin(&mut self, _: &Simulation) -> Result<(), Error> {
+        self.clock.clear();
+        Ok(())
+    }
+
     fn on_step(&mut self, frame: &StepFrame<'_>) -> Result<(), Error> {
-        let begun = self.begun.get_or_insert_with(Instant::now);
-        let due_s = frame.time_ns as f64 * 1e-9 / self.times_real;
-        let wait_s = due_s - begun.elapsed().as_secs_f64();
-        if wait_s > LEAST_WAIT_S {
-            std::thread::sleep(Duration::from_secs_f64(wait_s));
+        let due = self.clock.due(frame.time_ns as f64 * 1e-9);
+        let wait = due.saturating_duration_since(Instant::now());
+        if wait > LEAST_WAIT {
+            std::thread::sleep(wait);
         }
         Ok(())
     }

@@ -12,6 +12,7 @@ use monorig_lab::verdicts::measure::SummaryObserver;
 use monorig_lab::verdicts::run_files::{CHANNELS, RunFiles};
 use monorig_lab::verdicts::summary::Summary;
 use monorig_logs::export::{SAMPLES, SampleRecorder};
+use monorig_sim::closed_loop::WallClock;
 use monorig_sim::closed_loop::run;
 use monorig_sim::closed_loop::run::Observer;
 use monorig_sim::closed_loop::{Registry, Simulation};
@@ -20,6 +21,7 @@ use monorig_sim::record::{BackgroundSink, Recorder, Sink};
 use serde_json::json;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// A run that was simulated and recorded.
@@ -81,8 +83,8 @@ pub struct RecordOptions<'a> {
     pub out: &'a Path,
     /// Also stream to the viewer at this address.
     pub live: Option<SocketAddr>,
-    /// Simulated seconds a second at most; none = as fast as it goes.
-    pub pace: Option<f64>,
+    /// The clock that the run is held to; none = as fast as it goes.
+    pub pace: Option<Arc<WallClock>>,
     /// Do not write `run.rrd`.
     pub no_rerun: bool,
     /// Record long runs at the full rate too.
@@ -135,15 +137,15 @@ pub fn simulate(
     let mut recorder = Recorder::new(sinks).with(BoundChannels::default());
     if options.live.is_some() {
         // whoever watches gets something about as often, however fast the run is
-        let chunk_s = options.pace.map_or(viewer::LIVE_CHUNK_S, |pace| {
-            pace.clamp(MIN_CHUNK_S, viewer::LIVE_CHUNK_S)
+        let chunk_s = options.pace.as_ref().map_or(viewer::LIVE_CHUNK_S, |clock| {
+            clock.times_real().clamp(MIN_CHUNK_S, viewer::LIVE_CHUNK_S)
         });
         recorder = recorder.every_s(chunk_s);
     }
     if options.full_rate {
         recorder = recorder.full_rate();
     }
-    let mut pace = options.pace.map(Pace::new);
+    let mut pace = options.pace.clone().map(Pace::new);
     let mut observers: Vec<&mut dyn Observer> = vec![&mut recorder, &mut metrics];
     let mut samples = SampleRecorder::new(files.path(SAMPLES));
     if options.keep_samples {
@@ -164,7 +166,7 @@ pub fn simulate(
     let summary = metrics.summary(&scenario, seed, &outcome);
     let folder = files.finish(&summary, outcome.interrupted)?;
     for (name, settings) in &scenario.file.estimators {
-        if settings.library.is_some() {
+        if settings.is_foreign() {
             note(&format!("{name} is {}", settings.origin(name)));
         }
     }

@@ -7,6 +7,7 @@
 //! which may be known for part of the time: errors and integrity count the samples that have one. A metric without a
 //! sample to count is not a number, never zero. `docs/src/metrics.md` has the same table, and a test sees to it.
 
+mod answers;
 pub(crate) mod lagged;
 mod marks;
 mod of_estimator;

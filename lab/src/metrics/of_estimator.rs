@@ -122,6 +122,13 @@ mod tests {
             lagged_nees: 400.0 * e * e,
             nis: 16.0 * e * e,
             running_resistance: f64::NAN,
+            answers: crate::metrics::series::Answers {
+                latency_ms: f64::NAN,
+                asked: f64::NAN,
+                late: f64::NAN,
+                lost: f64::NAN,
+                rig_late: f64::NAN,
+            },
             mass_bound: 0.1,
             slope_bound: 0.1 * DEGREE,
             effective_bound: 0.1 * DEGREE,

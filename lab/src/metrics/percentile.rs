@@ -23,6 +23,17 @@ pub(crate) fn p95<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
     Box::new(Percentile {
         of,
         share: 0.95,
+        numbers_only: false,
+        so_far: Magnitudes::default(),
+    })
+}
+
+/// The 99th percentile of the values that are numbers.
+pub(crate) fn p99_of_numbers<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
+    Box::new(Percentile {
+        of,
+        share: 0.99,
+        numbers_only: true,
         so_far: Magnitudes::default(),
     })
 }
@@ -30,12 +41,16 @@ pub(crate) fn p95<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
 struct Percentile<F> {
     of: F,
     share: f64,
+    numbers_only: bool,
     so_far: Magnitudes,
 }
 
 impl<T, F: Fn(&T) -> f64> Accumulator<T> for Percentile<F> {
     fn add(&mut self, x: &T) {
-        self.so_far.add((self.of)(x).abs());
+        let x = (self.of)(x).abs();
+        if !(self.numbers_only && x.is_nan()) {
+            self.so_far.add(x);
+        }
     }
 
     fn value(&self) -> f64 {

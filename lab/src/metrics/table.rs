@@ -1,8 +1,9 @@
 //! The table of metrics.
 
+use crate::metrics::answers::share_of_asked;
 use crate::metrics::of_estimator::{DEGREE, converged_max, convergence, end};
 use crate::metrics::of_run::{energy, energy_per_metre, jerk};
-use crate::metrics::percentile::p95;
+use crate::metrics::percentile::{p95, p99_of_numbers};
 use crate::metrics::series::{ErrorSample, Tracking};
 use crate::metrics::statistics::{max, mean, rms, rms_over, share_in_band};
 use crate::metrics::{Best, Marks, Metric, Of, Quantity};
@@ -194,6 +195,18 @@ table! {
         "running_resistance_rmse" ["1", Least]
             "root mean square error of the running-resistance coefficient, of estimators that identify it (internal `running_resistance`); all samples"
             = Estimator(rms(|x: &ErrorSample| x.running_resistance));
+        "answer_latency_ms_p99" ["ms", Least]
+            "99th percentile of the time from the sending of a step to its answer, of an external estimator in real time"
+            = Estimator(p99_of_numbers(|x: &ErrorSample| x.answers.latency_ms));
+        "answers_late_share" ["1", Least]
+            "share of the steps whose answer came after its deadline, of an external estimator in real time"
+            = Estimator(share_of_asked(|a| a.late));
+        "answers_lost_share" ["1", Least]
+            "share of the steps without an answer, of an external estimator in real time"
+            = Estimator(share_of_asked(|a| a.lost));
+        "rig_late_share" ["1", Least]
+            "share of the steps that monorig itself sent too late, in real time: the run is then no verdict"
+            = Estimator(share_of_asked(|a| a.rig_late));
         "speed_rmse_mps" ["m/s", Least]
             "root mean square of speed minus reference"
             = Run(rms(|x: &Tracking| x.speed));

@@ -1,22 +1,20 @@
-//! CAN: frames as candump writes them, and the DBC that makes values of them. A message a channel: 40 bits of stamp in
-//! microseconds and 24 bits for each value, so that a scalar fits a classic frame and a vector a CAN FD frame of 16
-//! bytes.
+//! CAN: frames as candump writes them, and the DBC that makes values of them. The messages are those of
+//! [`monorig_wire`], by which an estimator on a controller is reached, too: a message a channel, its stamp in
+//! microseconds and its values in 24 bits each.
 
 use super::{Instants, LogWriter, RowWriter, Table};
 use crate::io;
+use monorig_estimators::api::signals::{Measurand, Shape};
 use monorig_sim::error::Error;
+use monorig_wire::message::{Commanded, Message, Value as Signal};
+use monorig_wire::signal::Numbers;
+use monorig_wire::{candump, dbc};
 use serde_json::Value;
-use std::fmt::Write as _;
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
-/// Identifier of the first message.
-const FIRST_ID: u32 = 0x100;
-/// Bits of a stamp and of a value.
-const STAMP_BITS: u32 = 40;
-const VALUE_BITS: u32 = 24;
-/// Largest magnitude of a raw value.
-const MAX_RAW: f64 = ((1 << (VALUE_BITS - 1)) - 1) as f64;
+/// Numbers of the signals.
+const NUMBERS: Numbers = Numbers::Fixed;
 
 /// The writer of CAN frames.
 pub(super) struct CanWriter;
@@ -40,21 +38,19 @@ impl LogWriter for CanWriter {
         name: &str,
         tables: &[Table],
     ) -> Result<Box<dyn RowWriter>, Error> {
-        let mut ids = FIRST_ID..;
-        let mut messages = Vec::new();
-        for table in tables {
-            messages.push(CanMessage::of_table(table, &mut ids));
-        }
-        let dbc = folder.join(format!("{name}.dbc"));
-        let text = database(tables, &messages);
-        std::fs::write(&dbc, text).map_err(|e| io(&dbc, e))?;
+        let messages: Vec<Vec<Message>> = tables.iter().map(messages).collect();
+        let path = folder.join(format!("{name}.dbc"));
+        let mut text = String::new();
+        // a text takes everything
+        let _ = dbc::write(&mut text, NUMBERS, messages.iter().flatten().copied());
+        std::fs::write(&path, text).map_err(|e| io(&path, e))?;
         let path = folder.join(format!("{name}.log"));
         let file = std::fs::File::create(&path).map_err(|e| io(&path, e))?;
         Ok(Box::new(CanFile {
             path,
             file: BufWriter::new(file),
             messages,
-            line: String::new(),
+            line: Vec::new(),
             clipped: 0,
         }))
     }
@@ -65,7 +61,9 @@ impl LogWriter for CanWriter {
 
     fn column(&self, table: &Table, column: usize) -> String {
         let name = table.columns.get(column).map_or("", String::as_str);
-        format!("{}.{name}", message_name(table, column))
+        let all = messages(table);
+        let message = all.get(column).or(all.first());
+        message.map_or_else(String::new, |m| format!("{}.{name}", m.name()))
     }
 
     fn adapt(&self, map: &mut Value, name: &str) {
@@ -75,89 +73,26 @@ impl LogWriter for CanWriter {
     }
 }
 
-/// A message: its identifier, and the columns of its table with their steps.
-struct CanMessage {
-    id: u32,
-    columns: Vec<(usize, f64)>,
-}
-
-impl CanMessage {
-    /// The messages of a table: one of a vector, else one for each column.
-    fn of_table(table: &Table, ids: &mut impl Iterator<Item = u32>) -> Vec<Self> {
-        let step = |column: usize| (column, table.steps.get(column).copied().unwrap_or(1.0));
-        let columns: Vec<_> = (0..table.columns.len()).map(step).collect();
-        let length = if table.is_vector { columns.len() } else { 1 };
-        let groups = columns.chunks(length.max(1)).zip(ids);
-        let message = |(columns, id): (&[(usize, f64)], u32)| Self {
-            id,
-            columns: columns.to_vec(),
-        };
-        groups.map(message).collect()
-    }
-
-    /// Bytes of a frame: a CAN FD frame where a classic one has no room.
-    fn bytes(&self) -> usize {
-        match STAMP_BITS + VALUE_BITS * self.columns.len() as u32 {
-            ..=64 => 8,
-            _ => 16,
+/// The messages of a table: one of a vector, else one for each column.
+fn messages(table: &Table) -> Vec<Message> {
+    let columns = 0..table.columns.len();
+    let drives = columns.len().saturating_sub(2);
+    let commanded = |column: usize| match column.checked_sub(drives) {
+        None => Commanded::Torque(column),
+        Some(0) => Commanded::Clamp,
+        Some(_) => Commanded::Brake,
+    };
+    match Measurand::named(table.name) {
+        Some(of) if of.shape() == Shape::Vector => {
+            let any = columns.take(1);
+            any.map(|_| Message::Sample(of.slot(0))).collect()
         }
-    }
-}
-
-/// The name of the message of a column; of a vector that of the table.
-fn message_name(table: &Table, column: usize) -> String {
-    match (table.is_vector, table.columns.get(column)) {
-        (false, Some(column)) => format!("{}_{column}", table.name),
-        _ => table.name.to_owned(),
-    }
-}
-
-/// Values of the attribute `VFrameFormat`; the last one marks a CAN FD frame.
-const FRAME_FORMATS: [&str; 15] = [
-    "StandardCAN",
-    "ExtendedCAN",
-    "reserved",
-    "J1939PG",
-    "reserved",
-    "reserved",
-    "reserved",
-    "reserved",
-    "reserved",
-    "reserved",
-    "reserved",
-    "reserved",
-    "reserved",
-    "reserved",
-    "StandardCAN_FD",
-];
-
-/// The text of the DBC.
-fn database(tables: &[Table], messages: &[Vec<CanMessage>]) -> String {
-    let mut text = String::from("VERSION \"monorig\"\n\nNS_ :\n\nBS_:\n\nBU_: monorig\n\n");
-    for (table, messages) in tables.iter().zip(messages) {
-        for m in messages {
-            let name = message_name(table, m.columns.first().map_or(0, |c| c.0));
-            text += &format!("BO_ {} {name}: {} monorig\n", m.id, m.bytes());
-            text += &format!(" SG_ stamp_us : 0|{STAMP_BITS}@1- (1,0) [0|0] \"us\" Vector__XXX\n");
-            for (k, (column, step)) in m.columns.iter().enumerate() {
-                text += &format!(
-                    " SG_ {} : {}|{VALUE_BITS}@1- ({step},0) [0|0] \"{}\" Vector__XXX\n",
-                    table.columns.get(*column).map_or("value", String::as_str),
-                    STAMP_BITS + VALUE_BITS * k as u32,
-                    table.units.get(*column).copied().unwrap_or_default()
-                );
-            }
-            text.push('\n');
+        Some(of) => columns.map(|c| Message::Sample(of.slot(c))).collect(),
+        None if table.name == super::tables::COMMANDS => {
+            columns.map(|c| Message::Command(commanded(c))).collect()
         }
+        None => columns.map(Message::Truth).collect(),
     }
-    let formats = FRAME_FORMATS.map(|f| format!("\"{f}\"")).join(",");
-    text += &format!("BA_DEF_ BO_ \"VFrameFormat\" ENUM {formats};\n");
-    text += "BA_DEF_DEF_ \"VFrameFormat\" \"StandardCAN\";\n";
-    for m in messages.iter().flatten().filter(|m| m.bytes() > 8) {
-        let fd = FRAME_FORMATS.len() - 1;
-        text += &format!("BA_ \"VFrameFormat\" BO_ {} {fd};\n", m.id);
-    }
-    text
 }
 
 /// The candump file.
@@ -165,36 +100,26 @@ struct CanFile {
     path: PathBuf,
     file: BufWriter<std::fs::File>,
     /// Messages by the index of their table.
-    messages: Vec<Vec<CanMessage>>,
-    line: String,
+    messages: Vec<Vec<Message>>,
+    line: Vec<u8>,
     clipped: u64,
 }
 
 impl RowWriter for CanFile {
     fn row(&mut self, table: usize, at: Instants, values: &[f64]) -> Result<(), Error> {
-        for message in self.messages.get(table).into_iter().flatten() {
-            let value = |column: usize| values.get(column).copied().unwrap_or(f64::NAN);
-            if message.columns.iter().any(|(c, _)| value(*c).is_nan()) {
+        let messages = self.messages.get(table).map_or(&[][..], Vec::as_slice);
+        let each = values.len() / messages.len().max(1);
+        for (message, values) in messages.iter().zip(values.chunks(each.max(1))) {
+            if values.iter().any(|x| x.is_nan()) {
                 continue;
             }
-            let stamp_us = (at.stamp_ns as f64 / 1e3).round() as i64;
-            let mut bytes = stamp_us.to_le_bytes()[..STAMP_BITS as usize / 8].to_vec();
-            for (column, step) in &message.columns {
-                let raw = (value(*column) / step).round();
-                self.clipped += u64::from(raw.abs() > MAX_RAW);
-                let raw = raw.clamp(-MAX_RAW, MAX_RAW) as i32;
-                bytes.extend_from_slice(&raw.to_le_bytes()[..VALUE_BITS as usize / 8]);
-            }
-            bytes.resize(message.bytes(), 0);
+            let mut signals = vec![Signal::Instant(at.stamp_ns)];
+            signals.extend(values.iter().copied().map(Signal::Number));
+            let (frame, clipped) = message.encode(NUMBERS, &signals);
+            self.clipped += u64::from(clipped);
             self.line.clear();
-            let (s, ns) = (at.arrival_ns / 1_000_000_000, at.arrival_ns % 1_000_000_000);
-            let mark = if bytes.len() > 8 { "##0" } else { "#" };
-            let _ = write!(self.line, "({s}.{ns:09}) can0 {:03X}{mark}", message.id);
-            for byte in bytes {
-                let _ = write!(self.line, "{byte:02X}");
-            }
-            self.line.push('\n');
-            let written = self.file.write_all(self.line.as_bytes());
+            candump::write(&frame, at.arrival_ns, &mut self.line);
+            let written = self.file.write_all(&self.line);
             written.map_err(|e| io(&self.path, e))?;
         }
         Ok(())

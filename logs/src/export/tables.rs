@@ -2,7 +2,6 @@
 
 use super::{Instants, KeptStep};
 use crate::map::quantity;
-use crate::notation::Quantity;
 use monorig_estimators::api::signals::{Measurand, Sample, Shape};
 use monorig_sim::error::Error;
 
@@ -15,12 +14,6 @@ pub(super) struct Table {
     pub columns: Vec<String>,
     /// Unit of each.
     pub units: Vec<&'static str>,
-    /// Step of each in CAN signals, in its unit.
-    pub steps: Vec<f64>,
-    /// True if all columns are of one sample; else each column is a channel of its own, and a row has those that were
-    /// taken at its time.
-    #[cfg_attr(not(feature = "can"), allow(dead_code))]
-    pub is_vector: bool,
     /// True if the run has a row of it.
     pub is_used: bool,
 }
@@ -34,17 +27,10 @@ pub(super) struct Tables {
 /// Index of the table of commands: behind those of the measured quantities, which stand in the order of their own
 /// table.
 pub(super) const COMMAND: usize = Measurand::ALL.len();
+/// Name of the table of commands.
+pub(super) const COMMANDS: &str = "command";
 /// Index of the table of the truth.
 pub(super) const TRUTH: usize = COMMAND + 1;
-
-/// Step of a quantity in CAN signals, in its SI unit.
-fn step_of(quantity: Quantity) -> f64 {
-    match quantity {
-        Quantity::AngularRate | Quantity::Angle => 1e-6,
-        Quantity::Torque | Quantity::Number => 1e-3,
-        _ => 1e-5,
-    }
-}
 
 /// Takes rows.
 type Sink<'a> = dyn FnMut(usize, Instants, &[f64]) -> Result<(), Error> + 'a;
@@ -53,12 +39,10 @@ impl Tables {
     /// Those of a vehicle with so many drive units.
     pub fn new(drives: usize) -> Self {
         let of_drives = || -> Vec<String> { (1..=drives).map(|i| format!("drive_{i}")).collect() };
-        let table = |name, columns: Vec<String>, unit, step: f64| Table {
+        let table = |name, columns: Vec<String>, unit| Table {
             name,
             units: vec![unit; columns.len()],
-            steps: vec![step; columns.len()],
             columns,
-            is_vector: false,
             is_used: false,
         };
         let measured = |measurand: &Measurand| {
@@ -71,22 +55,17 @@ impl Tables {
                     .map(|i| format!("reading_{i}"))
                     .collect(),
             };
-            let quantity = quantity(*measurand);
-            let (unit, step) = (quantity.si_name(), step_of(quantity));
-            Table {
-                is_vector: shape == Shape::Vector,
-                ..table(measurand.name(), columns, unit, step)
-            }
+            let unit = quantity(*measurand).si_name();
+            table(measurand.name(), columns, unit)
         };
-        let mut command = table("command", of_drives(), "Nm", 1e-3);
-        for (column, unit, step) in [("clamp_pressure", "MPa", 1e-5), ("brake", "1", 1e-6)] {
+        let mut command = table(COMMANDS, of_drives(), "Nm");
+        for (column, unit) in [("clamp_pressure", "MPa"), ("brake", "1")] {
             command.columns.push(column.into());
             command.units.push(unit);
-            command.steps.push(step);
         }
         let truth = ["slope", "effective_slope"].map(str::to_owned).to_vec();
         let mut all: Vec<Table> = Measurand::ALL.iter().map(measured).collect();
-        all.extend([command, table("truth", truth, "rad", 1e-6)]);
+        all.extend([command, table("truth", truth, "rad")]);
         Self { all, drives }
     }
 

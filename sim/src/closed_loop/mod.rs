@@ -39,6 +39,7 @@ pub mod registry;
 mod resolved;
 pub mod run;
 mod simulation;
+mod wall_clock;
 
 pub use builder::SimulationBuilder;
 pub use end::Outcome;
@@ -48,3 +49,4 @@ pub use registry::Registry;
 pub use resolved::resolved;
 pub use run::run;
 pub use simulation::Simulation;
+pub use wall_clock::WallClock;

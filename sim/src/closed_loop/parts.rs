@@ -29,13 +29,13 @@ pub fn estimators(
             continue;
         }
         let of_type = registry.estimator_of(name, settings).map_err(|w| {
-            match (&settings.is, &settings.library) {
-                (_, Some(_)) => {
-                    let at = format!("{at}.{}", settings.library_key());
+            match (&settings.is, settings.is_foreign()) {
+                (_, true) => {
+                    let at = format!("{at}.{}", settings.foreign_key());
                     scenario.error(at, w.message, w.help)
                 }
-                (Some(_), None) => scenario.error(format!("{at}.is"), w.message, w.help),
-                (None, None) => {
+                (Some(_), false) => scenario.error(format!("{at}.is"), w.message, w.help),
+                (None, false) => {
                     let help = format!("{}; `is` names the type of one with another name", w.help);
                     scenario.error(at.clone(), w.message, help)
                 }

@@ -31,6 +31,7 @@
 //! # Ok::<(), monorig_sim::closed_loop::registry::RegistryError>(())
 //! ```
 
+use super::wall_clock::WallClock;
 use crate::config::file::nearest;
 use crate::config::scenario::{
     ControllerSettings, DEFAULT_CONTROLLER, PlantKind, Settings, valid_name,
@@ -67,8 +68,10 @@ pub(crate) type BuildOwnInstrument =
 pub(crate) type BuildPlant =
     dyn Fn(&PlantSetup<'_>, NamedSettings<'_>) -> Result<Box<dyn Plant>, Refusal> + Send + Sync;
 
-/// Finds the estimator that the settings name, or the only one, in a library or an FMU.
-type LoadLibrary = dyn Fn(&Path, &Settings) -> Result<EstimatorType, Refusal> + Send + Sync;
+/// Finds the estimator that the settings name, or the only one, in a library or an FMU, or outside of the program.
+type LoadLibrary = dyn Fn(&Path, &Settings, Option<&Arc<WallClock>>) -> Result<EstimatorType, Refusal>
+    + Send
+    + Sync;
 /// Finds the controller that is in an FMU.
 type LoadController =
     dyn Fn(&Path, &ControllerSettings) -> Result<ControllerType, Refusal> + Send + Sync;
@@ -102,6 +105,7 @@ pub struct Registry {
     plants: Vec<PlantType>,
     load_library: Option<Arc<LoadLibrary>>,
     load_controller: Option<Arc<LoadController>>,
+    clock: Option<Arc<WallClock>>,
 }
 
 impl std::fmt::Debug for Registry {
@@ -158,7 +162,7 @@ pub enum RegistryError {
 }
 
 /// Keys of a scenario's estimator that are not parameters.
-const ESTIMATOR_KEYS: &[&str] = &["is", "from", "library", "fmu", "map"];
+const ESTIMATOR_KEYS: &[&str] = &["is", "from", "library", "fmu", "external", "map"];
 /// Keys of a scenario's controller that are not parameters.
 const CONTROLLER_KEYS: &[&str] = &["kind", "fmu", "map", "feedforward"];
 /// Keys of a scenario's plant that are not parameters.
@@ -211,6 +215,7 @@ impl Registry {
             plants: Vec::new(),
             load_library: None,
             load_controller: None,
+            clock: None,
         }
     }
 
@@ -344,23 +349,37 @@ impl Registry {
         find(&self.estimators, name, "estimator", &[])
     }
 
-    /// Lets scenarios name shared libraries and FMUs, whose estimators `load` finds.
+    /// Lets scenarios name shared libraries, FMUs and programs outside, whose estimators `load` finds.
     pub fn load_libraries_with(
         &mut self,
-        load: impl Fn(&Path, &Settings) -> Result<EstimatorType, Refusal> + Send + Sync + 'static,
+        load: impl Fn(&Path, &Settings, Option<&Arc<WallClock>>) -> Result<EstimatorType, Refusal>
+        + Send
+        + Sync
+        + 'static,
     ) {
         self.load_library = Some(Arc::new(load));
     }
 
-    /// The type of an estimator of a scenario: that of its library, or the one of its name.
+    /// The same registry for runs on a wall clock, to which estimators outside of the program are held.
+    pub fn on_clock(mut self, clock: Option<Arc<WallClock>>) -> Self {
+        self.clock = clock;
+        self
+    }
+
+    /// The type of an estimator of a scenario: that of its library, the one outside, or the one of its name.
     pub fn estimator_of(&self, name: &str, settings: &Settings) -> Result<EstimatorType, Refusal> {
-        let Some(library) = &settings.library else {
+        if !settings.is_foreign() {
             return self.find_estimator(settings.type_name(name)).cloned();
-        };
-        let load = self.load_library.as_ref().ok_or_else(loads_none)?;
+        }
+        let load = self.load_library.as_ref().ok_or_else(runs_none)?;
         // found when the scenario was loaded; one put together in code has the name alone
         let file = settings.library_file.as_deref();
-        load(file.unwrap_or(Path::new(library)), settings)
+        let named = settings.library.as_deref().unwrap_or_default();
+        load(
+            file.unwrap_or(Path::new(named)),
+            settings,
+            self.clock.as_ref(),
+        )
     }
 
     /// Lets scenarios name FMUs, whose controllers `load` finds.
@@ -379,7 +398,7 @@ impl Registry {
         let Some(fmu) = &settings.fmu else {
             return self.find_controller(&settings.kind).cloned();
         };
-        let load = self.load_controller.as_ref().ok_or_else(loads_none)?;
+        let load = self.load_controller.as_ref().ok_or_else(runs_none)?;
         let file = settings.fmu_file.as_deref();
         load(file.unwrap_or(Path::new(fmu)), settings)
     }
@@ -589,9 +608,12 @@ fn add<'a, B: ?Sized>(
     Ok(&mut list[last])
 }
 
-fn loads_none() -> Refusal {
+fn runs_none() -> Refusal {
     let help = "the program `monorig` with its feature `plugins`, which is on by default";
-    Refusal::new("this program loads no libraries", help)
+    Refusal::new(
+        "this program runs no estimators or controllers of others",
+        help,
+    )
 }
 
 /// `others`: names of parts that are in no list.

@@ -6,6 +6,7 @@ use crate::notation::TimeUnit;
 use crate::read::{LogReader, Out, ReadOptions, Section};
 use crate::{io, wrong};
 use monorig_sim::error::Error;
+use monorig_wire::candump;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -98,29 +99,13 @@ impl Frames for Lines {
 
 /// Parses a line; false for frames without data: errors and remote requests.
 fn line(text: &str, frame: &mut Frame) -> Option<bool> {
-    let mut words = text.split_ascii_whitespace();
-    let stamp = words.next()?.strip_prefix('(')?.strip_suffix(')')?;
-    frame.ns = TimeUnit::Seconds.parse(stamp)?;
-    let _bus = words.next()?;
-    let (id, rest) = words.next()?.split_once('#')?;
-    let number = u32::from_str_radix(id, 16).ok()?;
-    frame.extended = id.len() > 3;
-    frame.id = number & 0x1FFF_FFFF;
-    let hex = match rest.strip_prefix('#') {
-        Some(fd) => fd.get(1..)?,
-        None => rest,
-    };
-    if number & 0x2000_0000 != 0 || hex.starts_with(['R', 'r']) {
+    let read = candump::read(text.as_bytes())?;
+    frame.ns = TimeUnit::Seconds.parse(std::str::from_utf8(read.stamp).ok()?)?;
+    let Some(came) = &read.frame else {
         return Some(false);
-    }
+    };
+    (frame.id, frame.extended) = (came.id, came.extended);
     frame.data.clear();
-    let mut high = None;
-    for c in hex.chars().filter(|c| *c != '.') {
-        let digit = c.to_digit(16)? as u8;
-        match high.take() {
-            None => high = Some(digit),
-            Some(h) => frame.data.push(h << 4 | digit),
-        }
-    }
-    (high.is_none() && frame.data.len() <= 64).then_some(true)
+    frame.data.extend_from_slice(came.data());
+    Some(true)
 }

@@ -126,14 +126,17 @@ fn find_library(key: &str, name: &str, document: &Document) -> Result<PathBuf, E
     Ok(found)
 }
 
-/// The same for all estimators.
+/// The same for all estimators. Programs outside start in the folder of the document.
 fn find_libraries(
     estimators: &mut BTreeMap<String, Settings>,
     document: &Document,
 ) -> Result<(), Error> {
     for (name, settings) in estimators {
+        if let Some(external) = &mut settings.external {
+            external.folder = document.path().parent().unwrap_or(Path::new("")).into();
+        }
         if let Some(library) = &settings.library {
-            let key = format!("estimators.{name}.{}", settings.library_key());
+            let key = format!("estimators.{name}.{}", settings.foreign_key());
             settings.library_file = Some(find_library(&key, library, document)?);
         }
     }

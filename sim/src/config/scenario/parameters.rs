@@ -2,6 +2,7 @@
 
 use crate::config::checked::{Finite, Version1};
 use crate::config::file::{input_error, read_yaml};
+use crate::config::scenario::external::External;
 use crate::error::Error;
 use monorig_estimators::api::params::Setting;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -110,6 +111,8 @@ pub struct Settings {
     pub is_fmu: bool,
     /// Names that an FMU has in place of ours, and numbers in place of outputs that it has not.
     pub map: BTreeMap<String, ParameterValue>,
+    /// Where it runs, if it runs outside of the program.
+    pub external: Option<External>,
     /// The file of the library, once the scenario is loaded.
     pub(crate) library_file: Option<PathBuf>,
     /// Parameter file, relative to the scenario.
@@ -150,11 +153,17 @@ impl Settings {
         self.in_library(fmu, file)
     }
 
-    /// The key that names its library or FMU.
-    pub fn library_key(&self) -> &'static str {
-        match self.is_fmu {
-            true => "fmu",
-            false => "library",
+    /// True if it is none of the registry.
+    pub fn is_foreign(&self) -> bool {
+        self.library.is_some() || self.external.is_some()
+    }
+
+    /// The key that names its library or FMU, or where it runs.
+    pub fn foreign_key(&self) -> &'static str {
+        match (&self.external, self.is_fmu) {
+            (Some(_), _) => "external",
+            (None, true) => "fmu",
+            (None, false) => "library",
         }
     }
 
@@ -169,8 +178,12 @@ impl Settings {
         self.is.as_deref().unwrap_or(name)
     }
 
-    /// Its type in words, given its name in the scenario: a foreign one with its library.
+    /// Its type in words, given its name in the scenario: a foreign one with its library, an external one with the
+    /// way to it.
     pub fn origin(&self, name: &str) -> String {
+        if let Some(external) = &self.external {
+            return format!("external, {external}");
+        }
         match (&self.library, &self.is) {
             (None, _) => self.type_name(name).to_owned(),
             (Some(library), None) => format!("foreign, of {library}"),
@@ -286,6 +299,7 @@ impl<'de> Deserialize<'de> for Settings {
                             settings.is_fmu = true;
                             settings.library = Some(map.next_value()?);
                         }
+                        "external" => settings.external = Some(map.next_value()?),
                         "map" => settings.map = map.next_value()?,
                         "is" => settings.is = Some(map.next_value()?),
                         "from" => settings.from = Some(map.next_value()?),
@@ -296,6 +310,11 @@ impl<'de> Deserialize<'de> for Settings {
                 }
                 if !settings.map.is_empty() && !settings.is_fmu {
                     return Err(serde::de::Error::custom(MAP_WITHOUT_FMU));
+                }
+                let named = settings.library.is_some() || settings.is.is_some();
+                if settings.external.is_some() && (named || settings.from.is_some()) {
+                    let why = "what runs outside is no library, no FMU and none of ours: `external` alone says where it is";
+                    return Err(serde::de::Error::custom(why));
                 }
                 Ok(settings)
             }
@@ -308,7 +327,10 @@ impl Serialize for Settings {
     fn serialize<S: Serializer>(&self, ser: S) -> Result<S::Ok, S::Error> {
         let mut map = ser.serialize_map(None)?;
         if let Some(library) = &self.library {
-            map.serialize_entry(self.library_key(), library)?;
+            map.serialize_entry(self.foreign_key(), library)?;
+        }
+        if let Some(external) = &self.external {
+            map.serialize_entry(self.foreign_key(), external)?;
         }
         if !self.map.is_empty() {
             map.serialize_entry("map", &self.map)?;
@@ -332,9 +354,9 @@ impl JsonSchema for Settings {
     }
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         json_schema!({
-            "description": "Parameters by name; `is` names the type of estimator when this entry has a name of its own; `library` or `fmu` names a shared library or an FMU with it, relative to the scenario; `map` gives the names that the FMU has in place of ours; `from` names a parameter file, relative to the scenario, for those not given here.",
+            "description": "Parameters by name; `is` names the type of estimator when this entry has a name of its own; `library` or `fmu` names a shared library or an FMU with it, relative to the scenario; `external` says where one runs that is outside of the program; `map` gives the names that the FMU has in place of ours; `from` names a parameter file, relative to the scenario, for those not given here.",
             "type": "object",
-            "properties": { "is": { "type": "string" }, "library": { "type": "string" }, "fmu": { "type": "string" }, "map": { "type": "object", "additionalProperties": generator.subschema_for::<ParameterValue>() }, "from": { "type": "string" } },
+            "properties": { "is": { "type": "string" }, "library": { "type": "string" }, "fmu": { "type": "string" }, "external": generator.subschema_for::<External>(), "map": { "type": "object", "additionalProperties": generator.subschema_for::<ParameterValue>() }, "from": { "type": "string" } },
             "additionalProperties": generator.subschema_for::<ParameterValue>()
         })
     }

@@ -1,0 +1,67 @@
+//! `monorig ecu`: an estimator behind CAN frames, as a controller would run it.
+
+use crate::arguments::{Signals, assignment, value_of};
+use crate::command::{Command, CommandOutcome, Program};
+use crate::ui::errors::CliError;
+use crate::ui::note::note;
+use monorig_plugin::external::{serve_lines, serve_udp};
+use monorig_sim::config::scenario::Settings;
+use std::io::{BufReader, stdin, stdout};
+use std::net::{SocketAddr, UdpSocket};
+use std::path::PathBuf;
+
+const ECU_EXAMPLES: &str = "\
+Examples:
+  monorig ecu rail_fusion --scenario scenarios/minimal.yaml --udp 127.0.0.1:47800
+      beside it: monorig run scenarios/minimal.yaml \\
+        --set 'estimators.ecu={external: {udp: \"127.0.0.1:47800\"}}'
+  monorig ecu rail_fusion --scenario scenarios/minimal.yaml < frames.log
+      lines of candump in, the answers out";
+
+/// Run an estimator as an external one: it is given CAN frames and answers in CAN frames.
+#[derive(Debug, clap::Parser)]
+#[command(name = "ecu", after_help = ECU_EXAMPLES)]
+pub struct EcuArgs {
+    /// The estimator, as `monorig list estimators` names it
+    name: String,
+    /// Scenario with the vehicle that the estimator is for
+    #[arg(long, value_name = "SCENARIO")]
+    scenario: PathBuf,
+    /// Parameter that starts with another value than its default; may be given several times
+    #[arg(long = "set", value_name = "PARAMETER=VALUE", value_parser = assignment)]
+    sets: Vec<(String, String)>,
+    #[command(flatten)]
+    signals: Signals,
+    /// Listen at this address for datagrams of cannelloni, until Ctrl-C; without it lines of candump come by standard
+    /// input
+    #[arg(long, value_name = "HOST:PORT")]
+    udp: Option<SocketAddr>,
+}
+
+impl Command for EcuArgs {
+    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        let mut settings = Settings::of_type(&self.name);
+        for (key, value) in &self.sets {
+            settings = settings.set(key, value_of(value));
+        }
+        let estimator =
+            monorig_fmu::built(&self.name, &settings, program.registry, &self.scenario)?;
+        let numbers = self.signals.numbers();
+        let broken = |e: std::io::Error| CliError::refused(e.to_string(), "a bus that works");
+        match self.udp {
+            Some(address) => {
+                let socket = UdpSocket::bind(address).map_err(|e| {
+                    let help = "an address of this machine with a free port";
+                    CliError::refused(format!("{address}: {e}"), help)
+                })?;
+                note(&format!("{} listens at {address}", self.name));
+                serve_udp(estimator, numbers, &socket).map_err(broken)?;
+            }
+            None => {
+                let from = BufReader::with_capacity(1 << 16, stdin());
+                serve_lines(estimator, numbers, from, stdout().lock()).map_err(broken)?;
+            }
+        }
+        Ok(CommandOutcome::Held)
+    }
+}

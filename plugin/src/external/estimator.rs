@@ -1,0 +1,277 @@
+//! An estimator outside of the program in a run: each step is sent, and its answer is waited for.
+
+use super::link::Link;
+use super::real_time::RealTime;
+use crate::foreign::checked;
+use monorig_estimators::api::estimator::Internal;
+use monorig_estimators::api::signals::{Command, Estimate, Measurements};
+use monorig_estimators::{Error, Estimator, Real};
+use monorig_sim::closed_loop::WallClock;
+use monorig_sim::config::scenario::AnswerFaults;
+use monorig_wire::SEQUENCES;
+use monorig_wire::answer::{Answer, Answers, Came};
+use monorig_wire::signal::Numbers;
+use monorig_wire::step::Step;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Time for an answer, and for the first one of a process, which starts.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// Time between two looks for an answer in real time.
+const LOOKS: Duration = Duration::from_micros(50);
+/// Quantities that it shows; in lockstep the first one alone.
+const INTERNALS: [Internal; 6] = [
+    Internal::new("sent_again", "1"),
+    Internal::new("answer_latency_ms", "ms"),
+    Internal::new("answers_asked", "1"),
+    Internal::new("answers_late", "1"),
+    Internal::new("answers_lost", "1"),
+    Internal::new("rig_late", "1"),
+];
+
+/// An estimator at the end of a way.
+pub(super) struct Outside {
+    link: Box<dyn Link>,
+    numbers: Numbers,
+    drives: usize,
+    answers: Answers,
+    /// Number of the last step.
+    sequence: u16,
+    /// True before the first step after a reset.
+    start: bool,
+    /// Times that the last step was sent.
+    times: u32,
+    /// Steps that were sent more than once.
+    sent_again: u64,
+    /// The time, if it is real.
+    real_time: Option<RealTime>,
+    faults: AnswerFaults,
+    /// True once the first step was answered.
+    begun: bool,
+    /// Why it answers no more.
+    lost: Option<String>,
+}
+
+/// Meaning of a frame from the other end.
+enum Judged {
+    /// Nothing yet.
+    Waiting,
+    /// The answer to the step.
+    Answered(Answer),
+    /// No answer can come of it.
+    Wrong(String),
+}
+
+impl Outside {
+    /// One for a vehicle of so many drive units.
+    pub fn new(link: Box<dyn Link>, numbers: Numbers, drives: usize, faults: AnswerFaults) -> Self {
+        Self {
+            link,
+            numbers,
+            drives,
+            answers: Answers::new(numbers),
+            sequence: SEQUENCES - 1,
+            start: true,
+            times: 0,
+            sent_again: 0,
+            real_time: None,
+            faults,
+            begun: false,
+            lost: None,
+        }
+    }
+
+    /// The same in real time on a clock, if there is one.
+    pub fn on_clock(mut self, clock: Option<Arc<WallClock>>, deadline: Duration) -> Self {
+        self.real_time = clock.map(|clock| RealTime::new(clock, deadline, self.faults));
+        self
+    }
+
+    /// Sends a step and waits for its answer until the deadline: none if it has not come.
+    fn ask_in_time(&mut self, step: &Step) -> Result<Option<Answer>, String> {
+        let Some(time) = &mut self.real_time else {
+            return self.ask(step).map(Some);
+        };
+        let t_s = step.z.t.s();
+        if !self.begun {
+            let answer = self.ask(step)?;
+            self.link.never_wait()?;
+            self.begun = true;
+            if let Some(time) = &mut self.real_time {
+                time.begin(t_s, Instant::now());
+            }
+            return Ok(Some(answer));
+        }
+        let link = self.link.as_mut();
+        link.begin();
+        let ns = step.z.t.ns();
+        step.frames(self.numbers, self.drives, &mut |frame| link.put(frame, ns));
+        let sent = Instant::now();
+        time.send(step.sequence, t_s, sent)?;
+        link.send()?;
+        loop {
+            let (answers, mut taken) = (&mut self.answers, Ok(None));
+            link.receive(&mut |frame| {
+                let came = answers.take(frame, step.z.t);
+                if let Ok(before) = &taken {
+                    let before = *before;
+                    taken = time
+                        .take(came, step.sequence, Instant::now())
+                        .map(|a| a.or(before));
+                }
+            })?;
+            let now = Instant::now();
+            if let Some(answer) = taken?.or(time.released(step.sequence, now)) {
+                return Ok(Some(answer));
+            }
+            if now.duration_since(sent) >= time.deadline {
+                return Ok(None);
+            }
+            std::thread::sleep(LOOKS);
+        }
+    }
+
+    /// Sends a step and waits for its answer.
+    fn ask(&mut self, step: &Step) -> Result<Answer, String> {
+        let Self { link, .. } = self;
+        let (mut frames, mut last, ns) = (0, 0, step.z.t.ns());
+        link.begin();
+        step.frames(self.numbers, self.drives, &mut |frame| {
+            (frames, last) = (frames + 1, frame.id);
+            link.put(frame, ns);
+        });
+        let repeated = std::mem::replace(&mut self.times, 1) > 1;
+        let begun = Instant::now();
+        link.send()?;
+        loop {
+            let (answers, mut judged) = (&mut self.answers, Judged::Waiting);
+            let came = link.receive(&mut |frame| {
+                if matches!(judged, Judged::Waiting) {
+                    judged = judge(answers.take(frame, step.z.t), step.sequence, repeated);
+                }
+            })?;
+            match judged {
+                Judged::Answered(answer) => return Ok(answer),
+                Judged::Wrong(why) => return Err(why),
+                Judged::Waiting => {}
+            }
+            if begun.elapsed() > PATIENCE {
+                let s = PATIENCE.as_secs();
+                return Err(format!(
+                    "gives no answer within {s} s to {frames} frames up to {last:X}, step {}",
+                    step.sequence
+                ));
+            }
+            if !came {
+                // lost on the way, or with an estimator that starts again
+                self.times += 1;
+                link.send()?;
+            }
+        }
+    }
+}
+
+/// Judges what came while the answer to a step is waited for; `repeated` if the step before was sent more than once
+/// and may be answered more than once.
+fn judge(came: Came, sequence: u16, repeated: bool) -> Judged {
+    let before = (sequence + SEQUENCES - 1) % SEQUENCES;
+    match came {
+        Came::Part => Judged::Waiting,
+        Came::Answer(answer) if answer.sequence == sequence => Judged::Answered(answer),
+        Came::Answer(Answer { sequence: of, .. }) | Came::Incomplete(of) => match of {
+            _ if of == sequence => Judged::Wrong(format!(
+                "answers step {of} without mass and grade: 240, 241 and then 243"
+            )),
+            _ if of == before && repeated => Judged::Waiting,
+            _ if of == before => Judged::Wrong(format!(
+                "answers step {of} twice: are there two of them on one identifier?"
+            )),
+            _ => Judged::Wrong(format!("answers step {of}, and was given step {sequence}")),
+        },
+    }
+}
+
+impl Estimator for Outside {
+    fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
+        if let Some(why) = &self.lost {
+            return Err(Error::broken(why));
+        }
+        self.sequence = (self.sequence + 1) % SEQUENCES;
+        let step = Step {
+            z: *z,
+            u: *u,
+            dt_s: dt,
+            start: std::mem::take(&mut self.start),
+            sequence: self.sequence,
+        };
+        let answered = self.ask_in_time(&step);
+        self.sent_again += u64::from(self.times > 1);
+        match answered {
+            Ok(None) => Err(Error::own("its answer did not come in time")),
+            Ok(Some(answer)) if answer.refused => Err(Error::own("it refused the step")),
+            Ok(Some(answer)) => checked(answer.estimate),
+            Err(why) => {
+                let why = format!("{} {why}", self.link.at());
+                self.lost = Some(why.clone());
+                Err(Error::broken(why))
+            }
+        }
+    }
+
+    fn reset(&mut self) {
+        self.start = true;
+    }
+
+    fn internals(&self) -> &[Internal] {
+        match self.real_time {
+            Some(_) => &INTERNALS,
+            None => INTERNALS.get(..1).unwrap_or_default(),
+        }
+    }
+
+    fn internal_values(&self, values: &mut [Real]) {
+        let counts = self
+            .real_time
+            .as_ref()
+            .map(|time| time.counts)
+            .unwrap_or_default();
+        let whole = |n: u64| n as f64;
+        let all = [
+            whole(self.sent_again),
+            counts.latency_ms,
+            whole(counts.asked),
+            whole(counts.late),
+            whole(counts.lost),
+            whole(counts.rig_late),
+        ];
+        values.iter_mut().zip(all).for_each(|(to, from)| *to = from);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn answer(sequence: u16) -> Came {
+        Came::Answer(Answer {
+            sequence,
+            ..Answer::default()
+        })
+    }
+
+    /// Each mistake at the other end has words of its own, also where the numbers begin again.
+    #[test]
+    fn what_comes_is_judged_by_its_number() {
+        let words = |came, repeated| match judge(came, 0, repeated) {
+            Judged::Waiting => "waiting".into(),
+            Judged::Answered(answer) => format!("answer {}", answer.sequence),
+            Judged::Wrong(why) => why,
+        };
+        assert_eq!(words(answer(0), false), "answer 0");
+        assert_eq!(words(Came::Part, false), "waiting");
+        assert_eq!(words(answer(SEQUENCES - 1), true), "waiting");
+        assert!(words(answer(SEQUENCES - 1), false).contains("twice"));
+        assert!(words(answer(7), true).contains("answers step 7, and was given step 0"));
+        assert!(words(Came::Incomplete(0), false).contains("without mass and grade"));
+    }
+}

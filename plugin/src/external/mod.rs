@@ -1,0 +1,70 @@
+//! Estimators outside of the program, which are given CAN frames and answer in CAN frames: on a controller, in a
+//! process, in firmware.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `estimator` | one in a run: a step is sent, its answer is waited for |
+//! | `real_time` | the same by the clock: what comes too late counts as not delivered |
+//! | `link` | the ways to it |
+//! | `process` | lines of candump through the standard input and output of a process |
+//! | `udp` | datagrams of cannelloni |
+//! | `serve` | an estimator of ours at the other end of each |
+
+mod estimator;
+mod link;
+#[cfg(unix)]
+mod process;
+mod real_time;
+mod serve;
+mod udp;
+
+pub use serve::{serve_lines, serve_udp};
+
+use estimator::Outside;
+use link::Link;
+use monorig_estimators::Vehicle;
+use monorig_sim::closed_loop::WallClock;
+use monorig_sim::closed_loop::registry::{BoxedEstimator, EstimatorType, NamedSettings, Refusal};
+use monorig_sim::config::scenario::{External, SignalNumbers, Way};
+use monorig_wire::signal::Numbers;
+use std::sync::Arc;
+
+/// Numbers of the frames.
+pub fn numbers(signals: SignalNumbers) -> Numbers {
+    match signals {
+        SignalNumbers::Fixed => Numbers::Fixed,
+        SignalNumbers::Float => Numbers::Float,
+    }
+}
+
+/// The estimator at the end of a way, in real time on a clock, else in lockstep. It is reached at its first step.
+pub(crate) fn estimator_of(
+    external: &External,
+    clock: Option<&Arc<WallClock>>,
+) -> Result<EstimatorType, Refusal> {
+    #[cfg(unix)]
+    if let Way::Process(words) = &external.way {
+        process::find(words, &external.folder)?;
+    }
+    let (external, clock) = (external.clone(), clock.cloned());
+    let build = move |vehicle: &Vehicle, _: NamedSettings<'_>| {
+        let numbers = numbers(external.signals);
+        let link: Box<dyn Link> = match &external.way {
+            Way::Udp(address) => Box::new(udp::Udp::open(*address)?),
+            #[cfg(unix)]
+            Way::Process(words) => Box::new(process::Process::new(words, &external.folder)?),
+            #[cfg(not(unix))]
+            Way::Process(_) => {
+                let help = "`udp`, by which a program can be reached on this system, too";
+                return Err(Refusal::new(
+                    "programs as estimators run on Unix alone",
+                    help,
+                ));
+            }
+        };
+        let outside = Outside::new(link, numbers, vehicle.drives, external.faults)
+            .on_clock(clock.clone(), external.deadline());
+        Ok(Box::new(outside) as BoxedEstimator)
+    };
+    Ok(EstimatorType::new("external", &[], build))
+}

@@ -1,0 +1,71 @@
+//! An estimator of ours as an external one: what a controller would run, on this machine.
+
+use monorig_sim::closed_loop::registry::BoxedEstimator;
+use monorig_wire::ecu::Ecu;
+use monorig_wire::signal::Numbers;
+use monorig_wire::{candump, cannelloni};
+use std::io::{BufRead, ErrorKind, Result, Write};
+use std::net::UdpSocket;
+
+/// Most bytes of a datagram.
+const MAX_DATAGRAM: usize = 65_536;
+
+/// Answers lines of candump until they end. Lines that are none are passed over, as frames of others are.
+pub fn serve_lines(
+    mut estimator: BoxedEstimator,
+    numbers: Numbers,
+    mut from: impl BufRead,
+    mut to: impl Write,
+) -> Result<()> {
+    let (mut ecu, mut line, mut out) = (Ecu::new(numbers), Vec::new(), Vec::new());
+    while from.read_until(b'\n', &mut line)? > 0 {
+        if let Some(frame) = candump::read(&line).and_then(|read| read.frame) {
+            ecu.take(estimator.as_mut(), &frame, &mut |f| {
+                candump::write(f, 0, &mut out)
+            });
+        }
+        line.clear();
+        if !out.is_empty() {
+            match to.write_all(&out).and_then(|()| to.flush()) {
+                Err(e) if e.kind() == ErrorKind::BrokenPipe => return Ok(()),
+                sent => sent?,
+            }
+            out.clear();
+        }
+    }
+    Ok(())
+}
+
+/// Answers datagrams of cannelloni, each to where it came from, until the program ends.
+pub fn serve_udp(
+    mut estimator: BoxedEstimator,
+    numbers: Numbers,
+    socket: &UdpSocket,
+) -> Result<()> {
+    let (mut ecu, mut bytes, mut out) = (Ecu::new(numbers), vec![0; MAX_DATAGRAM], Vec::new());
+    let mut sequence = 0_u8;
+    loop {
+        let (count, asker) = match socket.recv_from(&mut bytes) {
+            Ok(came) => came,
+            // one who asked before has gone
+            Err(e) if e.kind() == ErrorKind::ConnectionRefused => continue,
+            Err(e) if e.kind() == ErrorKind::Interrupted => continue,
+            Err(e) => return Err(e),
+        };
+        out.clear();
+        out.extend(cannelloni::begin(sequence));
+        let mut frames = 0;
+        cannelloni::read(bytes.get(..count).unwrap_or_default(), &mut |frame| {
+            ecu.take(estimator.as_mut(), frame, &mut |f| {
+                cannelloni::write(f, &mut out);
+                frames += 1;
+            });
+        });
+        if frames > 0 {
+            cannelloni::count(&mut out, frames);
+            sequence = sequence.wrapping_add(1);
+            // one who has gone is answered no more
+            let _ = socket.send_to(&out, asker);
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! A process that this program has started and ends.
+
+use std::io;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::process::{Child, Command, ExitStatus};
+use std::time::Duration;
+
+/// Time for a process to end by itself once nothing more is asked of it.
+const TO_END: Duration = Duration::from_secs(1);
+
+/// A process that ends with its owner.
+pub(crate) struct OwnedProcess(Child);
+
+impl OwnedProcess {
+    /// Starts it.
+    pub fn start(command: &mut Command) -> io::Result<Self> {
+        // Ctrl-C is for the program, which then asks for nothing more
+        Ok(Self(command.process_group(0).spawn()?))
+    }
+
+    /// Waits until it ends by itself; kills it if it does not, and then there is no status.
+    pub fn end(&mut self) -> Option<ExitStatus> {
+        for _ in 0..TO_END.as_millis() {
+            if let Ok(Some(status)) = self.0.try_wait() {
+                return Some(status);
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        self.kill();
+        None
+    }
+
+    /// Ends it at once.
+    pub fn kill(&mut self) {
+        // errors say that it has ended already
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+impl Drop for OwnedProcess {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+/// The end of a process that should not have ended, in words.
+pub(crate) fn ended(status: ExitStatus) -> String {
+    let told = status.to_string();
+    match status.signal() {
+        // whether there is a core depends on the machine
+        Some(_) => {
+            let told = told.trim_end_matches(" (core dumped)");
+            format!("crashed: {}", told.replacen("signal: ", "signal ", 1))
+        }
+        None => format!("ended its process: {told}"),
+    }
+}

@@ -1,0 +1,173 @@
+//! An estimator outside of the program, as a scenario names it.
+
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::fmt;
+use std::net::SocketAddr;
+use std::num::NonZeroU16;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// The way to an estimator outside of the program, which is given CAN frames and answers in CAN frames: one of
+/// `process` and `udp`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "ExternalFile")]
+pub struct External {
+    /// The way.
+    #[serde(flatten)]
+    pub way: Way,
+    /// Numbers of the frames.
+    #[serde(skip_serializing_if = "SignalNumbers::is_fixed")]
+    pub signals: SignalNumbers,
+    /// Time for an answer in real time, ms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deadline_ms: Option<f64>,
+    /// Answers that are lost or held up on purpose.
+    #[serde(skip_serializing_if = "AnswerFaults::are_none")]
+    pub faults: AnswerFaults,
+    /// Folder of the scenario, once it is loaded.
+    #[serde(skip)]
+    pub folder: PathBuf,
+}
+
+/// A way to an estimator.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Way {
+    /// A program and its arguments: lines of candump on its standard input and output.
+    Process(Vec<String>),
+    /// An address: datagrams of cannelloni.
+    Udp(SocketAddr),
+}
+
+/// Numbers of the frames' signals.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum SignalNumbers {
+    /// Fixed-point numbers of 24 bits, as buses have them.
+    #[default]
+    Fixed,
+    /// Floating-point numbers of 64 bits, which round nothing.
+    Float,
+}
+
+impl SignalNumbers {
+    fn is_fixed(&self) -> bool {
+        *self == Self::Fixed
+    }
+}
+
+/// Answers that are lost or held up on purpose, in real time: to see that it is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AnswerFaults {
+    /// The answer to each step whose number this divides is lost.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lose_every: Option<NonZeroU16>,
+    /// The answer to each step whose number this divides is held up.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delay_every: Option<NonZeroU16>,
+    /// For so long, ms.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delay_ms: Option<f64>,
+}
+
+impl AnswerFaults {
+    fn are_none(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Time for an answer in real time if none is set, ms.
+const DEADLINE_MS: f64 = 2.0;
+/// Longest time that can be set, ms.
+const MAX_MS: f64 = 1000.0;
+
+impl External {
+    /// Time for an answer in real time.
+    pub fn deadline(&self) -> Duration {
+        Duration::from_secs_f64(self.deadline_ms.unwrap_or(DEADLINE_MS) * 1e-3)
+    }
+}
+
+/// An estimator outside of the program, which is given CAN frames and answers in CAN frames.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "External")]
+struct ExternalFile {
+    /// A program and its arguments, started in the folder of the scenario: lines of candump on its standard input and
+    /// output.
+    #[serde(default)]
+    process: Option<Vec<String>>,
+    /// Address and port where it listens: datagrams of cannelloni.
+    #[serde(default)]
+    udp: Option<String>,
+    /// Numbers of the frames' signals.
+    #[serde(default)]
+    signals: SignalNumbers,
+    /// Time for an answer in real time (`monorig run --pace 1`), ms, 2 by default: what comes later counts as not
+    /// delivered.
+    #[serde(default)]
+    deadline_ms: Option<f64>,
+    /// Answers that are lost or held up on purpose, in real time.
+    #[serde(default)]
+    faults: AnswerFaults,
+}
+
+impl TryFrom<ExternalFile> for External {
+    type Error = String;
+    fn try_from(file: ExternalFile) -> Result<Self, String> {
+        let way = match (file.process, file.udp) {
+            (Some(words), None) if words.first().is_some_and(|word| !word.is_empty()) => {
+                Way::Process(words)
+            }
+            (Some(_), None) => {
+                return Err(
+                    "`process` is a list that begins with a program, such as [python3, mine.py]"
+                        .into(),
+                );
+            }
+            (None, Some(address)) => Way::Udp(address.parse().map_err(|_| {
+                format!("`{address}` is no address with a port, such as 127.0.0.1:47800")
+            })?),
+            _ => return Err("one of `process` and `udp` says where the estimator is".into()),
+        };
+        for (key, ms) in [
+            ("deadline_ms", file.deadline_ms),
+            ("faults.delay_ms", file.faults.delay_ms),
+        ] {
+            if ms.is_some_and(|ms| !(ms > 0.0 && ms <= MAX_MS)) {
+                return Err(format!("`{key}` is above 0 and at most {MAX_MS}"));
+            }
+        }
+        if file.faults.delay_every.is_some() != file.faults.delay_ms.is_some() {
+            return Err("`delay_every` and `delay_ms` belong together".into());
+        }
+        Ok(Self {
+            way,
+            deadline_ms: file.deadline_ms,
+            faults: file.faults,
+            signals: file.signals,
+            folder: PathBuf::new(),
+        })
+    }
+}
+
+impl JsonSchema for External {
+    fn schema_name() -> Cow<'static, str> {
+        ExternalFile::schema_name()
+    }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        ExternalFile::json_schema(generator)
+    }
+}
+
+impl fmt::Display for External {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.way {
+            Way::Process(words) => write!(out, "process {}", words.join(" ")),
+            Way::Udp(address) => write!(out, "UDP {address}"),
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! An estimate as frames, and back.
+
+use crate::frame::Frame;
+use crate::message::{Message, Value};
+use crate::signal::Numbers;
+use monorig_estimators::Time;
+use monorig_estimators::api::signals::{Estimate, Flags, Value as Estimated};
+
+/// Answer to a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Answer {
+    /// Number of the step.
+    pub sequence: u16,
+    /// The estimate; of a refused step the one before.
+    pub estimate: Estimate,
+    /// True if the estimator refused the step.
+    pub refused: bool,
+}
+
+impl Answer {
+    /// Hands over its frames, that of the motion as the last.
+    pub fn frames(&self, numbers: Numbers, each: &mut impl FnMut(&Frame)) {
+        use Value::{Flag, Number};
+        let (e, sequence) = (&self.estimate, Value::Sequence(self.sequence));
+        let mut send = |message: Message, values: &[Value]| {
+            each(&message.encode(numbers, values).0);
+        };
+        for (message, v) in [
+            (Message::Mass, e.total_mass_kg),
+            (Message::Grade, e.grade_rad),
+        ] {
+            let values = [Number(v.value), Number(v.sd), Flag(v.valid), sequence];
+            send(message, &values);
+        }
+        let flags = &e.flags;
+        let status = [
+            Number(e.innovation),
+            Number(e.nis),
+            Flag(flags.moving),
+            Flag(flags.excited),
+            Flag(flags.saturated),
+            Flag(self.refused),
+            sequence,
+        ];
+        send(Message::Status, &status);
+        let (grade, speed) = (e.effective_grade_rad, e.speed_mps);
+        let motion = [
+            Number(grade.value),
+            Number(grade.sd),
+            Number(speed.value),
+            Number(speed.sd),
+            Flag(grade.valid),
+            Flag(speed.valid),
+            sequence,
+        ];
+        send(Message::Motion, &motion);
+    }
+}
+
+/// Answers put together of the frames that come.
+#[derive(Clone, Debug, Default)]
+pub struct Answers {
+    numbers: Numbers,
+    next: Answer,
+    /// Numbers of the steps of mass, grade and status.
+    of: [Option<u16>; 3],
+}
+
+/// A frame that comes from an estimator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Came {
+    /// A part of an answer, or a frame of others.
+    Part,
+    /// The end of an answer.
+    Answer(Answer),
+    /// The end of an answer to a step, without its other frames.
+    Incomplete(u16),
+}
+
+impl Answers {
+    /// Of frames with such numbers.
+    pub fn new(numbers: Numbers) -> Self {
+        Self {
+            numbers,
+            ..Self::default()
+        }
+    }
+
+    /// Takes a frame. Returns the answer that it ends, for an estimate of the instant `t`.
+    pub fn take(&mut self, frame: &Frame, t: Time) -> Came {
+        let message = Message::of(frame.id).filter(|_| !frame.extended);
+        let taken = message.and_then(|message| self.part(message, frame, t));
+        taken.unwrap_or(Came::Part)
+    }
+
+    fn part(&mut self, message: Message, frame: &Frame, t: Time) -> Option<Came> {
+        use Value::{Flag, Number, Sequence};
+        let numbers = self.numbers;
+        let [mass, grade, status] = &mut self.of;
+        let e = &mut self.next.estimate;
+        match message {
+            Message::Mass | Message::Grade => {
+                let [Number(value), Number(sd), Flag(valid), Sequence(of)] =
+                    message.decode(numbers, frame)?
+                else {
+                    return None;
+                };
+                let (to, number) = match message {
+                    Message::Mass => (&mut e.total_mass_kg, mass),
+                    _ => (&mut e.grade_rad, grade),
+                };
+                *to = Estimated { value, sd, valid };
+                *number = Some(of);
+            }
+            Message::Status => {
+                let [
+                    Number(innovation),
+                    Number(nis),
+                    Flag(moving),
+                    Flag(excited),
+                    Flag(saturated),
+                    Flag(refused),
+                    Sequence(of),
+                ] = message.decode(numbers, frame)?
+                else {
+                    return None;
+                };
+                (e.innovation, e.nis) = (innovation, nis);
+                e.flags = Flags {
+                    moving,
+                    excited,
+                    saturated,
+                };
+                self.next.refused = refused;
+                *status = Some(of);
+            }
+            Message::Motion => {
+                let [
+                    Number(grade_rad),
+                    Number(grade_sd),
+                    Number(speed_mps),
+                    Number(speed_sd),
+                    Flag(grade_valid),
+                    Flag(speed_valid),
+                    Sequence(of),
+                ] = message.decode(numbers, frame)?
+                else {
+                    return None;
+                };
+                let value = |value, sd, valid| Estimated { value, sd, valid };
+                e.effective_grade_rad = value(grade_rad, grade_sd, grade_valid);
+                e.speed_mps = value(speed_mps, speed_sd, speed_valid);
+                if *mass != Some(of) || *grade != Some(of) {
+                    return Some(Came::Incomplete(of));
+                }
+                let mut answer = self.next;
+                if *status != Some(of) {
+                    let e = &mut answer.estimate;
+                    (e.innovation, e.nis, e.flags) = (0.0, 0.0, Flags::default());
+                    answer.refused = false;
+                }
+                answer.sequence = of;
+                answer.estimate.t = t;
+                return Some(Came::Answer(answer));
+            }
+            _ => {}
+        }
+        Some(Came::Part)
+    }
+}
