@@ -12,8 +12,8 @@ trap 'rm -rf "$work"' EXIT
 timed() { # what, command …
   local what=$1 from=$EPOCHREALTIME code=0
   shift
-  "$@" >"$work/out" 2>&1 || code=$?
-  printf '%7.1f s  exit %d  %-28s %s\n' "$(awk "BEGIN {print $EPOCHREALTIME - $from}")" "$code" "$what" "$(tail -1 "$work/out")"
+  "$@" >"$work/out" 2>"$work/err" || code=$?
+  printf '%7.1f s  exit %d  %-28s %s\n' "$(awk "BEGIN {print $EPOCHREALTIME - $from}")" "$code" "$what" "$(tail -qn 1 "$work/err" "$work/out" | tail -1)"
 }
 if [ "${3:-}" = here ]; then
   cd "$repository"
