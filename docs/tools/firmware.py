@@ -19,7 +19,7 @@ CRATE = ROOT / "docs" / "tools" / "firmware"
 PAGE = ROOT / "docs" / "src" / "methods" / "firmware.md"
 TARGET = "thumbv7em-none-eabihf"
 ESTIMATORS = [
-    "rail_fusion", "dffrls_aekf", "dffrls_aekf_robust", "dffrls_aukf_robust", "imm_stf_robust", "mmrls_sh_stf_robust", "named",
+    "dffrls_aekf", "dffrls_aekf_robust", "dffrls_aukf_robust", "imm_stf_robust", "mmrls_sh_stf_robust", "named",
 ]
 QEMU = "qemu-system-arm -M mps2-an386 -nographic -monitor none -serial none -semihosting-config enable=on,target=native -icount shift=0"
 HEAD = f"""# On a controller

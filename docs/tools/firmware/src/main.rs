@@ -111,7 +111,6 @@ macro_rules! pipeline {
 
 #[cfg(not(any(feature = "named", feature = "empty")))]
 pipeline! {
-    "rail_fusion": fusion::rail_fusion;
     "dffrls_aekf": methods::liu_2023::dffrls_aekf;
     "dffrls_aekf_robust": supervised::liu_2023::dffrls_aekf_robust;
     "dffrls_aukf_robust": supervised::huainan::dffrls_aukf_robust;
