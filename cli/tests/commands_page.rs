@@ -40,7 +40,7 @@ const SHARED: usize = 5;
 const EXAMPLES: usize = 2;
 
 /// Splits a block of the help (`Options:`, `Examples:`) into its title and its entries; an entry may have several lines.
-fn entries<'a>(block: &'a str, begins: impl Fn(&str) -> bool) -> (&'a str, Vec<String>) {
+fn entries(block: &str, begins: impl Fn(&str) -> bool) -> (&str, Vec<String>) {
     let (title, lines) = block.split_once('\n').unwrap();
     let mut entries: Vec<String> = Vec::new();
     for line in lines.lines() {
