@@ -243,6 +243,12 @@ fn outputs_of_the_good_and_the_bad_result_are_what_the_command_prints() {
 }
 
 #[test]
+fn outputs_of_the_snippet_that_reads_channels_are_what_it_prints() {
+    // nothing else is shown there: without pyarrow and pandas nothing is compared
+    check("docs/src/outputs.md", 0);
+}
+
+#[test]
 fn a_stale_figure_is_seen() {
     let printed: Vec<String> = [
         "results in runs/a/1",

@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 import sys
+from datetime import date
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -21,17 +22,15 @@ ESTIMATORS = [
     "dffrls_aekf", "dffrls_aekf_robust", "dffrls_aukf_robust", "imm_stf_robust", "mmrls_sh_stf_robust", "named",
 ]
 QEMU = "qemu-system-arm -M mps2-an386 -nographic -monitor none -serial none -semihosting-config enable=on,target=native -icount shift=0"
-HEAD = """# On a controller
+HEAD = f"""# On a controller
 
-Here you find how much flash, memory and time one estimator takes on a Cortex-M4F (one unit for single precision, none for double):
-a train of 8 drive units and 18 m over a rail of changing grade, a minute of starts and stops, a step every 10 ms with a new sample on every channel. Made by `docs/tools/firmware.py`
-with `docs/tools/firmware/`, a program of its own: link-time optimisation, `opt-level = "s"`, run under QEMU (`mps2-an386`, one
-instruction a nanosecond; counted to 40 instructions). To measure again: `python docs/tools/firmware.py`.
+Here you find how much flash, memory and time one estimator takes on a Cortex-M4F (one unit for single precision, none for double): a train of 8 drive
+units and 18 m over a rail of changing grade, a minute of starts and stops, a step every 10 ms with a new sample on every channel. Made by
+`python docs/tools/firmware.py`: link-time optimisation, `opt-level = "s"`, QEMU (`mps2-an386`, one instruction a nanosecond), {date.today()}.
 
 - *Flash*: code and constants beyond a program without an estimator, whatever of `libm` and of software floating point it takes included.
 - *RAM*: the estimator itself; there is no heap. *Stack*: the deepest of all steps.
-- *By name*: `dffrls_aekf_robust` through the registry, with all sources: what a program pays for names. Without the feature `registry` it pays for
-  what it uses.
+- *By name*: `dffrls_aekf_robust` through the registry, with all sources.
 - In single precision nothing of the estimators calculates in double precision, but `sinf` and `cosf` of `libm` do inside.
 
 """

@@ -40,8 +40,9 @@ def parameters():
     """Names of the parameters of each estimator, from the book."""
     found = {}
     for section in PARAMETERS.read_text().split("\n## ")[1:]:
-        names = re.search(r"^Of (.*)\.$", section, re.M).group(1)
-        keys = re.findall(r"^\| `(\w+)`", section, re.M)
+        names, _, rows = section.partition("\n")
+        keys = re.findall(r"^\| `(\w+)`", rows, re.M)
+        keys += re.findall(r"`(\w+)`", "".join(re.findall(r"^Shared: .*$", rows, re.M)))
         for name in re.findall(r"`(\w+)`", names):
             found.setdefault(name, set()).update(keys)
     return found

@@ -3,7 +3,7 @@
 
     pip install rerun-sdk==0.36.3 websocket-client            # the version in Cargo.toml
     apt-get install chromium
-    python docs/tools/tab_picture.py runs/hill/1/run.rrd docs/picture.png Filters [--tabs Overview,Values,Forces,Sensors,Filters]
+    python docs/tools/tab_picture.py runs/hill/1/run.rrd docs/picture.png Filters [--tabs Overview,Values,Forces,Sensors,Estimators,Filters]
 
 The tabs stand in the order of --tabs. The native viewer (screenshot.py) draws only the tab that is open at first.
 """
@@ -55,17 +55,23 @@ class Page:
         self.socket = websocket.create_connection(address, timeout=300)
         self.last = 0
 
-    def call(self, method: str, **parameters):
+    def send(self, method: str, **parameters):
         self.last += 1
         self.socket.send(json.dumps({"id": self.last, "method": method, "params": parameters}))
+
+    def call(self, method: str, **parameters):
+        self.send(method, **parameters)
         while (answer := json.loads(self.socket.recv())).get("id") != self.last:
             pass
         return answer.get("result", answer)
 
     def click(self, x: float, y: float):
-        for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
-            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
-            time.sleep(0.5)
+        at = {"x": x, "y": y, "button": "left", "clickCount": 1}
+        self.call("Input.dispatchMouseEvent", type="mouseMoved", **at)
+        time.sleep(3)  # a frame of the viewer at least, also on a busy machine
+        # in one go: what is held down for 0.8 s is no click
+        self.send("Input.dispatchMouseEvent", type="mousePressed", **at)
+        self.call("Input.dispatchMouseEvent", type="mouseReleased", **at)
 
 
 def main() -> int:
@@ -73,7 +79,7 @@ def main() -> int:
     parser.add_argument("recording", type=Path)
     parser.add_argument("picture", type=Path)
     parser.add_argument("tab")
-    parser.add_argument("--tabs", default="Overview,Values,Forces,Sensors,Filters")
+    parser.add_argument("--tabs", default="Overview,Values,Forces,Sensors,Estimators,Filters")
     parser.add_argument("--wait", type=float, default=110.0, help="seconds to let the page load and draw")
     args = parser.parse_args()
     viewer, browser = shutil.which("rerun"), shutil.which("chromium")

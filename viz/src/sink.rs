@@ -9,6 +9,8 @@ use crate::stream::MessageStream;
 use crate::track;
 use monorig_sim::error::Error;
 use monorig_sim::record::{Chunk, Layout, Sink};
+use re_sdk_types::archetypes::RecordingInfo;
+use rerun::EntityPath;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
@@ -127,6 +129,10 @@ impl Sink for RerunSink {
     fn begin(&mut self, layout: &Layout<'_>) -> Result<(), Error> {
         let id = format!("{}-{}", layout.scenario, layout.seed);
         let mut stream = MessageStream::create(&self.path, &id, self.live.take())?;
+        // what the viewer calls it in its list of recordings
+        let name =
+            RecordingInfo::new().with_name(format!("{} seed {}", layout.scenario, layout.seed));
+        stream.fixed(EntityPath::properties(), &name)?;
         let origin = Origin::of(layout);
         let wheels = scene::log(&mut stream, layout, &origin)?;
         let columns = ChunkColumns::begin(&mut stream, layout, wheels, origin, self.points_hz)?;

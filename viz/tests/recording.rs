@@ -91,6 +91,7 @@ fn everything_sent_is_in_the_recording() {
     let rerun = recording(&dir.path().join("run.rrd"), &run);
     assert_eq!(rerun.application, "monorig");
     assert_eq!(rerun.id, "synthetic-1");
+    assert_eq!(rerun.entities["/__properties"].fixed, 1, "its name");
     assert!(rerun.complete);
 
     // Poses relative to the start of the rail, in single precision.
