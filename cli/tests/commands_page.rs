@@ -39,7 +39,7 @@ const SHARED: usize = 5;
 /// So many examples of each command are on the page.
 const EXAMPLES: usize = 2;
 
-/// Splits a block of the help (`Options:`, `Examples:`) into its title and its entries; an entry may have several lines.
+/// Splits a block of the help (`Options:`, `Examples:`) into its title and its entries, of one or more lines.
 fn entries(block: &str, begins: impl Fn(&str) -> bool) -> (&str, Vec<String>) {
     let (title, lines) = block.split_once('\n').unwrap();
     let mut entries: Vec<String> = Vec::new();
@@ -63,7 +63,7 @@ fn words(option: &str) -> String {
     option.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// What the help says of an option in front of its text: `--jobs <N>`.
+/// The head of an option in the help, in front of its text: `--jobs <N>`.
 fn flag(option: &str) -> String {
     let parts = option.trim_start().split("  ");
     parts.take(1).collect::<String>().trim().to_owned()

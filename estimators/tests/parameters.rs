@@ -38,7 +38,7 @@ fn default_and_range(key: &Key) -> (String, String) {
     }
 }
 
-/// What two keys have in common that are the same parameter, with a default of their own or not.
+/// The part that two keys have in common which are the same parameter, with a default of their own or not.
 fn what(key: &Key) -> (&'static str, String, &'static str) {
     (key.name, default_and_range(key).1, key.doc)
 }

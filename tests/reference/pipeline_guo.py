@@ -1,6 +1,7 @@
 """`imm_stf_robust` (Guo et al. 2024) on the drive of `pipeline_patent.py`, in the core of `supervised_parts.py`.
 
-Mass: Δ(F + gained − J v̇) = M Δ(v̇ + taken), differences of samples 1/4 s apart, behind two gates: ΔF considerable, Δ(mean of u over the train) small.
+Mass: Δ(v̇ + taken) = x Δ(F + gained + J taken)/(M₀ + J), x = (M₀ + J)/(M + J), Δv̇ = Δ(f + drift), differences of samples 1/4 s apart, behind two gates:
+ΔF considerable, Δ(mean of u over the train) small.
 Slope: x = [v, a, i], z = [f − b + drift, v] = [a + g i, v], i at the instrument, δ ahead of the sine of the effective grade, b the core's bias;
     kinematic  a, i walk at random;  dynamic  a = ((F − bend)/M − s μ g c − g (i − δ))/(1 + J/M), c from the combined i
 each with strong tracking of i, interacting with transitions that vary (recursion as printed). Both measurements have a gate on the kinematic model.
@@ -16,6 +17,7 @@ from supervised_parts import HEADER, Gate, Road, Supervised, run
 
 INPUT = "pipeline_patent"
 M0 = 21e3
+WHOLE0 = M0 + Train.J
 Q_V, Q_A, Q_I, FORCE_SD, ACCEL_SD, SPEED_SD = 1e-6, 0.3, 1e-4, 0.2, 0.02, SHEET["wheel"]
 # mass0_kg 21000, q_i 1e-4, force_sd_mps2 0.2, alarm 1.2, slope_gate_mps2 0.2, the rest by default. A small force_sd_mps2 makes the model that the wheels
 # which slip contradict so unlikely that rounding decides: on the drive of `fusion.py` with 0.03 two equal forms of this oracle differ by 1e-8.
@@ -28,23 +30,27 @@ STEEPEST = 0.87
 
 class Mass:
     def __init__(self):
-        self.rls, self.last, self.used = LeastSquares([1.0], [0.4], lambda k, size: 0.999), None, 0
+        self.rls, self.last, self.used = LeastSquares([1.0], [0.4 * M0 / WHOLE0], lambda k, size: 0.999), None, 0
 
     def sample(self, now):
         before, self.last = self.last, now
         if before is None:
             return
-        force, faster = now.F + now.bend[0] - before.F - before.bend[0], now.a - before.a
+        gained, taken, drift = now.bend[:3] - before.bend[:3]
+        force, faster = now.F - before.F + gained, now.f - before.f + drift
         slope = now.whole(self.found())[0] - before.whole(self.found())[0]
         if abs(slope) < 0.2 and abs(force) > 0.05 * M0:
             self.used += 1
-            self.rls.update((force - Train.J * faster) / M0, faster + now.bend[1] - before.bend[1], 0.03**2)
+            self.rls.update(faster + taken, (force + Train.J * taken) / WHOLE0, 0.03**2)
+
+    def whole(self):
+        return WHOLE0 / self.rls.x[0]
 
     def found(self):
-        return clip(M0 * self.rls.x[0], Train.low, Train.high)
+        return clip(self.whole() - Train.J, Train.low, Train.high)
 
     def value(self):
-        return self.found(), M0 * math.sqrt(self.rls.widened()[0])
+        return self.found(), math.sqrt(self.rls.widened()[0]) * self.whole() / self.rls.x[0]
 
 
 def mixture(weights, beliefs):
@@ -144,7 +150,7 @@ class Models:
 def oracle(table):
     mass = Mass()
     models = Models(mass)
-    own = lambda: [M0 * mass.rls.residual, *models.fading, *(math.asin(x[2]) for x, _ in models.beliefs), models.mu[-1]]
+    own = lambda: [-mass.whole() * mass.rls.residual, *models.fading, *(math.asin(x[2]) for x, _ in models.beliefs), models.mu[-1]]
     rows = run(Supervised(models, 2.0, 4.0, 0.5, Road), own, table, {"alone", "without IMU"})
     assert mass.used > 10 and models.faded > 0, f"{mass.used} differences, {models.faded} steps of fading"
     assert models.deweighted and models.gates[0].met["reject"] and models.gates[0].met["reopen"], f"{models.deweighted}, {models.gates[0].met}"

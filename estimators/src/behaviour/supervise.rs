@@ -206,7 +206,7 @@ fn without_the_torque_monitor_one_wrong_torque_is_mass() {
                 }
             };
             let world = World {
-                speed: |t| 0.8 + 0.4 * (0.7 * t).sin(),
+                speed: |t| 1.5 + 1.2 * (0.7 * t).sin(),
                 grade: |_| 0.0,
                 ..world(1)
             };
