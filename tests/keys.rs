@@ -202,7 +202,10 @@ const OTHERS: &[(&str, &str)] = &[
         "a road vehicle in place of the train: tests/road_laws.rs",
     ),
     ("drive.controller.kind", "one kind of ours"),
-    ("physics.plant.kind", "`physics.plant` with parameters: of a program's own"),
+    (
+        "physics.plant.kind",
+        "`physics.plant` with parameters: of a program's own",
+    ),
     ("drive.controller.fmu", "plugin/tests/controllers.rs"),
     ("drive.controller.map", "plugin/tests/controllers.rs"),
     ("estimators", "parts: tests/own_parts.rs"),
