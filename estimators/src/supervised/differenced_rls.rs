@@ -55,6 +55,9 @@ impl DifferencedParams {
     }
 }
 
+/// Smallest X₀/X that is divided by.
+const LEAST_SHARE: Real = 1e-3;
+
 /// Recursive least squares for the mass on differences of force and acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DifferencedMass {
@@ -123,9 +126,14 @@ impl DifferencedMass {
         self.mass0_kg + self.rotating_kg
     }
 
+    /// X₀/X as found. A mass beyond all bounds has 0 or less: it counts as the largest there is.
+    fn share(&self) -> Real {
+        self.rls.belief.x.x.max(LEAST_SHARE)
+    }
+
     /// X, kg.
     fn whole_kg(&self) -> Real {
-        self.whole0_kg() / self.rls.belief.x.x
+        self.whole0_kg() / self.share()
     }
 
     fn difference(&mut self, before: &BalanceSample, now: &BalanceSample) -> AidStatus {
@@ -135,7 +143,14 @@ impl DifferencedMass {
             u
         };
         let (u, u_before) = (slope(now), slope(before));
-        let faster = faster_mps2(before, now);
+        let [of_accelerometer, of_wheels] = self.noise;
+        let (faster, noise) = match by_accelerometer(before, now) {
+            Some(faster) => (faster, of_accelerometer),
+            None => (
+                now.sample.acceleration_mps2 - before.sample.acceleration_mps2,
+                of_wheels,
+            ),
+        };
         let taken = bend.taken_mps2 - bend_before.taken_mps2;
         let force =
             now.sample.force_n - before.sample.force_n + bend.gained_n - bend_before.gained_n;
@@ -148,11 +163,6 @@ impl DifferencedMass {
         if !self.excited {
             return control::without(AidOutcome::Rejected(Rejection::NotExcited));
         }
-        let [of_accelerometer, of_wheels] = self.noise;
-        let noise = match now.sample.specific_force_mps2 {
-            Some(_) => of_accelerometer,
-            None => of_wheels,
-        };
         let expected = self.params.difference_sd_mps2 * self.params.difference_sd_mps2;
         let r = expected.max(noise);
         let Some(outcome) = self.rls.update(y, &vector![h], r, false) else {
@@ -175,7 +185,7 @@ impl DifferencedMass {
     pub fn mass_kg(&self) -> Value {
         let value = self.found_kg();
         // of X₀/x by x
-        let sd = sqrt(self.rls.widened().x) * self.whole_kg() / self.rls.belief.x.x;
+        let sd = sqrt(self.rls.widened().x) * self.whole_kg() / self.share();
         Value {
             value,
             sd,
@@ -198,13 +208,10 @@ impl DifferencedMass {
         -self.outcome.residual * self.whole_kg()
     }
 }
-/// Change of the acceleration from a sample to another, m/s².
-fn faster_mps2(before: &BalanceSample, now: &BalanceSample) -> Real {
+/// Change of the acceleration from a sample to another by the accelerometer, m/s²; `None` unless both have a reading.
+fn by_accelerometer(before: &BalanceSample, now: &BalanceSample) -> Option<Real> {
     let of_body = |s: &BalanceSample| Some(s.sample.specific_force_mps2? + s.bend.drift_mps2);
-    match (of_body(before), of_body(now)) {
-        (Some(before), Some(now)) => now - before,
-        _ => now.sample.acceleration_mps2 - before.sample.acceleration_mps2,
-    }
+    Some(of_body(now)? - of_body(before)?)
 }
 
 state!(DifferencedMass { last, rls, noise, excited, saturated, outcome; params, mass0_kg, rotating_kg, tare_kg, range_kg });

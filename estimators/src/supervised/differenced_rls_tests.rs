@@ -117,6 +117,33 @@ fn the_slip_of_the_wheels_is_no_acceleration_where_there_is_an_accelerometer() {
     assert!((stage.mass_kg().value / 15_000.0 - 1.0).abs() < 1e-6);
 }
 
+/// Where one of two samples has no reading of the accelerometer, both motion and noise are those of the wheels.
+#[test]
+fn without_an_accelerometer_motion_and_noise_are_those_of_the_wheels() {
+    for (readings, by_wheels) in [
+        ([Some(9.0), Some(9.5)], false),
+        ([None, Some(9.5)], true),
+        ([None, None], true),
+    ] {
+        let mut stage = stage(DifferencedParams {
+            mass_sd: 0.001,
+            ..Default::default()
+        });
+        stage.set_noise([1.0, 1.0], 0.01);
+        let [mut before, mut now] = [0.0, 0.5].map(|a| truth().sample(&at(a)));
+        before.sample.specific_force_mps2 = readings[0];
+        now.sample.specific_force_mps2 = readings[1];
+        let found = difference(&mut stage, before, now).innovation_variance;
+        let [of_accelerometer, of_wheels] = stage.noise;
+        let told = if by_wheels {
+            of_wheels
+        } else {
+            of_accelerometer
+        };
+        assert!((found / told - 1.0).abs() < 1e-3, "{found} {told}");
+    }
+}
+
 /// The variance of a difference of two filtered samples far apart, by simulation.
 #[test]
 fn the_noise_of_the_instruments_is_that_behind_the_low_pass() {
@@ -260,6 +287,26 @@ fn the_mass_is_a_share_of_the_first_and_beyond_its_range_cut_and_not_valid() {
     let found = stage.mass_kg();
     assert!(stage.saturated() && !found.valid);
     assert_eq!(found.value, vehicle().mass_range_kg[1]);
+}
+
+/// Forces without any acceleration, or against it, are those of a mass beyond all bounds.
+#[test]
+fn samples_without_a_mass_give_a_number_that_is_not_valid() {
+    for acceleration in [0.0, -0.5] {
+        let mut stage = stage(DifferencedParams::default());
+        for k in 0..200 {
+            let before = truth().sample(&at(0.0));
+            let mut now = truth().sample(&at(0.4 + 0.001 * k as Real));
+            now.sample.acceleration_mps2 = acceleration;
+            difference(&mut stage, before, now);
+            let found = stage.mass_kg();
+            assert!(found.value.is_finite() && found.sd.is_finite(), "{found:?}");
+            assert!(stage.residual_n().is_finite());
+        }
+        let found = stage.mass_kg();
+        assert!(stage.saturated() && !found.valid, "{found:?}");
+        assert_eq!(found.value, vehicle().mass_range_kg[1]);
+    }
 }
 
 /// A car on the level that speeds up and slows down: samples in, mass out; the brake parts the differences.

@@ -111,7 +111,7 @@ pub struct Settings {
     pub is_fmu: bool,
     /// Names that an FMU has in place of ours, and numbers in place of outputs that it has not.
     pub map: BTreeMap<String, ParameterValue>,
-    /// Where it runs, if it runs outside of the program.
+    /// The way to it, if it runs outside of the program.
     pub external: Option<External>,
     /// The file of the library, once the scenario is loaded.
     pub(crate) library_file: Option<PathBuf>,
