@@ -362,6 +362,7 @@ class Attitude:
     def find(self, before, force, w):
         b = self.b
         self.v_dot, pitch, _, body = self.rates(before, force, w)
+        self.pitch_rate = pitch
         self.v = b.x[V] - BELOW * pitch
         if w is None:
             self.curvature = clip(b.x[KA], -0.13, 0.13)

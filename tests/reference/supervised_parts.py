@@ -31,14 +31,14 @@ def unusual(sum_sd):
 class Rails:
     """What a train on rails differs in from one on a road."""
 
-    standstill, drag, side, turn_walk = STANDSTILL, 0.0, SHEET["side"], 0.0
+    standstill, drag, side, turn_walk, wheelbase = STANDSTILL, 0.0, SHEET["side"], 0.0, 0.0
 
 
 class Road:
     """A train on a road; its first unit is steered."""
 
     standstill, drag, front, rear, rear_stiffness = 0.3, 0.5 * 1.2 * 4.0, 0.8, 0.9, 400e3
-    side, turn_walk = 5.0, 0.01**2 * 2.0
+    side, turn_walk, wheelbase = 5.0, 0.01**2 * 2.0, 0.8 + 0.9
 
 
 class Reading:
@@ -139,7 +139,8 @@ class Supervised:
         self.att, self.rail, self.method, self.samples = Attitude(True, 0.4 * way.standstill, way.side, way.turn_walk), Rail(), method, Samples(cutoff, rate, settle)
         self.way, self.bend = way, Bend(cutoff)
         self.read_sd, self.waiting, self.late, self.curvature = 0.0, [], 0.0, 0.0
-        self.age, self.sine, self.variance, self.square, self.blind = 1.0, 0.0, 0.0, 1.0, 0.0
+        self.age, self.gone, self.pitch_rate = 1.0, 0.0, 0.0
+        self.sine, self.variance, self.square, self.blind = 0.0, 0.0, 1.0, 0.0
         self.met = {"waits": 0, "judged": 0, "alone": 0, "worse than calm": 0, "used": 0, "goes back blind": 0, "without IMU": 0}
 
     def step(self, row):
@@ -163,6 +164,9 @@ class Supervised:
         now.effective, now.bias_sd = self.effective(), math.sqrt(att.b.P[BX, BX])
         self.method.step(now)
         grade, effective = ((angle, math.hypot(sd, SHEET["mount"])) for angle, sd in self.weigh(now.effective))
+        self.pitch_rate += (1.0 - math.exp(-DT / 0.1)) * (att.pitch_rate - self.pitch_rate)
+        trail = 0.25 * self.way.wheelbase * self.pitch_rate / max(abs(att.v), 0.5)
+        effective = effective[0], math.hypot(effective[1], trail)
         mass, sd = self.method.mass()
         return [mass, math.hypot(sd, GAIN_SD * mass), *grade, *effective, att.v, math.sqrt(att.b.P[V, V]), att.y, att.nis]
 
@@ -211,10 +215,10 @@ class Supervised:
         if self.att.v < 0.0:
             self.blind = min(self.blind - self.att.v * DT, 10.0) if behind * BEHIND_SD > 0.002 else 0.0
             self.met["goes back blind"] += self.blind > 0.1
-        self.age += DT
-        if self.age < 0.1 - 1e-6:
+        self.age, self.gone = self.age + DT, self.gone + abs(self.att.v) * DT
+        if self.age < 0.1 - 1e-6 and self.gone < 0.1:
             return
-        self.age = 0.0
+        self.age = self.gone = 0.0
         mean = (means.S + load * means.load) / M
         self.sine = mean - self.att.b.x[BX] / G
         ahead = means.ahead / M * (0.02 + 0.7 * abs(self.rail.gradient()))

@@ -129,6 +129,41 @@ fn another_load_is_noticed_and_learnt() {
     }
 }
 
+/// Nothing shows a load that is hung on at a standstill: no mass is marked valid with it that is not right.
+#[test]
+fn a_load_changed_at_a_standstill_is_weighed_before_the_mass_is_valid_again() {
+    for (name, again) in [
+        ("rail_fusion", true),
+        ("dffrls_aekf_robust", true),
+        ("imm_stf_robust", false),
+        ("mmrls_sh_stf_robust", false),
+    ] {
+        for mass_kg in [10_000.0, 15_000.0, 21_000.0] {
+            let mut estimator = build(name, &vehicle(), []).unwrap();
+            let world = World {
+                mass_change: Some((80.0, mass_kg)),
+                grade: |s| 4f64.to_radians() * (0.3 * s).sin(),
+                speed: |t| {
+                    let start = |at: Real| (0.25 * (t - at)).clamp(0.0, 1.0);
+                    start(1.0) - start(60.0) + start(90.0)
+                },
+                seconds: 140.0,
+                ..world(3)
+            };
+            let rows = world.run(&mut estimator);
+            let mass = |row: &Row| row.estimate.total_mass_kg;
+            let at = |s: Real| rows.iter().rfind(|row| row.t < s).map(mass).unwrap();
+            assert!(!at(79.0).valid, "{name}: valid where it may be changed");
+            let valid = rows.iter().filter(|row| row.t > 80.0 && mass(row).valid);
+            let worst = valid.map(|row| (mass(row).value - mass_kg).abs() / mass(row).sd);
+            let worst = worst.fold(0.0, Real::max);
+            std::println!("{name}, then {mass_kg} kg: {worst:.2} standard deviations");
+            assert!(worst < 3.0, "{name}, then {mass_kg} kg: {worst}");
+            assert!(!again || at(140.0).valid, "{name}: never valid again");
+        }
+    }
+}
+
 /// Bearings and clamped wheels resist alike whatever the load: the running-resistance coefficient of a heavier train is
 /// smaller, and what the bias of the accelerometer passes for is larger.
 #[test]

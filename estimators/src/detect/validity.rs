@@ -16,7 +16,8 @@
 //! ([`Rls::spread`](crate::filters::rls::Rls::spread)). That of a grade has its [`DynamicLag`] added: what it moves by
 //! while its filter settles.
 //!
-//! A pipeline answers for 1, 2 and 4 in the marks that it hands over; the rest is added here, with the same limits for
+//! A load can only be changed while the train stands, where nothing shows it: see
+//! [`StandingLoad`](crate::detect::standing_load::StandingLoad). A pipeline answers for that and for 1, 2 and 4 in the marks that it hands over; the rest is added here, with the same limits for
 //! all.
 
 use crate::Real;
@@ -44,6 +45,7 @@ params! {
         plausibility [flag] = true, "Nothing is valid while instruments contradict gravity, the geometry of tracks or each other: wrong unit, sign or axis.";
         lag_s ["s"] = 0.5, 0.01 => 60.0, "Settling time of a grade: what it moves by within that time counts as uncertain.";
         lag_share ["-"] = 0.5, 0.0 => 10.0, "Share of what a grade moves by in its settling time that is added to its standard deviation; 0: none.";
+        standing_load_s ["s"] = 5.0, 0.1 => 1e6, "Standstill after which another load may hang on the train: the mass is opened, and is not valid until the force balance has confirmed it.";
         mass_sd_max ["-"] = 0.1, 1e-3 => 1.0, "Largest standard deviation of a valid mass, as a share of it.";
         grade_sd_max_deg ["deg"] = 3.0, 0.01 => 30.0, "Largest standard deviation of a valid grade angle.";
         speed_sd_max_mps ["m/s"] = 0.3, 1e-3 => 10.0, "Largest standard deviation of a valid speed.";

@@ -14,8 +14,9 @@ use crate::models::swing_balance::{ANGLE, B, CV, MASS, Nominal, QC, R0};
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::{TrainMeans, TrainOnRail};
 
-/// Time between two looks at the memory, s.
+/// Time and way between two looks at the memory, s, m: the sooner.
 const PERIOD_S: Real = 0.1;
+const PERIOD_M: Real = 0.1;
 /// Standard deviation of the grade ahead of what was read: rad per m, and m per rad/m of its gradient.
 const AHEAD_RAD_PER_M: Real = 0.02;
 const AHEAD_M: Real = 0.7;
@@ -43,6 +44,7 @@ const MIN_SPEED_MPS: Real = 0.1;
 pub struct EffectiveGrade {
     correction: Real,
     age_s: Real,
+    way_m: Real,
     sine: Real,
     variance: Real,
     looked: bool,
@@ -96,7 +98,7 @@ impl EffectiveGrade {
     ) {
         let v = Real::from(block.speed_mps);
         let use_it =
-            block.outcome == AidOutcome::Fused && v.abs() > MIN_SPEED_MPS && mass.used() > 0;
+            block.outcome == AidOutcome::Fused && v.abs() > MIN_SPEED_MPS && mass.is_known();
         let (means, carried) = (mass.train().at(rail, block.place), mass.carried());
         if !use_it {
             let way = v.abs() * block.length_s();
@@ -161,10 +163,11 @@ impl EffectiveGrade {
         dt: Real,
     ) {
         self.age_s += dt;
-        if self.looked && self.age_s < PERIOD_S - 1e-6 {
+        self.way_m += attitude.speed_mps.abs() * dt;
+        if self.looked && self.age_s < PERIOD_S - 1e-6 && self.way_m < PERIOD_M {
             return;
         }
-        (self.age_s, self.looked) = (0.0, true);
+        (self.age_s, self.way_m, self.looked) = (0.0, 0.0, true);
         let means = train.at(rail, rail.here());
         let behind = mass.behind(&means);
         let mean = (means.tare_kg + mass.load_kg * means.load) / mass.mass_kg;
@@ -198,4 +201,4 @@ impl EffectiveGrade {
     }
 }
 
-state!(EffectiveGrade { correction, age_s, sine, variance, looked, blind_m; });
+state!(EffectiveGrade { correction, age_s, way_m, sine, variance, looked, blind_m; });

@@ -93,6 +93,9 @@ impl RailFusion {
             self.effective = EffectiveGrade::default();
             return;
         }
+        if self.core.may_have_another_load() {
+            self.mass.open_load();
+        }
         let block = self.mass.step(input, rail, dt);
         if let Some(block) = block.filter(|_| self.force_fusion) {
             self.effective

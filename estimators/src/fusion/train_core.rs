@@ -9,6 +9,7 @@ use crate::api::real::{GRAVITY, exp, sin, sqrt};
 use crate::api::signals::{Estimate, Value, Vehicle};
 use crate::api::snapshot::state;
 use crate::detect::plausibility::Instruments;
+use crate::detect::standing_load::StandingLoad;
 use crate::detect::validity::{Integrity, Source, Validity};
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::fusion::attitude::{Attitude, AttitudeFilter};
@@ -64,6 +65,7 @@ pub struct TrainCore {
     started: bool,
     /// True if this step has lost the place on the rail.
     lost: bool,
+    load: StandingLoad,
     validity: Validity,
 }
 
@@ -98,6 +100,7 @@ impl TrainCore {
             read_sd: 0.0,
             started: false,
             lost: false,
+            load: StandingLoad::new(integrity.standing_load_s),
             validity: Validity::new(vehicle, integrity, uses),
         }
     }
@@ -148,6 +151,7 @@ impl TrainCore {
         let standing = reading
             .speed_mps
             .is_some_and(|v| v.abs() < self.standstill_mps);
+        self.load.observe(standing, dt);
         let input = BlockInput {
             speed_mps: v,
             speed_noise_mps: attitude.speed_noise_mps,
@@ -186,6 +190,7 @@ impl TrainCore {
         if let Some((nis, period_s)) = block {
             self.validity
                 .innovation(Source::ForceBalance, nis, period_s);
+            self.load.sample();
         }
     }
 
@@ -212,8 +217,14 @@ impl TrainCore {
     }
 
     /// Marks an estimate by the validity rule; `mass` is true if a mass is estimated.
-    pub fn publish(&mut self, estimate: Estimate, mass: bool) -> Estimate {
+    pub fn publish(&mut self, mut estimate: Estimate, mass: bool) -> Estimate {
+        estimate.total_mass_kg.valid &= self.load.is_confirmed();
         self.validity.publish(estimate, mass)
+    }
+
+    /// True if from this step on another load may hang on the train: it has stood for long enough.
+    pub fn may_have_another_load(&self) -> bool {
+        self.load.begins()
     }
 
     /// True while there is an attitude and a speed of samples that still come.
@@ -283,4 +294,4 @@ pub fn layout(vehicle: &Vehicle) -> MassLayout {
     }
 }
 
-state!(TrainCore { validity, bends, attitude, rail, torques, brake, read_sd, started, lost; standstill_mps, air, max_sum_sd });
+state!(TrainCore { validity, load, bends, attitude, rail, torques, brake, read_sd, started, lost; standstill_mps, air, max_sum_sd });

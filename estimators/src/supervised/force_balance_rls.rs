@@ -32,6 +32,7 @@ use crate::api::snapshot::{Archive, State};
 use crate::detect::control;
 use crate::detect::excitation_gate::ExcitationGate;
 use crate::detect::load_change::LoadChangeDetector;
+use crate::detect::standing_load::KeptMass;
 use crate::filters::ewma_variance::EwmaVariance;
 use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
@@ -92,6 +93,7 @@ pub struct ForceBalanceRls {
     load: LoadChangeDetector,
     /// Parameters when the residuals last kept to no side: samples of another load have not changed them.
     before: Rls<4>,
+    kept: KeptMass,
     saturated: bool,
     outcome: Outcome,
     /// Variance of the acceleration: what makes the load swing.
@@ -124,6 +126,7 @@ impl ForceBalanceRls {
             rls,
             covariance: rls.widened(),
             before: rls,
+            kept: KeptMass::default(),
             mass0_kg,
             tare_kg: vehicle.tare_kg,
             mu0,
@@ -140,6 +143,27 @@ impl ForceBalanceRls {
                 ..Outcome::default()
             },
             jolts: EwmaVariance::default(),
+        }
+    }
+
+    /// Another load is another running resistance too (bearings and clamped wheels do not get heavier), and another
+    /// M b: kept with the certainty that the old load gave them they would pull the mass for as long as that certainty
+    /// lasts. Not forgotten either: the load may be the same, and on a steady grade nothing else determines the mass.
+    fn open(&mut self) {
+        self.rls.reset_to_prior(&vector![1.0, 0.0, 0.0, 0.0]);
+        self.rls
+            .inflate(&vector![0.0, OTHER_LOAD, OTHER_LOAD, OTHER_LOAD]);
+        self.covariance = self.rls.widened();
+    }
+
+    /// Takes the mass from before a standstill for measured once it is known to be the same.
+    fn recall(&mut self) {
+        let now = self.rls.belief.x.x;
+        if let Some([mass, variance]) = self.kept.recall(now, self.covariance.m11) {
+            let whole = vector![1.0, 0.0, 0.0, 0.0];
+            // Without an update, for numbers that allow none, the mass stays as weighed.
+            let _ = self.rls.update(mass, &whole, variance, true);
+            self.covariance = self.rls.widened();
         }
     }
 
@@ -203,24 +227,28 @@ impl MassEstimator for ForceBalanceRls {
                 .load
                 .changed(outcome.normalised / self.rls.spread().max(1.0))
         {
-            // Another load is another running resistance too (bearings and clamped wheels do not get heavier), and
-            // another M b: kept with the certainty that the old load gave them they would pull the mass for as long as
-            // that certainty lasts. Not forgotten either: an alarm may be false, and on a steady grade nothing else
-            // determines the mass.
             self.rls = self.before;
-            self.rls.reset_to_prior(&vector![1.0, 0.0, 0.0, 0.0]);
-            self.rls
-                .inflate(&vector![0.0, OTHER_LOAD, OTHER_LOAD, OTHER_LOAD]);
+            self.kept.forget();
+            self.open();
         }
         if self.load.at_rest() {
             self.before = self.rls;
         }
         self.covariance = self.rls.widened();
+        if excited {
+            self.recall();
+        }
         control::regressed(Some(&outcome), excited)
     }
 
     fn pause(&mut self) {
         self.gate.close();
+    }
+
+    fn open_load(&mut self) {
+        self.kept.keep(self.rls.belief.x.x, self.covariance.m11);
+        self.open();
+        self.before = self.rls;
     }
 
     fn mass_kg(&self) -> Value {
@@ -286,6 +314,7 @@ impl State for ForceBalanceRls {
             gate,
             load,
             before,
+            kept,
             saturated,
             outcome,
             jolts,
@@ -300,6 +329,7 @@ impl State for ForceBalanceRls {
         gate.visit(archive);
         load.visit(archive);
         before.visit(archive);
+        kept.visit(archive);
         saturated.visit(archive);
         outcome.visit(archive);
         jolts.visit(archive);

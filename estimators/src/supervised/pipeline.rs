@@ -44,6 +44,14 @@ params! {
     }
 }
 
+/// Share of the wheelbase, times the curvature, that the pitch of a road vehicle trails the grade under its wheels by.
+/// With x of the wheelbase L on a new curvature κ, the mean grade of the axles is κ x/2 and the pitch κ x²/(2 L), of
+/// which the curvature seen is κ x/L: the pitch trails by ½ L (1 − x/L) times that, on the way by half of it.
+const WHEELBASE_SHARE: Real = 0.25;
+/// Speed up to which no curvature is told from a pitch rate, m/s, and the time constant of that rate, s: vibration is no
+/// curvature.
+const MIN_CURVE_MPS: Real = 0.5;
+const CURVE_S: Real = 0.1;
 /// Samples that may wait for rail.
 const WAITING: usize = 20;
 /// Longest way that the delay of the low-pass can make, m.
@@ -91,6 +99,9 @@ pub trait SupervisedMethod: Copy + core::fmt::Debug + State {
 
     /// The force balance has been interrupted: standing, brake, slip.
     fn pause(&mut self) {}
+
+    /// Another load may hang on the train, which has stood.
+    fn open_load(&mut self) {}
 
     /// One step.
     fn step(&mut self, now: &Step);
@@ -201,6 +212,7 @@ pub struct Supervised<M> {
     tare_kg: Real,
     gain_sd: Real,
     front_m: Real,
+    wheelbase_m: Real,
     standstill_mps: Real,
     method_grade: bool,
     conditioning: ConditioningParams,
@@ -212,6 +224,7 @@ pub struct Supervised<M> {
     /// Time since the last sample that the method used, s.
     since_s: Real,
     curvature_per_m: Real,
+    pitch_rate_radps: Real,
     method: M,
     effective: EffectiveGrade,
     trust: MethodTrust,
@@ -261,6 +274,9 @@ impl<M: SupervisedMethod> Supervised<M> {
             tare_kg: vehicle.tare_kg,
             gain_sd: torque.gain_sd(vehicle.drives),
             front_m: -front_m,
+            wheelbase_m: vehicle
+                .road
+                .map_or(0.0, |road| road.front_axle_m + road.rear_axle_m),
             standstill_mps: vehicle.standstill_mps(None),
             method_grade: supervision.method_grade,
             conditioning,
@@ -269,6 +285,7 @@ impl<M: SupervisedMethod> Supervised<M> {
             late_m: 0.0,
             since_s: 0.0,
             curvature_per_m: 0.0,
+            pitch_rate_radps: 0.0,
             method,
             effective: EffectiveGrade::default(),
             trust: MethodTrust::default(),
@@ -345,6 +362,10 @@ impl<M: SupervisedMethod> Supervised<M> {
         self.effective
             .step(attitude, read_sd, &self.train, &carried, core.rail(), dt);
         let by_core = self.effective.value(true);
+        let share = 1.0 - exp(-dt / CURVE_S);
+        self.pitch_rate_radps += share * (attitude.pitch_rate_radps - self.pitch_rate_radps);
+        let curvature = self.pitch_rate_radps / attitude.speed_mps.abs().max(MIN_CURVE_MPS);
+        let trail_sd = WHEELBASE_SHARE * self.wheelbase_m * curvature;
         let [bias_sd_mps2, ..] = core.attitude().reading();
         let (moving, running) = motion(reading, self.standstill_mps);
         self.method.step(&Step {
@@ -379,10 +400,12 @@ impl<M: SupervisedMethod> Supervised<M> {
         let grades = self
             .trust
             .weigh([by_core, at_imu], common_sd, by_method, dt);
-        self.grades = grades.map(|grade| Value {
-            sd: sqrt(grade.sd * grade.sd + mount_sd * mount_sd),
+        let [effective, at_imu] = grades;
+        let with = |grade: Value, sd: Real| Value {
+            sd: sqrt(grade.sd * grade.sd + mount_sd * mount_sd + sd * sd),
             ..grade
-        });
+        };
+        self.grades = [with(effective, trail_sd), with(at_imu, 0.0)];
     }
 }
 
@@ -409,6 +432,9 @@ impl<M: SupervisedMethod> Pipeline for Supervised<M> {
             }
             if !self.signals.settled() {
                 self.method.pause();
+            }
+            if self.core.may_have_another_load() {
+                self.method.open_load();
             }
             let traction = force_n.filter(|_| running);
             self.weigh(reading, &attitude, traction, dt);
@@ -467,8 +493,8 @@ impl<M: SupervisedMethod> Pipeline for Supervised<M> {
     }
 }
 
-state!(@[M: State] Supervised<M> { core, signals, waiting, late_m, since_s, curvature_per_m, method, effective, trust, grades, status;
-    train, tare_kg, gain_sd, front_m, standstill_mps, method_grade, conditioning });
+state!(@[M: State] Supervised<M> { core, signals, waiting, late_m, since_s, curvature_per_m, pitch_rate_radps, method, effective, trust, grades, status;
+    train, tare_kg, gain_sd, front_m, wheelbase_m, standstill_mps, method_grade, conditioning });
 
 #[cfg(test)]
 #[path = "pipeline_tests.rs"]

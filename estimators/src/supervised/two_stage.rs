@@ -57,6 +57,9 @@ pub trait MassEstimator: Copy {
     /// The train stands, brakes, or has not run long enough for samples to count.
     fn pause(&mut self) {}
 
+    /// Another load may hang on the train, which has stood.
+    fn open_load(&mut self) {}
+
     /// Total mass, kg.
     fn mass_kg(&self) -> Value;
 
@@ -182,6 +185,10 @@ impl<M: MassEstimator + State + core::fmt::Debug> SupervisedMethod for TwoStage<
 
     fn pause(&mut self) {
         self.mass.pause();
+    }
+
+    fn open_load(&mut self) {
+        self.mass.open_load();
     }
 
     fn step(&mut self, now: &Step) {

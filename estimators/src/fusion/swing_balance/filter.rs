@@ -339,15 +339,34 @@ impl SwingBalance {
         reason = "indices of states are constants below N"
     )]
     pub fn reset_load(&mut self) {
+        self.belief.x[MASS] = self.model.nominal.load0_kg;
+        self.open_load();
+    }
+
+    /// Takes a total mass, kg, of this variance, kg², for measured.
+    pub fn recall(&mut self, mass_kg: Real, variance: Real) {
+        let off = mass_kg - self.mass_kg();
+        let mut h = SVector::<Real, N>::zeros();
+        h.iter_mut().skip(MASS).take(1).for_each(|h| *h = 1.0);
+        // Without a correction, for numbers that allow none, the mass stays as weighed.
+        let _ = self.belief.correct_scalar(off, &h, variance);
+    }
+
+    /// Takes another load for possible, as above; the mass keeps its value.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
+    pub fn open_load(&mut self) {
         let fresh = prior(&self.model.nominal, &self.params);
         let [angle, rate] = NEW_SWING_SD;
         let opened = [
-            (MASS, fresh.P[(MASS, MASS)]),
-            (ANGLE, angle * angle),
-            (RATE, rate * rate),
+            (MASS, self.belief.x[MASS], fresh.P[(MASS, MASS)]),
+            (ANGLE, 0.0, angle * angle),
+            (RATE, 0.0, rate * rate),
         ];
-        for (i, variance) in opened {
-            self.belief.set_independent(i, fresh.x[i], variance);
+        for (i, mean, variance) in opened {
+            self.belief.set_independent(i, mean, variance);
         }
         for i in [R0, B] {
             self.belief.P[(i, i)] += REOPEN * fresh.P[(i, i)];

@@ -20,6 +20,7 @@ use crate::aiding::force_balance::ETA_M;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::{Archive, State, state};
+use crate::detect::standing_load::KeptMass;
 use crate::fusion::effective::MassOnRail;
 use crate::models::swing_balance::{CV, ETA, MASS, N, Nominal, R0};
 use crate::rail::rail_memory::RailMemory;
@@ -111,6 +112,7 @@ pub struct SwingMass {
     filter: SwingBalance,
     found: BalanceState,
     roll_back: RollBack,
+    kept: KeptMass,
     search: StartSearch,
     /// Block that comes next in a pass of the start search, and the one that every pass begins with.
     trial_next: u64,
@@ -162,6 +164,7 @@ impl SwingMass {
                 next: 0,
                 spent: false,
             },
+            kept: KeptMass::default(),
             search: StartSearch::default(),
             trial_next: 0,
             search_from: 0,
@@ -312,6 +315,13 @@ impl SwingMass {
                 return;
             }
         }
+        if is_used(&status) && self.used > SETTLED_BLOCKS {
+            let found = BalanceState::by(&self.filter);
+            let mass_kg = self.filter.mass_kg();
+            if let Some([kept_kg, variance]) = self.kept.recall(mass_kg, found.mass_variance) {
+                self.filter.recall(kept_kg, variance);
+            }
+        }
         if Real::from(block.speed_mps).abs() <= MIN_SPEED_MPS {
             self.residuals.clear();
         }
@@ -406,7 +416,7 @@ impl SwingMass {
         reason = "indices of states are constants below N"
     )]
     fn publish(&mut self) {
-        if self.taken >= self.catch_up {
+        if self.taken >= self.catch_up && self.held_kg().is_none() {
             let gain = self.gain_sd * self.filter.mass_kg();
             let variance = self.filter.belief().P[(MASS, MASS)];
             let sd = sqrt(variance + gain * gain);
@@ -427,6 +437,7 @@ impl SwingMass {
             (self.roll_back.filter, self.roll_back.next) = (self.filter, self.taken);
         }
         self.roll_back.spent = true;
+        self.kept.forget();
         self.filter.reset_load();
         self.residuals = ScaledCusum::paused();
         self.settle_s = 0.0;
@@ -444,13 +455,36 @@ impl SwingMass {
             .for_each(|block| block.outcome = outcome);
         self.builder = BlockBuilder::default();
         self.taken = self.written;
+        self.stop_search();
+        self.filter.lose_place(behind_sd_rad);
+        self.go_on_from_here();
+    }
+
+    /// Takes it that another load may hang on the train, which has stood: the mass keeps its value and is as uncertain
+    /// as at the start.
+    pub fn open_load(&mut self) {
+        self.stop_search();
+        let kept_kg = self.filter.mass_kg();
+        let variance = BalanceState::by(&self.filter).mass_variance;
+        self.filter.open_load();
+        self.go_on_from_here();
+        self.publish();
+        self.kept.keep(kept_kg, variance);
+        (self.used, self.searched) = (0, false);
+    }
+
+    /// Gives up a start search that goes on.
+    fn stop_search(&mut self) {
         if self.search.is_active() {
             self.search.stop();
             self.filter = self.roll_back.filter;
             self.filter.reset_load();
             (self.used, self.searched) = (0, false);
         }
-        self.filter.lose_place(behind_sd_rad);
+    }
+
+    /// Takes the filter as it is for one that no residual speaks against.
+    fn go_on_from_here(&mut self) {
         self.found = BalanceState::by(&self.filter);
         self.residuals.clear();
         self.roll_back = RollBack {
@@ -465,24 +499,25 @@ impl SwingMass {
         &self.found
     }
 
+    /// Mass from before a standstill, kg, until it has been weighed anew.
+    fn held_kg(&self) -> Option<Real> {
+        self.kept.mass().filter(|_| !self.searched)
+    }
+
     /// Total mass, kg.
     #[allow(
         clippy::indexing_slicing,
         reason = "indices of states are constants below N"
     )]
     pub fn mass_kg(&self) -> Real {
-        self.tare_kg + self.found.x[MASS]
+        self.held_kg().unwrap_or(self.tare_kg + self.found.x[MASS])
     }
 
     /// Masses that the effective grade is a mean over.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     pub fn carried(&self) -> MassOnRail {
         MassOnRail {
             mass_kg: self.mass_kg(),
-            load_kg: self.found.x[MASS],
+            load_kg: self.mass_kg() - self.tare_kg,
             // The correction by the force stands for it.
             load_sd_kg: 0.0,
             eta_rad: self.found.x[ETA],
@@ -521,11 +556,6 @@ impl SwingMass {
         self.changes
     }
 
-    /// Blocks used since the start or the last load.
-    pub fn used(&self) -> u32 {
-        self.used
-    }
-
     /// Status of the last block.
     pub fn status(&self) -> AidStatus {
         self.status
@@ -561,6 +591,7 @@ impl State for SwingMass {
             filter,
             found,
             roll_back,
+            kept,
             search,
             trial_next,
             search_from,
@@ -584,6 +615,7 @@ impl State for SwingMass {
         filter.visit(archive);
         found.visit(archive);
         roll_back.visit(archive);
+        kept.visit(archive);
         search.visit(archive);
         trial_next.visit(archive);
         search_from.visit(archive);

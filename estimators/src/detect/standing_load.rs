@@ -1,0 +1,166 @@
+//! Doubt of the load after a standstill.
+
+use crate::Real;
+use crate::api::real::sqrt;
+use crate::api::snapshot::state;
+
+/// Samples of the force balance after driving off that confirm the mass.
+const CONFIRMING: u32 = 10;
+
+/// Doubt of the load after a standstill: loads are hung on and set down while the train stands, and nothing there
+/// shows it. From a standstill of a given length on, methods that can open their mass again, and the mass is not valid
+/// until the force balance has taken so many samples that another load would have been detected
+/// ([`LoadChangeDetector`](crate::detect::load_change::LoadChangeDetector)). A mass that has not been weighed since the
+/// last such standstill is left as it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StandingLoad {
+    after_s: Real,
+    standing_s: Real,
+    /// True if another load may hang on the train.
+    doubted: bool,
+    /// Samples since then, as far as they count.
+    samples: u32,
+    /// True in the step in which the standstill has become long enough.
+    begins: bool,
+}
+
+impl StandingLoad {
+    /// Doubts the load from a standstill of `after_s` seconds on.
+    pub fn new(after_s: Real) -> Self {
+        Self {
+            after_s,
+            standing_s: 0.0,
+            doubted: false,
+            samples: 0,
+            begins: false,
+        }
+    }
+
+    /// One step of `dt` seconds at standstill, or in motion.
+    pub fn observe(&mut self, standing: bool, dt: Real) {
+        self.standing_s = match standing {
+            true => self.standing_s + dt,
+            false => 0.0,
+        };
+        let weighed = self.samples >= CONFIRMING;
+        self.begins = weighed && self.standing_s >= self.after_s;
+        if self.begins {
+            (self.doubted, self.samples) = (true, 0);
+        }
+    }
+
+    /// Returns true in the step from which on another load may hang on the train.
+    pub fn begins(&self) -> bool {
+        self.begins
+    }
+
+    /// The force balance has taken a sample.
+    pub fn sample(&mut self) {
+        self.samples = (self.samples + 1).min(CONFIRMING);
+    }
+
+    /// Returns true if no other load can hang on the train unseen.
+    pub fn is_confirmed(&self) -> bool {
+        !self.doubted || self.samples >= CONFIRMING
+    }
+}
+
+state!(StandingLoad { standing_s, doubted, samples, begins; after_s } where |this| this.standing_s >= 0.0);
+
+/// Standard deviations by which a mass weighed anew may differ from the old one and be the same, and from which it is
+/// another.
+const SAME_SD: Real = 2.0;
+const OTHER_SD: Real = 4.0;
+/// Difference and twice its standard deviation up to which it is told to be the same, as a share of the mass: a load that
+/// is another by less may pass for the same, within three standard deviations of the gear's efficiency (3.5 %).
+const SAME_SHARE: Real = 0.12;
+
+/// Mass before a standstill, which is that after it if a new weighing comes out the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct KeptMass {
+    kept: Option<[Real; 2]>,
+}
+
+impl KeptMass {
+    /// Keeps the mass from before a standstill and its variance; one kept from an earlier standstill goes before.
+    pub fn keep(&mut self, mass: Real, variance: Real) {
+        self.kept.get_or_insert([mass, variance]);
+    }
+
+    /// The mass kept, if there is one.
+    pub fn mass(&self) -> Option<Real> {
+        self.kept.map(|[mass, _]| mass)
+    }
+
+    /// Forgets it: the load is another.
+    pub fn forget(&mut self) {
+        self.kept = None;
+    }
+
+    /// Compares it with the mass weighed anew and its variance. Once these tell that it is the same, returns the mass
+    /// kept and its variance, a measurement of the mass; it is returned once.
+    pub fn recall(&mut self, mass: Real, variance: Real) -> Option<[Real; 2]> {
+        let kept = self.kept?;
+        let [old, old_variance] = kept;
+        let (off, sd) = ((mass - old).abs(), sqrt(variance + old_variance));
+        if off > OTHER_SD * sd {
+            self.kept = None;
+        }
+        let same = off < SAME_SD * sd && off + 2.0 * sd < SAME_SHARE * mass;
+        same.then(|| self.kept.take()).flatten()
+    }
+}
+
+state!(KeptMass { kept; });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stop_is_no_reason_to_doubt_and_a_stay_is_until_ten_samples_of_a_drive() {
+        let mut load = StandingLoad::new(10.0);
+        (0..10).for_each(|_| load.sample());
+        (0..99).for_each(|_| load.observe(true, 0.1));
+        assert!(load.is_confirmed());
+        load.observe(false, 0.1);
+        let begins = |_: &i32| {
+            load.observe(true, 0.1);
+            load.begins()
+        };
+        assert_eq!((0..200).filter(begins).count(), 1);
+        assert!(!load.is_confirmed());
+        load.observe(false, 0.1);
+        (0..9).for_each(|_| load.sample());
+        assert!(!load.is_confirmed());
+        load.sample();
+        assert!(load.is_confirmed());
+    }
+
+    #[test]
+    fn a_load_that_nothing_has_weighed_is_in_no_new_doubt() {
+        let mut load = StandingLoad::new(10.0);
+        (0..9).for_each(|_| load.sample());
+        (0..200).for_each(|_| load.observe(true, 0.1));
+        assert!(load.is_confirmed());
+    }
+
+    #[test]
+    fn a_mass_is_the_same_once_a_good_weighing_comes_out_at_it() {
+        let mut kept = KeptMass::default();
+        assert_eq!(kept.recall(10.0, 0.01), None);
+        kept.keep(10.0, 0.01);
+        assert_eq!(kept.recall(10.1, 1.0), None, "too coarse a weighing");
+        assert_eq!(kept.recall(10.1, 0.01), Some([10.0, 0.01]));
+        assert_eq!(kept.recall(10.1, 0.01), None);
+    }
+
+    #[test]
+    fn a_mass_that_a_weighing_contradicts_is_gone() {
+        let mut kept = KeptMass::default();
+        kept.keep(10.0, 0.0001);
+        kept.keep(20.0, 0.0001);
+        assert_eq!(kept.recall(20.0, 0.0001), None);
+        assert_eq!(kept.recall(10.0, 0.0001), None);
+    }
+}
