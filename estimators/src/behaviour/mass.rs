@@ -136,7 +136,7 @@ fn a_load_changed_at_a_standstill_is_weighed_before_the_mass_is_valid_again() {
         ("rail_fusion", true),
         ("dffrls_aekf_robust", true),
         ("imm_stf_robust", false),
-        ("mmrls_sh_stf_robust", false),
+        ("mmrls_sh_stf_robust", true),
     ] {
         for mass_kg in [10_000.0, 15_000.0, 21_000.0] {
             let mut estimator = build(name, &vehicle(), []).unwrap();

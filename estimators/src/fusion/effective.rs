@@ -98,7 +98,7 @@ impl EffectiveGrade {
     ) {
         let v = Real::from(block.speed_mps);
         let use_it =
-            block.outcome == AidOutcome::Fused && v.abs() > MIN_SPEED_MPS && mass.is_known();
+            block.outcome == AidOutcome::Fused && v.abs() > MIN_SPEED_MPS && mass.has_weighed();
         let (means, carried) = (mass.train().at(rail, block.place), mass.carried());
         if !use_it {
             let way = v.abs() * block.length_s();

@@ -226,6 +226,10 @@ impl MassEstimator for MultiModelMass {
         control::regressed(Some(&straight), true)
     }
 
+    fn open_load(&mut self) {
+        self.restart();
+    }
+
     /// Standard deviation: of the mixture, and of the level taken as known.
     fn mass_kg(&self) -> Value {
         let (s, t) = (self.found(&self.straight), self.found(&self.turning));

@@ -541,6 +541,11 @@ impl SwingMass {
         self.searched && self.lean.abs() < MAX_LEAN && self.taken >= self.jumped
     }
 
+    /// Returns true if a block has been used for the load that hangs on the train now.
+    pub fn has_weighed(&self) -> bool {
+        self.used > 0 && self.held_kg().is_none()
+    }
+
     /// Mean of the normalised residuals of late.
     pub fn lean(&self) -> Real {
         self.lean
