@@ -71,8 +71,10 @@ impl MassParams {
     }
 }
 
-/// Share of their first variance that another load gives running resistance and bias term.
+/// Share of their first variance that another load gives running resistance and bias term: of one that the residuals
+/// tell, and of one that may have been hung on at a standstill, of which nothing is known.
 const OTHER_LOAD: Real = 0.05;
+const UNSEEN_LOAD: Real = 0.25;
 
 /// A swing of the load dies out in this time, s.
 const SWAY_MEMORY_S: Real = 3.0;
@@ -149,10 +151,9 @@ impl ForceBalanceRls {
     /// Another load is another running resistance too (bearings and clamped wheels do not get heavier), and another
     /// M b: kept with the certainty that the old load gave them they would pull the mass for as long as that certainty
     /// lasts. Not forgotten either: the load may be the same, and on a steady grade nothing else determines the mass.
-    fn open(&mut self) {
+    fn open(&mut self, share: Real) {
         self.rls.reset_to_prior(&vector![1.0, 0.0, 0.0, 0.0]);
-        self.rls
-            .inflate(&vector![0.0, OTHER_LOAD, OTHER_LOAD, OTHER_LOAD]);
+        self.rls.inflate(&vector![0.0, share, share, share]);
         self.covariance = self.rls.widened();
     }
 
@@ -229,7 +230,7 @@ impl MassEstimator for ForceBalanceRls {
         {
             self.rls = self.before;
             self.kept.forget();
-            self.open();
+            self.open(OTHER_LOAD);
         }
         if self.load.at_rest() {
             self.before = self.rls;
@@ -247,7 +248,7 @@ impl MassEstimator for ForceBalanceRls {
 
     fn open_load(&mut self) {
         self.kept.keep(self.rls.belief.x.x, self.covariance.m11);
-        self.open();
+        self.open(UNSEEN_LOAD);
         self.before = self.rls;
     }
 
