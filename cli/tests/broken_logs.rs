@@ -256,7 +256,7 @@ fn what_reads_well_and_is_wrong_is_found_by_the_check() {
         ),
         ("one row", only("imu.csv", |i| i == 0), &[], silent),
         ("minutes", times("imu.csv", |t| t / 60.0), &[], silent),
-        ("milliseconds", times("imu.csv", |t| 1e3 * t), &[], "rate"),
+        ("milliseconds", times("imu.csv", |t| 1e3 * t), &[], ": rate"),
         ("two values at a time", spurious, &[], "another value"),
         (
             "miles per hour",
