@@ -257,7 +257,7 @@ fn what_reads_well_and_is_wrong_is_found_by_the_check() {
         ("one row", only("imu.csv", |i| i == 0), &[], silent),
         ("minutes", times("imu.csv", |t| t / 60.0), &[], silent),
         ("milliseconds", times("imu.csv", |t| 1e3 * t), &[], ": rate"),
-        ("two values at a time", spurious, &[], "another value"),
+        ("two values at a time", spurious, &[], "before and another"),
         (
             "miles per hour",
             sound("imu.csv"),
