@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{TestFolder, project};
+use common::{TestFolder, project, words};
 
 const HUSKY: &str = "tests/data/real/husky/husky.map.yaml";
 const TRAIN: &str = "tests/data/real/train_standstill/train_standstill.map.yaml";
@@ -154,4 +154,77 @@ fn a_map_is_checked() {
     let map = of_project(HUSKY);
     let (code, out, err) = dir.monorig(&["check", &map]);
     assert_eq!((code, out), (Some(0), format!("{map}: map ok\n")), "{err}");
+}
+
+/// `rail_fusion` has no drag in its force balance: a road vehicle is refused, whether it is told by its drag or by the
+/// file of a car, with what to take in its place.
+#[test]
+fn rail_fusion_is_refused_for_a_road_vehicle() {
+    let dir = TestFolder::new();
+    let map = of_project("examples/car_drive/drive.map.yaml");
+    let replay = [
+        "replay",
+        "--map",
+        &map,
+        "--estimators",
+        "rail_fusion",
+        "--no-rerun",
+    ];
+    let car = format!("vehicle={}", of_project("assets/road/hongqi_ehs3.yaml"));
+    for sets in [&[][..], &["--set", "nominal={}", "--set", &car]] {
+        let told = words(&dir.refused(&[&replay[..], sets].concat()));
+        for part in [
+            "rail_fusion",
+            "made for a rail",
+            "road vehicle",
+            "`attitude`",
+        ] {
+            assert!(told.contains(part), "{part} in\n{told}");
+        }
+    }
+    // without drag it is a vehicle on a rail
+    let rail = ["--set", "nominal.drag_area_m2=null", "--out", "rail"];
+    let (code, out, err) = dir.monorig(&[&replay[..], &rail[..]].concat());
+    assert!(matches!(code, Some(0 | 1)), "{out}{err}");
+}
+
+/// A part of a log is judged from 5 s after its start: `calibrate --split` and a replay of that part agree.
+#[test]
+fn a_part_of_a_log_has_one_error() {
+    let dir = TestFolder::new();
+    let map = of_project("examples/car_drive/drive.map.yaml");
+    let split = [
+        "calibrate",
+        "--map",
+        &map,
+        "--known",
+        "mass,slope",
+        "--split",
+        "75",
+    ];
+    let (code, out, err) = dir.monorig(&split);
+    assert_eq!(code, Some(0), "{out}{err}");
+    assert!(out.contains("from 80 s on"), "{out}");
+    let part = [
+        "replay",
+        "--map",
+        &map,
+        "--set",
+        "trim.from_s=75",
+        "--no-rerun",
+        "-v",
+    ];
+    let (code, replayed, err) = dir.monorig(&part);
+    assert!(matches!(code, Some(0 | 1)), "{replayed}{err}");
+    assert!(replayed.contains("from 80 s on"), "{replayed}");
+    // behind the name of an estimator, the first row with this title: its first number
+    let error = |text: &str, title: &str| {
+        let lines = text
+            .lines()
+            .skip_while(|l| l.trim() != "ekf_v_theta_biases");
+        let row = lines.map(words).find(|l| l.starts_with(title)).unwrap();
+        let number = row.strip_prefix(title).unwrap().split_whitespace().next();
+        number.unwrap().to_owned()
+    };
+    assert_eq!(error(&out, "before"), error(&replayed, "slope °"));
 }

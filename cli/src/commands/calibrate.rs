@@ -9,6 +9,7 @@ use crate::ui::{output, tables};
 use clap::ValueEnum;
 use monorig_lab::metrics::measure;
 use monorig_lab::metrics::series::ErrorSeries;
+use monorig_lab::verdicts::summary::AFTER_S;
 use monorig_logs::identify::{Applied, Parameter, apply, identify, write};
 use monorig_logs::map::Map;
 use monorig_logs::replay::{ReplayOptions, simulation};
@@ -173,9 +174,6 @@ const SHOWN: [(&str, f64); 6] = [
     ("mass_error_rel_end", 100.0),
     ("mass_availability", 100.0),
 ];
-/// Time that estimators have to settle, s.
-const SETTLING_S: f64 = 10.0;
-
 /// Metrics of the estimators of a map over the part of the log that it plays.
 fn judged(
     map: &Map,
@@ -188,7 +186,7 @@ fn judged(
     let names = series.estimators.iter().map(|(name, _)| name);
     let of = |name: &String| {
         let value = |(metric, factor): &(&str, f64)| {
-            let x = measure(&series, name, metric, from_s + SETTLING_S, f64::INFINITY);
+            let x = measure(&series, name, metric, from_s + AFTER_S, f64::INFINITY);
             x.map_or(f64::NAN, |x| x * factor)
         };
         (name.clone(), SHOWN.iter().map(value).collect())
@@ -198,7 +196,7 @@ fn judged(
 
 /// Errors before and after, side by side.
 fn compared(before: &[(String, Vec<f64>)], after: &[(String, Vec<f64>)], from_s: f64) -> String {
-    let title = format!("from {} s on", from_s + SETTLING_S);
+    let title = format!("from {} s on", from_s + AFTER_S);
     let titles = [
         title.as_str(),
         "slope RMSE °",

@@ -41,7 +41,13 @@ struct Energy(Integral);
 
 impl Accumulator<Tracking> for Energy {
     fn add(&mut self, x: &Tracking) {
-        self.0.add(x.t_s, x.traction_w.max(0.0));
+        // of a recorded drive nobody knows the traction: `max` would make 0 of it
+        let driving = if x.traction_w < 0.0 {
+            0.0
+        } else {
+            x.traction_w
+        };
+        self.0.add(x.t_s, driving);
     }
 
     fn value(&self) -> f64 {
@@ -124,6 +130,17 @@ mod tests {
         ErrorSeries {
             tracking: (0..=2000).map(at).collect(),
             ..Default::default()
+        }
+    }
+
+    /// Of a recorded drive, whose traction is not known, there is no energy: not zero.
+    #[test]
+    fn an_unknown_traction_is_no_energy() {
+        let mut s = series();
+        s.tracking.iter_mut().for_each(|x| x.traction_w = f64::NAN);
+        for metric in ["traction_energy_j", "traction_energy_jpm"] {
+            let x = measure_run(&s, metric, 0.0, f64::INFINITY).unwrap();
+            assert!(x.is_nan(), "{metric}: {x}");
         }
     }
 

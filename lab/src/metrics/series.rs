@@ -123,12 +123,6 @@ pub(crate) struct Answers {
 }
 
 impl ErrorSample {
-    /// Error of the last estimate.
-    pub(crate) fn new(member: &RunningEstimator, t: &Target) -> Self {
-        let internals = member.internals_named(TOLD);
-        Self::of(&member.estimate, internals, t)
-    }
-
     /// Error of the slope as roads state slopes, 100 tan θ, %.
     pub(crate) fn slope_percent(&self) -> f64 {
         let [estimate, truth] = self.slopes;
@@ -216,7 +210,7 @@ impl ErrorSampler {
         }
     }
 
-    /// Error of the last estimate, as [`ErrorSample::new`] computes it.
+    /// Error of the last estimate.
     pub(crate) fn sample(&mut self, member: &RunningEstimator, t: &Target) -> ErrorSample {
         self.internals.clear();
         if self.places.iter().any(Option::is_some) {
@@ -289,6 +283,8 @@ impl Geometry {
 pub struct ErrorSeries {
     /// Per estimator, in their order in the run: name and samples.
     pub estimators: Vec<(String, Vec<ErrorSample>)>,
+    /// What makes their samples.
+    pub(crate) samplers: Vec<ErrorSampler>,
     /// The closed loop.
     pub(crate) tracking: Vec<Tracking>,
     /// When a valid sample is misleading.
@@ -344,12 +340,14 @@ impl Observer for ErrorSeries {
                 .iter()
                 .map(|m| (m.name.clone(), Vec::new()))
                 .collect();
+            self.samplers = f.estimators.iter().map(ErrorSampler::of).collect();
         }
         let middle = self.middle.as_mut();
         let middle = middle.map_or(f64::NAN, |m| m.at(f.truth.chainage_m));
         let target = Target::of(f.truth, bound, middle);
-        for (m, (_, samples)) in f.estimators.iter().zip(&mut self.estimators) {
-            samples.push(ErrorSample::new(m, &target));
+        let samplers = f.estimators.iter().zip(&mut self.samplers);
+        for ((m, sampler), (_, samples)) in samplers.zip(&mut self.estimators) {
+            samples.push(sampler.sample(m, &target));
         }
         self.tracking.push(Tracking::of(f));
         Ok(())

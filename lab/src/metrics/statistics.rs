@@ -16,6 +16,20 @@ pub(crate) trait Accumulator<T> {
 /// An accumulator over samples `T`, whatever it is.
 pub(crate) type Running<T> = Box<dyn Accumulator<T>>;
 
+impl<T> Accumulator<T> for Running<T> {
+    fn add(&mut self, x: &T) {
+        self.as_mut().add(x);
+    }
+
+    fn add_all(&mut self, all: &[T]) {
+        self.as_mut().add_all(all);
+    }
+
+    fn value(&self) -> f64 {
+        self.as_ref().value()
+    }
+}
+
 /// Mean of numbers.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Mean {

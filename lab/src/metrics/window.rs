@@ -1,19 +1,19 @@
 //! Windows of time whose ends may be moments that are known only when the run comes to them.
 
 use crate::metrics::series::{ErrorSample, Geometry, Tracking};
-use crate::metrics::statistics::Running;
+use crate::metrics::statistics::{Accumulator, Running};
 use monorig_sim::config::scenario::{Moment, MomentOf, ScenarioFile, VehiclePart};
 use std::collections::VecDeque;
 
 /// A stretch of time, both ends included.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Window {
     after: End,
     until: End,
 }
 
 /// An end of a window.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum End {
     /// An instant, s.
     At(f64),
@@ -128,17 +128,17 @@ impl Timed for Tracking {
     }
 }
 
-/// A number made of the samples in a window. Samples wait where an end may turn out to have been before them
+/// A number made of the samples in a window, or several. Samples wait where an end may turn out to have been before them
 /// (`plus_s: -3`).
-pub(super) struct Windowed<T> {
+pub(super) struct Windowed<T, A = Running<T>> {
     pub(crate) window: Window,
-    running: Running<T>,
+    pub(super) running: A,
     known_after_s: f64,
     waiting: VecDeque<T>,
 }
 
-impl<T: Timed> Windowed<T> {
-    pub(crate) fn new(window: Window, running: Running<T>) -> Self {
+impl<T: Timed, A: Accumulator<T>> Windowed<T, A> {
+    pub(crate) fn new(window: Window, running: A) -> Self {
         let known_after_s = window.after.known_after_s();
         Self {
             window,

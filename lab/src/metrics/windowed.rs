@@ -1,8 +1,8 @@
 //! Metrics over windows of a run, measured while it goes on, in memory that does not grow with the run.
 
-use crate::metrics::find;
 use crate::metrics::series::{ErrorSample, Tracking};
 use crate::metrics::window::{Window, Windowed};
+use crate::metrics::{OfSome, find};
 use monorig_sim::config::scenario::IntegrityLimits;
 
 /// A metric to measure.
@@ -23,16 +23,24 @@ const BLOCK: usize = 64;
 /// Values of the wanted metrics, in their order.
 pub(crate) struct WindowedMetrics {
     all: Vec<Measured>,
+    groups: Vec<Group>,
     /// Steps not yet measured: the state of the run, and the samples of each estimator.
     tracking: Vec<Tracking>,
     samples: Vec<Vec<ErrorSample>>,
 }
 
-/// None where there is no such estimator, or the metric is not one of it.
+/// Nothing where there is no such estimator, or the metric is not one of it.
 enum Measured {
-    OfEstimator(usize, Windowed<ErrorSample>),
+    /// Group, and place in it.
+    OfEstimator(usize, usize),
     OfRun(Windowed<Tracking>),
     Nothing(Window),
+}
+
+/// Metrics of one estimator over the same samples: which of them count is found once for all.
+struct Group {
+    estimator: usize,
+    windowed: Windowed<ErrorSample, OfSome>,
 }
 
 impl WindowedMetrics {
@@ -42,22 +50,41 @@ impl WindowedMetrics {
         wanted: &[WantedMetric],
         limits: &IntegrityLimits,
     ) -> Self {
-        let start = |w: &WantedMetric| {
+        let mut groups: Vec<Group> = Vec::new();
+        let mut start = |w: &WantedMetric| {
             let metric = find(&w.metric)?;
-            Some(match &w.estimator {
-                Some(name) => {
-                    let i = estimators.iter().position(|e| e == name)?;
-                    let running = metric.of_estimator(limits)?;
-                    Measured::OfEstimator(i, Windowed::new(w.window, running))
-                }
-                None => Measured::OfRun(Windowed::new(w.window, metric.of_run()?)),
-            })
+            let Some(name) = &w.estimator else {
+                return Some(Measured::OfRun(Windowed::new(w.window, metric.of_run()?)));
+            };
+            let estimator = estimators.iter().position(|e| e == name)?;
+            let (which, running) = metric.of_chosen(limits)?;
+            let same = |g: &Group| {
+                g.estimator == estimator
+                    && g.windowed.window == w.window
+                    && g.windowed.running.which == which
+            };
+            let known = groups.iter().position(same);
+            let group = known.unwrap_or(groups.len());
+            if known.is_none() {
+                let none = OfSome {
+                    which,
+                    all: Vec::new(),
+                };
+                groups.push(Group {
+                    estimator,
+                    windowed: Windowed::new(w.window, none),
+                });
+            }
+            let all = &mut groups.get_mut(group)?.windowed.running.all;
+            all.push(running);
+            Some(Measured::OfEstimator(group, all.len() - 1))
         };
         let all = wanted.iter();
         Self {
             all: all
                 .map(|w| start(w).unwrap_or(Measured::Nothing(w.window)))
                 .collect(),
+            groups,
             tracking: Vec::with_capacity(BLOCK),
             samples: vec![Vec::with_capacity(BLOCK); estimators.len()],
         }
@@ -76,13 +103,14 @@ impl WindowedMetrics {
 
     fn measure(&mut self) {
         let tracking = &self.tracking;
+        for group in &mut self.groups {
+            if let Some(samples) = self.samples.get(group.estimator) {
+                group.windowed.add_all(tracking, samples);
+            }
+        }
         for measured in &mut self.all {
             match measured {
-                Measured::OfEstimator(i, windowed) => {
-                    if let Some(samples) = self.samples.get(*i) {
-                        windowed.add_all(tracking, samples);
-                    }
-                }
+                Measured::OfEstimator(..) => {}
                 Measured::OfRun(windowed) => windowed.add_all(tracking, tracking),
                 Measured::Nothing(window) => tracking.iter().for_each(|t| window.see(t)),
             }
@@ -94,21 +122,26 @@ impl WindowedMetrics {
     /// The run is over.
     pub(crate) fn finish(&mut self) {
         self.measure();
+        self.groups.iter_mut().for_each(|g| g.windowed.finish());
         for measured in &mut self.all {
-            match measured {
-                Measured::OfEstimator(_, windowed) => windowed.finish(),
-                Measured::OfRun(windowed) => windowed.finish(),
-                Measured::Nothing(_) => {}
+            if let Measured::OfRun(windowed) = measured {
+                windowed.finish();
             }
         }
     }
 
     /// The values of a run that is over, each with its window; none where there is nothing to measure.
     pub(crate) fn values(&self) -> impl Iterator<Item = (Option<f64>, Window)> {
-        self.all.iter().map(|measured| match measured {
-            Measured::OfEstimator(_, w) => (Some(w.value()), w.window),
-            Measured::OfRun(w) => (Some(w.value()), w.window),
-            Measured::Nothing(window) => (None, *window),
+        self.all.iter().filter_map(|measured| {
+            Some(match measured {
+                Measured::OfEstimator(group, place) => {
+                    let windowed = &self.groups.get(*group)?.windowed;
+                    let metric = windowed.running.all.get(*place)?;
+                    (Some(metric.value()), windowed.window)
+                }
+                Measured::OfRun(w) => (Some(w.value()), w.window),
+                Measured::Nothing(window) => (None, *window),
+            })
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::bound::RunningBound;
 use crate::metrics::lagged::GradeAtMiddle;
-use crate::metrics::series::{ErrorSample, Geometry, Target, Tracking};
+use crate::metrics::series::{ErrorSample, ErrorSampler, Geometry, Target, Tracking};
 use crate::metrics::{
     End, Metric, Pace, WantedMetric, Window, WindowedMetrics, estimator_metrics, run_metrics,
 };
@@ -29,12 +29,15 @@ pub struct SummaryObserver {
     middle: Option<GradeAtMiddle>,
     pace: Pace,
     estimators: Vec<EstimatorSoFar>,
+    samplers: Vec<ErrorSampler>,
     samples: Vec<ErrorSample>,
     bounds: Vec<Bound>,
     weakened: Vec<String>,
     /// First and last instant that was sampled, s.
     times_s: Option<(f64, f64)>,
-    /// The metrics to measure: metrics from [`AFTER_S`] on, then the bounds.
+    /// Start of the metrics, s: [`AFTER_S`] after the start of the run, or of the part of a log that is played.
+    after_s: f64,
+    /// The metrics to measure: metrics from there on, then the bounds.
     wanted: Vec<WantedMetric>,
     metrics: Option<WindowedMetrics>,
 }
@@ -96,7 +99,7 @@ impl SummaryObserver {
             never_valid: never_valid.map(|e| e.name.clone()).collect(),
             simulated_s: outcome.simulated_s,
             steps: outcome.steps,
-            after_s: AFTER_S,
+            after_s: self.after_s,
             estimators,
             run,
             refusals: outcome.refusals.clone(),
@@ -146,13 +149,15 @@ impl Observer for SummaryObserver {
                 window: Window::between(end(after_s, &e.after), end(until_s, &e.until)),
             }
         };
+        let after_s = AFTER_S + begin_s(s);
+        self.after_s = after_s;
         let from_then_on = |estimator: Option<&String>, metric: &Metric| WantedMetric {
             estimator: estimator.cloned(),
             metric: metric.name.to_owned(),
             // integrity counts from the start, here as in its verdict
             window: match metric.is_integrity() {
                 true => Window::new(0.0, f64::INFINITY),
-                false => Window::new(AFTER_S, f64::INFINITY),
+                false => Window::new(after_s, f64::INFINITY),
             },
         };
         let names: Vec<String> = s.estimators.iter().map(|e| e.name.clone()).collect();
@@ -164,6 +169,7 @@ impl Observer for SummaryObserver {
             .chain(self.bounds.iter().map(of_bound))
             .collect();
         self.metrics = Some(WindowedMetrics::new(&names, &self.wanted, &self.limits));
+        self.samplers = s.estimators.iter().map(ErrorSampler::of).collect();
         let judged = |e: &RunningEstimator| !e.reference && expected::is_judged(file, &e.name);
         let reference = self.reference.as_ref();
         self.reference_at = names.iter().position(|name| Some(name) == reference);
@@ -196,8 +202,9 @@ impl Observer for SummaryObserver {
         let middle = middle.map_or(f64::NAN, |m| m.at(f.truth.chainage_m));
         let target = Target::of(f.truth, bound, middle);
         self.samples.clear();
-        let samples = f.estimators.iter().map(|e| ErrorSample::new(e, &target));
-        self.samples.extend(samples);
+        let samples = f.estimators.iter().zip(&mut self.samplers);
+        self.samples
+            .extend(samples.map(|(e, sampler)| sampler.sample(e, &target)));
         let first_s = self.times_s.map_or(f.truth.t_s, |(first_s, _)| first_s);
         self.times_s = Some((first_s, f.truth.t_s));
         if let Some(metrics) = &mut self.metrics {
@@ -210,7 +217,7 @@ impl Observer for SummaryObserver {
             }
         }
         let reference = self.reference_at.and_then(|i| self.samples.get(i));
-        if let Some(reference) = reference.filter(|x| x.t_s >= AFTER_S) {
+        if let Some(reference) = reference.filter(|x| x.t_s >= self.after_s) {
             for (e, x) in self.estimators.iter_mut().zip(&self.samples) {
                 if let Some(common) = &mut e.common {
                     common.add(x, reference);
@@ -225,6 +232,15 @@ impl Observer for SummaryObserver {
             metrics.finish();
         }
         Ok(())
+    }
+}
+
+/// Start of a run, s: 0, or the first step of the part of a log that is played, whose times are those of the whole log.
+fn begin_s(s: &Simulation) -> f64 {
+    match s.scenario.is_recorded() {
+        // the loop begins a step before the first one
+        true => (1e3 * (s.plant.truth().t_s + s.dt_s)).round().max(0.0) * 1e-3,
+        false => 0.0,
     }
 }
 

@@ -11,8 +11,12 @@ use monorig_estimators::api::signals::{Measurand, Shape};
 /// Least rates, Hz: the filters are made for steps of a fast IMU, and hold what comes less often.
 const MIN_IMU_HZ: f64 = 10.0;
 const MIN_HZ: f64 = 2.0;
-/// Largest share of stamps that are those of the sample before.
+/// Largest share of stamps that are those of the sample before, and of those whose value is another.
 const MAX_DUPLICATES: f64 = 0.05;
+const MAX_CONTRADICTING: f64 = 0.001;
+/// Longest time, s, and largest share of the log, for which a channel may have no samples while another one has.
+const MAX_SILENT_S: f64 = 2.0;
+const MAX_SILENT_SHARE: f64 = 0.01;
 /// Least share of the samples that count.
 const MIN_VALID: f64 = 0.5;
 /// A value that stays longer than this, s, and so many times longer than any other value did, is frozen. A motor may be
@@ -30,6 +34,9 @@ const MIN_RATIO: f64 = 1.2;
 /// All of them.
 pub(super) fn all(series: &Series) -> Vec<Check> {
     let mut all: Vec<Check> = series.channels.iter().filter_map(rate).collect();
+    let covered = series.channels.iter().map(|c| c.stamps.covered_ns);
+    let log_s = covered.max().unwrap_or(0) as f64 * 1e-9;
+    all.extend(series.channels.iter().filter_map(|c| silent(c, log_s)));
     all.extend(series.channels.iter().filter_map(|c| frozen(c, series)));
     let lags = [
         ("specific force", series.lags.force()),
@@ -112,6 +119,15 @@ fn rate(c: &ChannelFigures) -> Option<Check> {
         let good = format!("below {MAX_DUPLICATES}");
         return Some(check(what, twice, "", &good, Verdict::Bad(why)));
     }
+    let offered = c.stamps.offered as f64;
+    let contradicting = c.stamps.contradicting as f64 / offered;
+    if contradicting > MAX_CONTRADICTING {
+        let why = "two logs in one file, or rows of another instrument: which value is right nobody knows";
+        let what = format!("{name}: share with the stamp of the sample before and another value");
+        let good = format!("below {MAX_CONTRADICTING}");
+        let verdict = Verdict::Bad(why.into());
+        return Some(check(what, contradicting, "", &good, verdict));
+    }
     (report.valid < MIN_VALID).then(|| {
         let why = "`valid_if` rejects the others, or their columns are empty".into();
         let what = format!("{name}: share of its samples that count");
@@ -121,6 +137,26 @@ fn rate(c: &ChannelFigures) -> Option<Check> {
             "",
             &format!("{MIN_VALID} or more"),
             Verdict::Unknown(why),
+        )
+    })
+}
+
+/// The time for which a channel has no samples while another one has, if it is more than a little of the log (s).
+fn silent(c: &ChannelFigures, log_s: f64) -> Option<Check> {
+    let name = name(c.target).filter(|_| is_used_for_motion(c.target))?;
+    let silent_s = log_s - c.stamps.covered_ns as f64 * 1e-9;
+    (silent_s > MAX_SILENT_S && silent_s > MAX_SILENT_SHARE * log_s).then(|| {
+        check(
+            format!("{name}: time without samples while other channels have some"),
+            silent_s,
+            "s",
+            &format!(
+                "below {MAX_SILENT_S}, or {} % of the log",
+                100.0 * MAX_SILENT_SHARE
+            ),
+            Verdict::Bad(
+                "a gap, a file that begins later or ends earlier, or a time in another unit".into(),
+            ),
         )
     })
 }

@@ -33,7 +33,7 @@ pub struct TableReport {
     pub to_ns: i64,
     /// Median step of time, ns.
     pub step_ns: i64,
-    /// Standard deviation of the steps that are no gaps, ns.
+    /// Standard deviation of the steps that are neither gaps nor backwards, ns.
     pub jitter_ns: f64,
     /// Steps of more than five times the median.
     pub gaps: u64,
@@ -105,14 +105,11 @@ impl TableReport {
         let mut sorted = self.steps.clone();
         sorted.sort_unstable();
         self.step_ns = sorted.get(sorted.len() / 2).copied().unwrap_or(0);
-        let regular = |s: &&i64| **s <= GAP * self.step_ns;
-        self.gaps += self.steps.iter().filter(|s| !regular(s)).count() as u64;
-        let kept: Vec<f64> = self
-            .steps
-            .iter()
-            .filter(regular)
-            .map(|s| *s as f64)
-            .collect();
+        let (step_ns, steps) = (self.step_ns, &self.steps);
+        self.gaps += steps.iter().filter(|s| **s > GAP * step_ns).count() as u64;
+        let regular = |s: &&i64| (0..=GAP * step_ns).contains(*s);
+        let kept = steps.iter().filter(regular).map(|s| *s as f64);
+        let kept: Vec<f64> = kept.collect();
         let n = kept.len().max(1) as f64;
         let mean = kept.iter().sum::<f64>() / n;
         self.jitter_ns = (kept.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / n).sqrt();

@@ -132,6 +132,7 @@ pub fn proposed_map(files: &[InspectedFile<'_>]) -> String {
     if files.iter().any(|(_, _, found)| found.is_can) {
         lines.push("dbc: DATABASE.dbc".into());
     }
+    lines.extend(pieces(files));
     let tables = || files.iter().flat_map(|(_, _, found)| &found.tables);
     let rate = tables().map(TableReport::rate_hz);
     let rate = rate.filter(|r| r.is_finite()).fold(1.0, f64::max);
@@ -152,6 +153,27 @@ pub fn proposed_map(files: &[InspectedFile<'_>]) -> String {
     lines.extend(references(&all, files.len() > 1));
     lines.push("estimators: {ekf_v_theta_biases: {}}".into());
     lines.join("\n") + "\n"
+}
+
+/// The column that tells the pieces of a log whose time begins anew: the only one without a number, of every table.
+fn pieces(files: &[InspectedFile<'_>]) -> Option<String> {
+    let tables = || files.iter().flat_map(|(_, _, found)| &found.tables);
+    if tables().all(|t| t.backwards == 0) {
+        return None;
+    }
+    let word = |t: &TableReport| {
+        let mut words = t.columns.iter().filter(|c| c.values == 0);
+        let first = words.next()?.name.clone();
+        words.next().is_none().then_some(first)
+    };
+    let first = word(tables().next()?)?;
+    let same = tables().all(|t| word(t).as_ref() == Some(&first));
+    same.then(|| {
+        format!(
+            "time: {{pieces: {}}}   # the time begins anew with each",
+            quoted(&first)
+        )
+    })
 }
 
 /// Every column with a value.

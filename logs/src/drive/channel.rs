@@ -193,7 +193,8 @@ impl Channel {
     pub fn take(&mut self, binding: &Binding, row: &[f64], t_ns: i64) -> Option<[f64; 3]> {
         if let Some(columns) = binding.direct {
             let raw = columns.map(|column| row.get(column).copied().unwrap_or(0.0));
-            self.offered = raw.iter().any(|x| !x.is_nan());
+            let [a, b, c] = raw;
+            self.offered = !(a.is_nan() && b.is_nan() && c.is_nan());
             return self.value(raw, 1.0);
         }
         let mut new = false;
@@ -258,11 +259,12 @@ impl Channel {
     /// The value (SI units, axes of the vehicle) of the columns; none if it is not finite.
     #[inline]
     fn value(&self, raw: [f64; 3], ratio: f64) -> Option<[f64; 3]> {
-        let value = match &self.vector {
+        // number by number: as an array they go through memory, where what was just stored cannot be loaded at once
+        let [x, y, z] = match &self.vector {
             Some(path) => path.apply(raw, &self.unit),
             None => [self.unit.to_si(raw[0]) * self.factor * ratio, 0.0, 0.0],
         };
-        value.iter().all(|x| x.is_finite()).then_some(value)
+        (x.is_finite() && y.is_finite() && z.is_finite()).then_some([x, y, z])
     }
 
     /// The value of a formula of these slots.

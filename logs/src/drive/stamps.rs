@@ -4,6 +4,8 @@
 const KEPT: usize = 100_000;
 /// A step this many times the median is a gap.
 const GAP: i64 = 5;
+/// A time without a sample that no estimator bridges, ns.
+const SILENT_NS: i64 = 2_000_000_000;
 
 /// Figures of the samples of a channel.
 #[derive(Clone, Debug, Default)]
@@ -11,8 +13,11 @@ pub(crate) struct Stamps {
     /// Samples that the log has, and those that count.
     pub offered: u64,
     pub accepted: u64,
-    /// Samples with the stamp of the one before.
+    /// Samples with the stamp of the one before; those of them whose value is another.
     pub duplicates: u64,
+    pub contradicting: u64,
+    /// Time between samples that are not further apart than [`SILENT_NS`], ns.
+    pub covered_ns: i64,
     /// Longest time for which one value that is not zero was repeated, ns, and when it began; the longest of the other
     /// times.
     pub longest_ns: i64,
@@ -30,6 +35,11 @@ impl Stamps {
         if self.offered > 0 {
             let step = t_ns.saturating_sub(self.last_ns);
             self.duplicates += u64::from(step == 0);
+            let another = self.run.is_some_and(|(last, ..)| Some(last) != value);
+            self.contradicting += u64::from(step == 0 && value.is_some() && another);
+            if step <= SILENT_NS {
+                self.covered_ns += step.max(0);
+            }
             if self.steps.len() < KEPT && step > 0 {
                 self.steps.push(step);
             }
@@ -111,13 +121,19 @@ mod tests {
             stamps.see(t_ns, (i % 4 != 0).then_some([x, 0.0, 0.0]));
             if i == 10 {
                 stamps.see(t_ns, None);
+                stamps.see(t_ns, Some([0.5, 0.0, 0.0]));
+            }
+            if i == 999 {
+                stamps.see(t_ns + 3 * SILENT_NS, None);
             }
         }
         let rate = stamps.rate();
         assert!((rate.rate_hz - 100.0).abs() < 1e-9 && rate.jitter_ms < 1e-9);
-        assert_eq!((rate.gaps, rate.longest_gap_s), (1, 1.01));
-        assert_eq!((stamps.offered, stamps.accepted), (1001, 750));
-        assert_eq!(stamps.duplicates, 1);
+        assert_eq!((rate.gaps, rate.longest_gap_s), (2, 6.0));
+        assert_eq!((stamps.offered, stamps.accepted), (1003, 751));
+        assert_eq!((stamps.duplicates, stamps.contradicting), (2, 1));
+        // all but the six seconds at the end, which are beyond what is bridged
+        assert_eq!(stamps.covered_ns, 999 * 10_000_000 + 1_000_000_000);
         // from the first that counts to the last: 601 to 899
         assert_eq!(stamps.longest_ns, 2_980_000_000);
         assert!(stamps.second_ns < 20_000_000);

@@ -5,6 +5,7 @@ use super::plan::Plan;
 use super::stamps::Stamps;
 use crate::map::{Many, Map, Origin};
 use crate::read::merge::{Merged, MergedRow};
+use crate::wrong;
 use monorig_estimators::Time;
 use monorig_estimators::api::signals::{Command, Measurand, Measurements, Sample, Vehicle};
 use monorig_sim::error::Error;
@@ -380,7 +381,12 @@ fn columns_are_there(map: &Map, plan: &Plan, merged: &Merged) -> Result<(), Erro
             slots.find(|(column, source)| merged.has_column(**source, column) == Some(false));
         if let Some((column, source)) = missing {
             let file = map.files.values().nth(*source);
-            let file = file.map_or(String::new(), |f| f.display().to_string());
+            let path = file.cloned().unwrap_or_default();
+            if merged.is_empty(*source) {
+                let message = "there is no row behind the names of the columns in this file";
+                return Err(wrong(&path, None, message, "a log with rows"));
+            }
+            let file = path.display();
             return Err(map.error(
                 channel.key.clone(),
                 format!("there is no column `{column}` in {file}"),

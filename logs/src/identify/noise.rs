@@ -1,6 +1,6 @@
 //! Noise of a log's channels, and the parameters of estimators that stand for it.
 
-use crate::drive::{Drive, Found, Plan};
+use crate::drive::{Drive, Found, Plan, Step};
 use crate::map::Map;
 use monorig_estimators::api::params::KeyKind;
 use monorig_estimators::api::signals::Measurements;
@@ -56,8 +56,8 @@ impl Noise {
     pub fn of_log(map: &Map, plan: &Plan, length_ns: i64) -> Result<Self, Error> {
         let mut noise = Self::default();
         let mut drive = Drive::open(map, plan)?;
-        let mut first_ns = None;
-        while let Some(step) = drive.next(map)? {
+        let (mut first_ns, mut step) = (None, Step::default());
+        while drive.next_into(map, &mut step)? {
             let first_ns = *first_ns.get_or_insert(step.t_ns);
             if step.t_ns.saturating_sub(first_ns) > length_ns {
                 break;

@@ -1,5 +1,6 @@
-//! CSV: names in the first line; comma, semicolon or tab between values; decimal point, or comma where values are not
-//! separated by one; UTF-8 with or without byte order mark, or Latin-1. Empty, `nan` and `null` stand for no value.
+//! CSV: names in the first line; comma, semicolon, tab or bar between values; decimal point, or comma where values are
+//! not separated by one; UTF-8 with or without byte order mark, or Latin-1. Empty and the words of [`NO_VALUE`] stand
+//! for no value.
 //! Lines that begin with `#` are comments. Lines before the names in which nothing is separated are skipped, and so is
 //! a line of units behind them.
 
@@ -14,6 +15,21 @@ use std::path::Path;
 
 /// Longest first line.
 const MAX_HEADER: u64 = 1 << 20;
+/// Words that loggers, spreadsheets and languages write where there is no value, beside an empty field.
+const NO_VALUE: [&str; 10] = [
+    "nan",
+    "-nan",
+    "nan(ind)",
+    "-nan(ind)",
+    "null",
+    "none",
+    "na",
+    "n/a",
+    "#n/a",
+    "-",
+];
+/// What may stand between values, where two are as often the later one.
+const DELIMITERS: [u8; 4] = [b'|', b',', b'\t', b';'];
 /// Most lines before the line of names.
 const MAX_PREAMBLE: u64 = 100;
 
@@ -132,6 +148,19 @@ impl Titles {
         {
             let message = format!("the column `{name}` is there twice (column {})", i + 1);
             return Err(refused(message, "a name for each column".into()));
+        }
+        if let [line] = names.as_slice() {
+            return Err(refused(
+                format!("nothing separates the names of the columns in `{line}`"),
+                "a comma, semicolon, tab or `|` between names, and between values".into(),
+            ));
+        }
+        let is_name = |n: &String| number(n.as_bytes(), comma).is_none_or(f64::is_nan);
+        if !names.iter().any(is_name) {
+            return Err(refused(
+                "the first line holds numbers where the names of the columns are looked for".into(),
+                "a line with a name for each column before the first row".into(),
+            ));
         }
         let (time, unit) = time_column::find(path, &names, options)?;
         let place = |name: &String| {
@@ -256,7 +285,12 @@ impl Line<'_> {
             Some(x) => Ok(x),
             None if self.titles.strict => {
                 let what = format!("`{}` in the column", text::of_bytes(word));
-                let help = "a number; empty where there is none";
+                let help = match word.contains(&b',') {
+                    true => {
+                        "a decimal point where values are separated by commas, and nothing between thousands"
+                    }
+                    false => "a number; empty where there is none",
+                };
                 Err(self.wrong(column, &what, "is no number", help))
             }
             None => Ok(f64::NAN),
@@ -283,22 +317,21 @@ impl Line<'_> {
 /// A number; not a number where the field stands for none.
 fn number(word: &[u8], comma: bool) -> Option<f64> {
     let word = std::str::from_utf8(word).ok()?;
-    if word.is_empty()
-        || ["nan", "null", "na", "n/a"]
-            .iter()
-            .any(|n| word.eq_ignore_ascii_case(n))
-    {
-        return Some(f64::NAN);
-    }
-    let x: f64 = match comma && word.contains(',') {
-        true => word.replace(',', ".").parse().ok()?,
-        false => word.parse().ok()?,
+    let x: Result<f64, _> = match comma && word.contains(',') {
+        true => word.replace(',', ".").parse(),
+        false => word.parse(),
     };
-    x.is_finite().then_some(x)
+    match x {
+        Ok(x) if x.is_finite() => Some(x),
+        _ => {
+            let stands = |none: &&str| word.eq_ignore_ascii_case(none);
+            (word.is_empty() || NO_VALUE.iter().any(|n| stands(&n))).then_some(f64::NAN)
+        }
+    }
 }
 
-/// Skips a byte order mark and lines in which nothing is separated, and finds what separates the values: of semicolon,
-/// tab and comma the one that is most often in the line of names. How many lines were skipped is returned too; comments
+/// Skips a byte order mark and lines in which nothing is separated, and finds what separates the values: of
+/// [`DELIMITERS`] the one that is most often in the line of names. How many lines were skipped is returned too; comments
 /// and empty lines are counted by the reader itself.
 fn prepare(path: &Path, file: &mut File) -> Result<(u8, u64), Error> {
     let mut mark = [0u8; 3];
@@ -325,9 +358,7 @@ fn prepare(path: &Path, file: &mut File) -> Result<(u8, u64), Error> {
         if read == 0 || lines == MAX_PREAMBLE {
             break;
         }
-        let best = [b',', b'\t', b';']
-            .into_iter()
-            .max_by_key(|m| count(&line, *m));
+        let best = DELIMITERS.into_iter().max_by_key(|m| count(&line, *m));
         if let Some(best) = best.filter(|m| count(&line, *m) > 0 && !line.starts_with(b"#")) {
             (start, skipped, delimiter) = (at, lines, best);
             break;

@@ -418,6 +418,12 @@ impl Merged {
         Ok(true)
     }
 
+    /// True if no file of a source has a row.
+    pub fn is_empty(&self, source: usize) -> bool {
+        let mut of_source = self.streams.iter().filter(|s| s.0.source == source);
+        of_source.all(|(_, row)| row.tables.is_empty())
+    }
+
     /// True if a source has a column of this name; none if that shows only when it is read to its end.
     pub fn has_column(&self, source: usize, name: &str) -> Option<bool> {
         let mut of_source = self.streams.iter().filter(|s| s.0.source == source);

@@ -129,7 +129,8 @@ impl Steps {
         };
         causes.step(s.plant.as_mut(), &command)?;
         self.made += 1;
-        let z = s.measure()?;
+        let mut z = Measurements::default();
+        s.sensors.measure(s.plant.truth(), &mut z)?;
         let t_s = s.plant.truth().t_s;
         let waited_s = t_s - self.last_sample_s;
         let patience_s = STALE_S.max(STALE_GAPS * self.gap_s);
@@ -177,13 +178,6 @@ impl Simulation {
         let mut reference = self.cycle.at(t_s, self.front_m(), self.dt_s);
         self.events.apply(t_s, self.plant.as_mut(), &mut reference);
         reference
-    }
-
-    /// The samples that arrive in this step.
-    fn measure(&mut self) -> Result<Measurements, Error> {
-        let mut z = Measurements::default();
-        self.sensors.measure(self.plant.truth(), &mut z)?;
-        Ok(z)
     }
 
     /// Gives the samples to the perception and to every estimator, `dt_s` (s) after the last ones.

@@ -84,6 +84,11 @@ pub(super) fn syntax(yaml: &str, line: &str) -> ErrorMessage {
             "this line is indented with a tab",
             "YAML is indented with spaces",
         )
+    } else if line.contains("???") {
+        (
+            "a value is still to be filled in here",
+            "your value in the place of `???`",
+        )
     } else if said.contains("unknown anchor") {
         (
             "this refers to an anchor nobody has set",
