@@ -46,14 +46,14 @@ fn vehicle() -> Option<Vehicle> {
 
 /// The estimator for the vehicle; none if there is no such estimator, or if it is not made for the vehicle.
 #[cfg(not(feature = "f32"))]
-fn estimator(vehicle: &Vehicle) -> Option<impl Estimator> {
-    monorig_estimators::registry::build(NAME, vehicle, []).ok()
+fn estimator(vehicle: Vehicle) -> Option<impl Estimator> {
+    monorig_estimators::registry::build(NAME, &vehicle, []).ok()
 }
 
 /// The same in single precision.
 #[cfg(feature = "f32")]
-fn estimator(vehicle: &Vehicle) -> Option<impl Estimator> {
-    let vehicle = single::vehicle(vehicle)?;
+fn estimator(vehicle: Vehicle) -> Option<impl Estimator> {
+    let vehicle = single::vehicle(&vehicle)?;
     let built = monorig_estimators_f32::registry::build(NAME, &vehicle, []);
     built.ok().map(single::Single)
 }
@@ -73,7 +73,7 @@ fn panic(_: &PanicInfo) -> ! {
 #[entry]
 fn main() -> ! {
     let mut bus = Bus::start();
-    let Some(mut estimator) = vehicle().and_then(|vehicle| estimator(&vehicle)) else {
+    let Some(mut estimator) = vehicle().and_then(estimator) else {
         loop {}
     };
     let mut kept = Kept::restore(&mut estimator);
