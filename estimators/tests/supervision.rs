@@ -1,5 +1,5 @@
-//! Laws of the supervision, seen from outside: turned instruments, noise beyond what was told, a body that leans, a load
-//! that nothing moves.
+//! Laws of the supervision, seen from outside: turned instruments, noise beyond what was told, a body that leans, a
+//! load that nothing moves.
 #![allow(clippy::unwrap_used)] // a test's panic is its verdict
 
 mod common;
@@ -45,9 +45,9 @@ fn turn(z: &mut Measurements, degrees: f64) {
 }
 
 /// An IMU that is turned by 10° has a seventh of the acceleration on the left axis, which is no exchange of axes; one
-/// that is turned by 90° has all of it there. Between the two the mark stays as it was: an IMU that was exchanged and is
-/// now turned by 24° (gain 0.41, the limit is 0.4) is in doubt, and one that was right is not. Put right, it is plausible
-/// again.
+/// that is turned by 90° has all of it there. Between the two the mark stays as it was: an IMU that was exchanged and
+/// is now turned by 24° (gain 0.41, the limit is 0.4) is in doubt, and one that was right is not. Put right, it is
+/// plausible again.
 #[test]
 fn an_exchange_of_axes_is_found_and_ends_when_it_is_put_right() {
     for (before, after, valid) in [
@@ -80,8 +80,8 @@ fn an_exchange_of_axes_is_found_and_ends_when_it_is_put_right() {
     }
 }
 
-/// Where wheels are noisier than told, the windowed NIS says how much, and standard deviations are wider by its root; else
-/// they are as the filter has them.
+/// Where wheels are noisier than told, the windowed NIS says how much, and standard deviations are wider by its root;
+/// else they are as the filter has them.
 #[test]
 fn standard_deviations_are_widened_by_what_the_innovations_show() {
     for (noise, widened) in [(1.0, false), (8.0, true)] {

@@ -61,9 +61,6 @@ fn with_single_precision() -> Registry {
 fn firmware_gives_the_estimates_of_the_host() {
     let registry = with_single_precision();
     for (image, host, scene, after_s) in [
-        ("liu2023_section1", "rail_fusion", "liu2023_section1", 60),
-        ("minimal", "rail_fusion", "minimal", 60),
-        ("uart", "rail_fusion", "liu2023_section1", 1),
         (
             "liu2023_section1_f32",
             "rail_fusion_f32",
@@ -71,6 +68,9 @@ fn firmware_gives_the_estimates_of_the_host() {
             60,
         ),
         ("minimal_f32", "rail_fusion_f32", "minimal", 60),
+        ("liu2023_section1", "rail_fusion", "liu2023_section1", 60),
+        ("minimal", "rail_fusion", "minimal", 60),
+        ("uart", "rail_fusion", "liu2023_section1", 1),
     ] {
         let Some(firmware) = external(image) else {
             return;
