@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::{TestFolder, compile, words};
+use common::{TestFolder, compile, two_state, words};
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -302,19 +302,10 @@ fn what_a_library_prints_is_no_result() {
 #[test]
 fn a_run_is_the_same_inside_of_the_program() {
     let dir = TestFolder::new();
-    if !compile(
-        &dir,
-        "two_state.so",
-        "examples/own_estimator_c/two_state.c",
-        "",
-    ) {
+    if !two_state(&dir) {
         return;
     }
-    let example = common::project().join("examples/own_estimator_c/climb.yaml");
-    let assets = common::project().join("assets").canonicalize().unwrap();
-    let text = std::fs::read_to_string(example).unwrap();
-    let text = text.replace("../../assets", &assets.display().to_string());
-    let text = text.replace("after_s: 100", "after_s: 40");
+    let text = common::climb_in_c().replace("after_s: 100", "after_s: 40");
     // with static variables in it, a library can have two instances in processes of their own
     let two = "  other: {library: ./two_state.so}\nin_loop:";
     dir.write("climb.yaml", text.replace("in_loop:", two).as_bytes());

@@ -6,7 +6,7 @@
 
 mod common;
 
-use common::{TestFolder, compile, words};
+use common::{TestFolder, two_state, words};
 use monorig_estimators::api::signals::Estimate;
 use monorig_estimators::{Command, Error, Estimator, Measurements, Value, Vehicle};
 use monorig_fmu::Fmi;
@@ -185,12 +185,7 @@ fn outcome(mine: &str, seed: u64, registry: &Registry) -> (Vec<u64>, String, boo
 #[test]
 fn one_filter_is_the_same_in_rust_in_c_and_as_an_fmu() {
     let dir = TestFolder::new();
-    if !compile(
-        &dir,
-        "two_state.so",
-        "examples/own_estimator_c/two_state.c",
-        "",
-    ) {
+    if !two_state(&dir) {
         return;
     }
     let mut registry = loads_libraries(Registry::default());
@@ -234,22 +229,14 @@ fn as_fmu(library: &Path, fmi: Fmi, registry: &Registry) -> Vec<u8> {
 #[test]
 fn an_fmu_is_tuned_as_a_library_is() {
     let dir = TestFolder::new();
-    if !compile(
-        &dir,
-        "two_state.so",
-        "examples/own_estimator_c/two_state.c",
-        "",
-    ) {
+    if !two_state(&dir) {
         return;
     }
     let registry = loads_libraries(Registry::default());
     let fmu = as_fmu(&dir.path("two_state.so"), Fmi::Two, &registry);
     dir.write("two_state.fmu", &fmu);
     let climb = |part: &str| {
-        let example = common::project().join("examples/own_estimator_c/climb.yaml");
-        let text = std::fs::read_to_string(example).unwrap();
-        let assets = common::project().join("assets").canonicalize().unwrap();
-        let text = text.replace("../../assets", &assets.display().to_string());
+        let text = common::climb_in_c();
         let text = text.replace("library: ./two_state.so, grade_noise: 0.03", part);
         dir.write("climb.yaml", text.as_bytes());
     };

@@ -7,6 +7,7 @@
 Needs Rust's target thumbv7em-none-eabihf, QEMU (`apt-get install qemu-system-arm`) and llvm-size or size; says "skipped" where one is missing.
 """
 
+import os
 import re
 import shutil
 import subprocess
@@ -18,22 +19,42 @@ ROOT = Path(__file__).resolve().parents[2]
 CRATE = ROOT / "docs" / "tools" / "firmware"
 PAGE = ROOT / "docs" / "src" / "methods" / "firmware.md"
 TARGET = "thumbv7em-none-eabihf"
-ESTIMATORS = [
-    "dffrls_aekf", "dffrls_aekf_robust", "dffrls_aukf_robust", "imm_stf_robust", "mmrls_sh_stf_robust", "named",
-]
+REGISTRY = ROOT / "estimators" / "src" / "registry.rs"
 QEMU = "qemu-system-arm -M mps2-an386 -nographic -monitor none -serial none -semihosting-config enable=on,target=native -icount shift=0"
+
+
+def revision() -> str:
+    """The revision that is measured."""
+    return subprocess.run(["git", "rev-parse", "--short=8", "HEAD"], cwd=ROOT, check=True, capture_output=True, text=True).stdout.strip()
+
+
 HEAD = f"""# On a controller
 
-Here you find how much flash, memory and time one estimator takes on a Cortex-M4F (one unit for single precision, none for double): a train of 8 drive
-units and 18 m over a rail of changing grade, a minute of starts and stops, a step every 10 ms with a new sample on every channel. Made by
-`python docs/tools/firmware.py`: link-time optimisation, `opt-level = "s"`, QEMU (`mps2-an386`, one instruction a nanosecond), {date.today()}.
+Here you find how much flash, memory and time each estimator takes on a Cortex-M4F (one unit for single precision, none
+for double): a train of 8 drive units and 18 m over a rail of changing grade, a minute of starts and stops, a step every
+10 ms with a new sample on every channel. Made by `python docs/tools/firmware.py`: link-time optimisation,
+`opt-level = "s"`, QEMU (`mps2-an386`, one instruction a nanosecond), {date.today()}, revision {revision()}.
 
 - *Flash*: code and constants beyond a program without an estimator, whatever of `libm` and of software floating point it takes included.
 - *RAM*: the estimator itself; there is no heap. *Stack*: the deepest of all steps.
 - *By name*: `dffrls_aekf_robust` through the registry, with all sources.
+- The methods as printed are left out: no controller is to run them.
 - In single precision nothing of the estimators calculates in double precision, but `sinf` and `cosf` of `libm` do inside.
 
 """
+
+
+def estimators() -> dict[str, str]:
+    """Names of all estimators but the printed ones, with the paths of their pipelines: as the registry has them, ours and supervised first."""
+    text = REGISTRY.read_text()
+    paths = {}
+    for root, many, one in re.findall(r"^use crate::([\w:]+)::(?:\{([^}]*)\}|(\w+(?: as \w+)?));", text, re.M):
+        for item in (many or one).split(","):
+            name, _, alias = item.strip().partition(" as ")
+            paths[alias or name] = f"{root}::{name}"
+    rows = re.findall(r'"(\w+)" in "\w+" as (\w+) => (\w+)::', text)
+    rows.sort(key=lambda row: row[1] != "Supervised")
+    return {name: paths[module] for name, _, module in rows} | {"by name": "by name"}
 
 
 def size_tool() -> str | None:
@@ -47,9 +68,10 @@ def target_there() -> bool:
     return shutil.which("rustup") is not None and subprocess.run(add, capture_output=True).returncode == 0
 
 
-def build(precision: str, estimator: str) -> Path:
-    command = ["cargo", "build", "--quiet", "--release", "--features", f"{precision},{estimator}", "--message-format", "json-render-diagnostics"]
-    out = subprocess.run(command, cwd=CRATE, check=True, stdout=subprocess.PIPE, text=True).stdout
+def build(precision: str, pipeline: str | None) -> Path:
+    command = ["cargo", "build", "--quiet", "--release", "--features", precision, "--message-format", "json-render-diagnostics"]
+    env = os.environ | ({"MONORIG_PIPELINE": pipeline} if pipeline else {})
+    out = subprocess.run(command, cwd=CRATE, env=env, check=True, stdout=subprocess.PIPE, text=True).stdout
     return Path(re.findall(r'"executable":"([^"]+)"', out)[-1])
 
 
@@ -71,13 +93,16 @@ def main() -> None:
             sys.exit(f"skipped: {what} is not here")
     page = HEAD
     for precision, title in [("single", "Single precision"), ("double", "Double precision, in software")]:
-        empty = flash(tool, build(precision, "empty"))
+        empty = flash(tool, build(precision, None))
         page += f"## {title}\n\n| estimator | flash, kB | RAM, B | stack, B | instructions per step, mean | worst |\n|---|---|---|---|---|---|\n"
-        for estimator in ESTIMATORS:
-            program = build(precision, estimator)
+        for name, pipeline in estimators().items():
+            program = build(precision, pipeline)
             kb = (flash(tool, program) - empty) / 1000
             found = run(program)
-            name = "by name" if estimator == "named" else f"`{estimator}`"
+            print(precision, name, f"{kb:.0f} kB", found, file=sys.stderr, flush=True)
+            if found["refused"]:
+                sys.exit(f"{name} refuses {found['refused']} of the steps")
+            name = name if name == pipeline else f"`{name}`"
             page += f"| {name} | {kb:.0f} | {found['ram']} | {found['stack']} | {found['mean'] / 1000:.0f} k | {found['worst'] / 1000:.0f} k |\n"
         page += "\n"
     page += "At 100 MHz and a step every 10 ms there are a million cycles for a step; an M4F takes one to two for an instruction.\n"

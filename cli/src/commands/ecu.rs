@@ -4,7 +4,7 @@ use crate::arguments::{Signals, assignment, value_of};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
-use monorig_plugin::external::{serve_lines, serve_udp};
+use monorig_plugin::external::{serve_can, serve_lines, serve_udp};
 use monorig_sim::config::scenario::Settings;
 use std::io::{BufReader, stdin, stdout};
 use std::net::{SocketAddr, UdpSocket};
@@ -32,10 +32,13 @@ pub struct EcuArgs {
     sets: Vec<(String, String)>,
     #[command(flatten)]
     signals: Signals,
-    /// Listen at this address for datagrams of cannelloni, until Ctrl-C; without it lines of candump come by standard
-    /// input
+    /// Listen at this address for datagrams of cannelloni, until Ctrl-C; without it and `--can`, lines of candump come
+    /// by standard input
     #[arg(long, value_name = "HOST:PORT")]
     udp: Option<SocketAddr>,
+    /// Listen on this interface of SocketCAN, until Ctrl-C; for programs built with the feature `socketcan`
+    #[arg(long, value_name = "INTERFACE", conflicts_with = "udp")]
+    can: Option<String>,
 }
 
 impl Command for EcuArgs {
@@ -48,8 +51,8 @@ impl Command for EcuArgs {
             monorig_fmu::built(&self.name, &settings, program.registry, &self.scenario)?;
         let numbers = self.signals.numbers();
         let broken = |e: std::io::Error| CliError::refused(e.to_string(), "a bus that works");
-        match self.udp {
-            Some(address) => {
+        match (self.udp, &self.can) {
+            (Some(address), _) => {
                 let socket = UdpSocket::bind(address).map_err(|e| {
                     let help = "an address of this machine with a free port";
                     CliError::refused(format!("{address}: {e}"), help)
@@ -57,7 +60,11 @@ impl Command for EcuArgs {
                 note(&format!("{} listens at {address}", self.name));
                 serve_udp(estimator, numbers, &socket).map_err(broken)?;
             }
-            None => {
+            (None, Some(interface)) => {
+                serve_can(estimator, numbers, interface)
+                    .map_err(|refusal| CliError::refused(refusal.message, refusal.help))?;
+            }
+            (None, None) => {
                 let from = BufReader::with_capacity(1 << 16, stdin());
                 serve_lines(estimator, numbers, from, stdout().lock()).map_err(broken)?;
             }

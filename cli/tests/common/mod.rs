@@ -372,3 +372,18 @@ pub fn compile(dir: &TestFolder, library: &str, source: &str, defined: &str) -> 
         }
     }
 }
+
+/// Compiles the filter in C of the example into the folder. False where there is no compiler.
+#[cfg(unix)]
+pub fn two_state(dir: &TestFolder) -> bool {
+    let source = "examples/own_estimator_c/two_state.c";
+    compile(dir, "two_state.so", source, "")
+}
+
+/// The scenario of the example in C, for a folder elsewhere.
+pub fn climb_in_c() -> String {
+    let example = project().join("examples/own_estimator_c/climb.yaml");
+    let assets = project().join("assets").canonicalize().unwrap();
+    let text = std::fs::read_to_string(example).unwrap();
+    text.replace("../../assets", &assets.display().to_string())
+}

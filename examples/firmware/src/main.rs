@@ -7,6 +7,8 @@
 #[cfg_attr(not(feature = "semihosting"), path = "uart.rs")]
 mod bus;
 mod kept;
+#[cfg(feature = "f32")]
+mod single;
 
 use bus::Bus;
 use core::panic::PanicInfo;
@@ -14,8 +16,7 @@ use cortex_m_rt::entry;
 use kept::Kept;
 #[allow(unused_imports)] // a vehicle without a layout of its masses
 use monorig_estimators::api::mass_layout::MassLayout;
-use monorig_estimators::registry::build;
-use monorig_estimators::{Vehicle, VehicleData};
+use monorig_estimators::{Estimator, Vehicle, VehicleData};
 use monorig_wire::candump;
 use monorig_wire::ecu::Ecu;
 use monorig_wire::signal::Numbers;
@@ -43,6 +44,20 @@ fn vehicle() -> Option<Vehicle> {
     Vehicle::new(data).ok()
 }
 
+/// The estimator for the vehicle; none if there is no such estimator, or if it is not made for the vehicle.
+#[cfg(not(feature = "f32"))]
+fn estimator(vehicle: Vehicle) -> Option<impl Estimator> {
+    monorig_estimators::registry::build(NAME, &vehicle, []).ok()
+}
+
+/// The same in single precision.
+#[cfg(feature = "f32")]
+fn estimator(vehicle: Vehicle) -> Option<impl Estimator> {
+    let vehicle = single::vehicle(&vehicle)?;
+    let built = monorig_estimators_f32::registry::build(NAME, &vehicle, []);
+    built.ok().map(single::Single)
+}
+
 /// Starts the controller anew.
 fn reset() -> ! {
     // SAFETY: a register that is there on every Cortex-M.
@@ -58,9 +73,7 @@ fn panic(_: &PanicInfo) -> ! {
 #[entry]
 fn main() -> ! {
     let mut bus = Bus::start();
-    let built = vehicle().and_then(|vehicle| build(NAME, &vehicle, []).ok());
-    let Some(mut estimator) = built else {
-        // no such estimator, or a vehicle that it is not made for
+    let Some(mut estimator) = vehicle().and_then(estimator) else {
         loop {}
     };
     let mut kept = Kept::restore(&mut estimator);

@@ -8,8 +8,17 @@
 //! | `link` | the ways to it |
 //! | `process` | lines of candump through the standard input and output of a process |
 //! | `udp` | datagrams of cannelloni |
-//! | `serve` | an estimator of ours at the other end of each |
+//! | `can` | frames on a bus of SocketCAN |
+//! | `no_can` | in its place without the feature `socketcan` or Linux: refuses every bus |
+//! | `claim` | an address or a bus in use |
+//! | `serve` | an estimator of ours at the other end of a pipe or of UDP |
 
+#[cfg_attr(
+    not(all(feature = "socketcan", target_os = "linux")),
+    path = "no_can.rs"
+)]
+mod can;
+mod claim;
 mod estimator;
 mod link;
 #[cfg(unix)]
@@ -18,6 +27,7 @@ mod real_time;
 mod serve;
 mod udp;
 
+pub use can::serve_can;
 pub use serve::{serve_lines, serve_udp};
 
 use estimator::Outside;
@@ -51,6 +61,7 @@ pub(crate) fn estimator_of(
         let numbers = numbers(external.signals);
         let link: Box<dyn Link> = match &external.way {
             Way::Udp(address) => Box::new(udp::Udp::open(*address)?),
+            Way::Can(interface) => can::open(interface)?,
             #[cfg(unix)]
             Way::Process(words) => Box::new(process::Process::new(words, &external.folder)?),
             #[cfg(not(unix))]

@@ -1,13 +1,12 @@
 //! Datagrams of cannelloni.
 
+use super::claim::Claim;
 use super::link::Link;
 use monorig_sim::closed_loop::registry::Refusal;
 use monorig_wire::cannelloni;
 use monorig_wire::frame::Frame;
-use std::collections::BTreeSet;
 use std::io::ErrorKind;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 /// Time for frames to come before the step is sent again; where nobody listens, time before the next try.
@@ -18,13 +17,9 @@ const FULL: usize = 1400;
 /// Most bytes of a datagram that comes.
 const MAX_DATAGRAM: usize = 65_536;
 
-/// Addresses of estimators in use: one runs one drive at a time.
-static IN_USE: Mutex<BTreeSet<SocketAddr>> = Mutex::new(BTreeSet::new());
-
 /// The way to an address.
 pub(super) struct Udp {
-    address: SocketAddr,
-    name: String,
+    claim: Claim,
     socket: UdpSocket,
     /// Datagrams of a step with the number of their frames; the first `used` count.
     out: Vec<(Vec<u8>, u16)>,
@@ -32,13 +27,6 @@ pub(super) struct Udp {
     sequence: u8,
     bytes: Vec<u8>,
     waits: bool,
-}
-
-impl Drop for Udp {
-    fn drop(&mut self) {
-        let mut in_use = IN_USE.lock().unwrap_or_else(PoisonError::into_inner);
-        in_use.remove(&self.address);
-    }
 }
 
 impl Udp {
@@ -59,16 +47,8 @@ impl Udp {
             let help = "an address that this machine can reach, such as 127.0.0.1:47800";
             Refusal::new(format!("there is no way to {address}: {e}"), help)
         })?;
-        let mut in_use = IN_USE.lock().unwrap_or_else(PoisonError::into_inner);
-        if !in_use.insert(address) {
-            let help =
-                "an address for each estimator of a scenario, and one run at a time (`--jobs 1`)";
-            let message = format!("the estimator at {address} can make one run at a time");
-            return Err(Refusal::new(message, help));
-        }
         Ok(Self {
-            address,
-            name: address.to_string(),
+            claim: Claim::of(address.to_string())?,
             socket,
             out: Vec::new(),
             used: 0,
@@ -81,7 +61,7 @@ impl Udp {
 
 impl Link for Udp {
     fn at(&self) -> &str {
-        &self.name
+        self.claim.name()
     }
 
     fn begin(&mut self) {

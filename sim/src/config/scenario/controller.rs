@@ -1,6 +1,7 @@
 //! The controller of a scenario: which one, where its feed-forward comes from, and its parameters.
 
 use super::parameters::MAP_WITHOUT_FMU;
+use super::plant_kind::settings;
 use super::{FeedForward, ParameterValue};
 use monorig_estimators::api::params::Setting;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -62,8 +63,7 @@ impl ControllerSettings {
 
     /// The parameters as a build function takes them.
     pub(crate) fn named(&self) -> Vec<(&str, Setting<'_>)> {
-        let values = self.values.iter();
-        values.map(|(k, v)| (k.as_str(), v.setting())).collect()
+        settings(&self.values)
     }
 }
 

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 /// The way to an estimator outside of the program, which is given CAN frames and answers in CAN frames: one of
-/// `process` and `udp`.
+/// `process`, `udp` and `can`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "ExternalFile")]
 pub struct External {
@@ -39,6 +39,8 @@ pub enum Way {
     Process(Vec<String>),
     /// An address: datagrams of cannelloni.
     Udp(SocketAddr),
+    /// An interface of SocketCAN: the frames themselves.
+    Can(String),
 }
 
 /// Numbers of the frames' signals.
@@ -103,6 +105,9 @@ struct ExternalFile {
     /// Address and port where it listens: datagrams of cannelloni.
     #[serde(default)]
     udp: Option<String>,
+    /// Interface of a CAN bus on Linux, such as can0: the frames themselves. For programs with the feature `socketcan`.
+    #[serde(default)]
+    can: Option<String>,
     /// Numbers of the frames' signals.
     #[serde(default)]
     signals: SignalNumbers,
@@ -118,20 +123,26 @@ struct ExternalFile {
 impl TryFrom<ExternalFile> for External {
     type Error = String;
     fn try_from(file: ExternalFile) -> Result<Self, String> {
-        let way = match (file.process, file.udp) {
-            (Some(words), None) if words.first().is_some_and(|word| !word.is_empty()) => {
+        let way = match (file.process, file.udp, file.can) {
+            (Some(words), None, None) if words.first().is_some_and(|word| !word.is_empty()) => {
                 Way::Process(words)
             }
-            (Some(_), None) => {
+            (Some(_), None, None) => {
                 return Err(
                     "`process` is a list that begins with a program, such as [python3, mine.py]"
                         .into(),
                 );
             }
-            (None, Some(address)) => Way::Udp(address.parse().map_err(|_| {
+            (None, Some(address), None) => Way::Udp(address.parse().map_err(|_| {
                 format!("`{address}` is no address with a port, such as 127.0.0.1:47800")
             })?),
-            _ => return Err("one of `process` and `udp` says where the estimator is".into()),
+            (None, None, Some(interface)) => match interface.is_empty() {
+                false => Way::Can(interface),
+                true => return Err("`can` is an interface, such as can0".into()),
+            },
+            _ => {
+                return Err("one of `process`, `udp` and `can` says where the estimator is".into());
+            }
         };
         for (key, ms) in [
             ("deadline_ms", file.deadline_ms),
@@ -168,6 +179,7 @@ impl fmt::Display for External {
         match &self.way {
             Way::Process(words) => write!(out, "process {}", words.join(" ")),
             Way::Udp(address) => write!(out, "UDP {address}"),
+            Way::Can(interface) => write!(out, "CAN {interface}"),
         }
     }
 }

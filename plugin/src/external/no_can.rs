@@ -1,0 +1,20 @@
+//! No buses of SocketCAN: this program is built without them.
+
+use super::link::Link;
+use monorig_sim::closed_loop::registry::{BoxedEstimator, Refusal};
+use monorig_wire::signal::Numbers;
+
+/// Refuses a bus.
+pub(super) fn open(interface: &str) -> Result<Box<dyn Link>, Refusal> {
+    Err(Refusal::new(
+        format!(
+            "there is no way to the CAN bus `{interface}`: this program is built without SocketCAN"
+        ),
+        "a program built on Linux with `--features socketcan`; or `udp`, with cannelloni between it and the bus",
+    ))
+}
+
+/// Refuses a bus.
+pub fn serve_can(_: BoxedEstimator, _: Numbers, interface: &str) -> Result<(), Refusal> {
+    open(interface).map(drop)
+}
