@@ -8,6 +8,8 @@ use super::*;
 use crate::api::signals::VehicleData;
 use crate::testing::chi_square_band;
 
+const RUNS: u64 = 120;
+
 /// NEES of a standard deviation that is six times the error.
 const LEAST: Real = 0.03;
 
@@ -51,8 +53,8 @@ fn drawn(random: &mut Random) -> impl Fn(&mut Measurements, &mut Command) + use<
     }
 }
 
-/// Mean NEES of the grade at the IMU and of the effective grade at the end of so many runs.
-fn nees(name: &str, runs: u64) -> [Real; 2] {
+/// Mean NEES of the grade at the IMU and of the effective grade at the end of the runs.
+fn nees(name: &str) -> [Real; 2] {
     let long = Vehicle::new(VehicleData {
         tare_span_m: long::TARE_SPAN_M,
         load_span_m: long::LOAD_SPAN_M,
@@ -60,7 +62,7 @@ fn nees(name: &str, runs: u64) -> [Real; 2] {
     })
     .unwrap();
     let mut sums = [0.0; 2];
-    for seed in 1..=runs {
+    for seed in 1..=RUNS {
         let mut random = Random::new(3_000 + seed);
         let world = World {
             mass_kg: 16_000.0 + 3_000.0 * random.normal(),
@@ -80,7 +82,7 @@ fn nees(name: &str, runs: u64) -> [Real; 2] {
             (e.effective_grade_rad, last.effective),
         ];
         for (sum, (grade, truth)) in sums.iter_mut().zip(grades) {
-            *sum += ((grade.value - truth) / grade.sd).powi(2) / runs as Real;
+            *sum += ((grade.value - truth) / grade.sd).powi(2) / RUNS as Real;
         }
     }
     sums
@@ -88,23 +90,13 @@ fn nees(name: &str, runs: u64) -> [Real; 2] {
 
 #[test]
 fn the_standard_deviations_of_the_grades_are_those_of_their_errors() {
-    errors_are_within_their_band(40);
-}
-
-#[test]
-#[ignore = "a soak, which .ci/run makes"]
-fn soak_the_standard_deviations_of_the_grades_over_many_runs() {
-    errors_are_within_their_band(120);
-}
-
-fn errors_are_within_their_band(runs: u64) {
-    let (_, high) = chi_square_band(runs as usize);
+    let (_, high) = chi_square_band(RUNS as usize);
     let supervised = NAMES
         .iter()
         .filter(|name| kind(name) == Some(Kind::Supervised));
     let mut wrong = Vec::new();
     for name in supervised {
-        let [at_imu, effective] = nees(name, runs);
+        let [at_imu, effective] = nees(name);
         std::println!(
             "{name}: NEES {at_imu:.3} at the IMU, {effective:.3} effective, limit {high:.3}"
         );
