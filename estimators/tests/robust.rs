@@ -490,8 +490,8 @@ fn long_run(speed_mps: Real, dt: Real, steps: usize) {
             "{name}: {internals:?}"
         );
 
-        // The oracle for what excitation can do is the same estimator without the long run before it, on the same crane with
-        // the same noise.
+        // The oracle for what excitation can do is the same estimator without the long run before it, on the same crane
+        // with the same noise.
         let mut new_crane = crane.clone();
         let error_fresh = excite(&mut fresh.clone(), &mut new_crane);
         let error = excite(&mut estimator, &mut crane);

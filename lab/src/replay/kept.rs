@@ -11,7 +11,7 @@ use monorig_estimators::{Error as Refused, Time};
 use monorig_sim::error::Error;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What a front has made of every step of a recording.
+/// Inputs of a method that its front has made of every step of a recording.
 pub struct KeptInputs {
     front: Front,
     /// Input of the method, or why the step was refused.
