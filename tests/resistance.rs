@@ -134,7 +134,8 @@ fn prediction_error(rows: &[Row], vehicle: &Vehicle, coefficient: f64) -> f64 {
 }
 
 #[test]
-fn the_coefficient_of_the_climb_predicts_the_speed_on_the_descent() {
+#[ignore = "a soak, which .ci/run makes"]
+fn soak_the_coefficient_of_the_climb_predicts_the_speed_on_the_descent() {
     let (climb, (rows, vehicle, descent_n)) = thread::scope(|s| {
         let down = s.spawn(descent);
         (climb(), down.join().expect("descent"))

@@ -2,14 +2,17 @@
 
 #![allow(clippy::unwrap_used)]
 
+use monorig_estimators::Sample;
 use monorig_estimators::filters::forgetting::Forgetting;
 use monorig_estimators::filters::gaussian::Gaussian;
 use monorig_estimators::filters::rls::Rls;
-use monorig_estimators::registry;
-use monorig_lab::metrics::series::ErrorSeries;
+use monorig_estimators::registry::{self, Kind};
+use monorig_lab::metrics::series::{ErrorSample, ErrorSeries};
 use monorig_lab::metrics::{measure, measure_run};
+use monorig_lab::replay::ReplayData;
 use monorig_lab::replay::cache;
 use monorig_lab::replay::cache::Cache;
+use monorig_lab::replay::kept::{KeptInputs, play_kept};
 use monorig_lab::replay::play::play;
 use monorig_lab::replay::record::{ReplayRecorder, record};
 use monorig_lab::tuning::evaluate::{Evaluator, Means, Stage};
@@ -23,6 +26,7 @@ use monorig_sim::config::scenario::{ParameterValue, Scenario};
 use monorig_sim::record::identity::Identity;
 use monorig_tests::scenario;
 use nalgebra::{Vector1, vector};
+use std::sync::Arc;
 
 /// All estimators beside the loop, on a run with dropouts and late samples, events and faults.
 fn eventful(seconds: &str) -> Scenario {
@@ -65,24 +69,91 @@ fn replay_gives_the_bits_of_the_run() {
             .iter()
             .filter(|x| x.mass_valid && x.slope_valid)
             .count();
-        let bits = |x: &monorig_lab::metrics::series::ErrorSample| {
-            let all = [
-                x.t_s,
-                x.mass_kg,
-                x.mass_nees,
-                x.slope,
-                x.slope_effective,
-                x.slope_nees,
-                x.nis,
-            ];
-            (all.map(f64::to_bits), x.mass_valid, x.slope_valid)
-        };
-        assert_eq!(samples.len(), replayed.len());
-        for (a, b) in samples.iter().zip(&replayed) {
-            assert_eq!(bits(a), bits(b), "{name} at {} s", a.t_s);
-        }
+        same_bits(name, samples, &replayed);
     }
     assert!(valid > 1000, "nothing to compare: {valid}");
+}
+
+fn same_bits(name: &str, samples: &[ErrorSample], replayed: &[ErrorSample]) {
+    let bits = |x: &ErrorSample| {
+        let all = [
+            x.t_s,
+            x.mass_kg,
+            x.mass_nees,
+            x.slope,
+            x.slope_effective,
+            x.slope_nees,
+            x.nis,
+        ];
+        (all.map(f64::to_bits), x.mass_valid, x.slope_valid)
+    };
+    assert_eq!(samples.len(), replayed.len());
+    for (a, b) in samples.iter().zip(replayed) {
+        assert_eq!(bits(a), bits(b), "{name} at {} s", a.t_s);
+    }
+}
+
+/// Inputs that one front has made are those of every method behind an equal front, refused steps among them. What is
+/// not a published method has no front.
+#[test]
+fn kept_inputs_give_the_bits_of_the_samples() {
+    let whole = record(&eventful("40"), &Registry::default(), 3, &mut |_| true)
+        .unwrap()
+        .unwrap();
+    let mut columns = ReplayData::new(whole.vehicle);
+    let (mut steps, mut refused) = (whole.steps(), 0);
+    while let Some((z, command, truth)) = steps.advance() {
+        let mut z = *z;
+        if columns.len() % 500 == 250 {
+            refused += 1;
+            let wrong = Sample {
+                t: z.t,
+                value: f64::NAN,
+            };
+            z.wheel_speed_mps[0] = Some(wrong);
+        }
+        columns.push(&z, Some(command), *truth);
+    }
+    assert!(refused > 5, "{refused}");
+    let mut fronts = 0;
+    for name in registry::NAMES {
+        let build = || registry::build(name, &columns.vehicle, []).unwrap();
+        let front = build().front();
+        let published = registry::kind(name) == Some(Kind::Published);
+        assert_eq!(front.is_some(), published, "{name}");
+        let Some(front) = front else { continue };
+        fronts += 1;
+        let kept = Arc::new(KeptInputs::new(&columns, front));
+        let (mut played, mut alone) = (Vec::new(), Vec::new());
+        play(&columns, name, Box::new(build()), |batch| {
+            played.extend_from_slice(batch);
+        })
+        .unwrap();
+        play_kept(&columns, &kept, name, build(), |batch| {
+            alone.extend_from_slice(batch);
+        })
+        .unwrap();
+        same_bits(name, &played, &alone);
+    }
+    assert!(fronts > 10, "{fronts}");
+}
+
+/// The first trial is played from the samples, the third on kept inputs; a parameter of the low-pass has others.
+#[test]
+fn every_trial_of_a_published_method_is_the_run_with_its_parameters() {
+    let of_estimator = ["slope_rmse_deg", "mass_rmse_kg"];
+    let of = |evaluation: &str, values: &[(&str, f64)]| {
+        let study = study_of("dffrls_aekf", evaluation, "none", &of_estimator);
+        trials(&study, values)
+    };
+    for values in [
+        [("delta", 0.9), ("delta", 0.95), ("delta", 0.97)],
+        [("cutoff_hz", 0.5), ("cutoff_hz", 0.5), ("cutoff_hz", 2.0)],
+    ] {
+        let replayed = of("replay", &values);
+        assert!(replayed.iter().flatten().all(|x| x.is_finite()));
+        assert_eq!(of("closed_loop", &values), replayed);
+    }
 }
 
 /// Estimators beside the loop are left out of the recording: it is the same without them.
@@ -156,8 +227,8 @@ fn a_recording_comes_back_from_disk_whole_or_not_at_all() {
     assert_eq!(names, 1, "something was left behind");
 }
 
-/// A study of `dffrls_aekf_robust` over one run of 60 s.
-fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> TuningStudy {
+/// A study of an estimator over one run of 60 s.
+fn study_of(estimator: &str, evaluation: &str, feedforward: &str, metrics: &[&str]) -> TuningStudy {
     let folder = tempfile::tempdir().unwrap();
     let scenarios = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios");
     let run = |seed: u64| {
@@ -170,9 +241,9 @@ fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> TuningStudy {
         .map(|m| format!("{{metric: {m}, after_s: 10}}"))
         .collect();
     let text = format!(
-        "version: 1\nwhy: A test.\nestimator: dffrls_aekf_robust\nevaluation: {evaluation}\n\
-         parameters: {{delta: {{from: 0.9, to: 0.9999}}}}\ntuning: {}\nvalidation: {}\n\
-         objective: {{metrics: [{}]}}\nbudget: 5\n",
+        "version: 1\nwhy: A test.\nestimator: {estimator}\nevaluation: {evaluation}\n\
+         parameters: {{delta: {{from: 0.9, to: 0.9999}}, cutoff_hz: {{from: 0.5, to: 2}}}}\n\
+         tuning: {}\nvalidation: {}\nobjective: {{metrics: [{}]}}\nbudget: 5\n",
         run(1),
         run(2),
         metrics.join(", ")
@@ -182,8 +253,13 @@ fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> TuningStudy {
     TuningStudy::load(&path, &Registry::default()).unwrap()
 }
 
-/// Metrics of a trial with this `delta`.
-fn trial(study: &TuningStudy, delta: f64) -> Vec<f64> {
+/// A study of `dffrls_aekf_robust`.
+fn study(evaluation: &str, feedforward: &str, metrics: &[&str]) -> TuningStudy {
+    study_of("dffrls_aekf_robust", evaluation, feedforward, metrics)
+}
+
+/// Metrics of trials, each with one value of a parameter.
+fn trials(study: &TuningStudy, values: &[(&str, f64)]) -> Vec<Vec<f64>> {
     let folder = tempfile::tempdir().unwrap();
     let cache = Cache::new(folder.path(), &Identity::of_program(None));
     let means = Means {
@@ -194,12 +270,20 @@ fn trial(study: &TuningStudy, delta: f64) -> Vec<f64> {
     let evaluator = Evaluator::prepare(study, Stage::Tuning, means, &())
         .unwrap()
         .unwrap();
-    let delta = ParameterValue::Number(Finite::try_from(delta).unwrap());
-    let values = [("delta".to_owned(), delta)].into();
-    let [shown] = &evaluator.evaluate(&values).unwrap()[..] else {
-        panic!("one run");
+    let trial = |(key, value): &(&str, f64)| {
+        let value = ParameterValue::Number(Finite::try_from(*value).unwrap());
+        let values = [((*key).to_owned(), value)].into();
+        let [shown] = &evaluator.evaluate(&values).unwrap()[..] else {
+            panic!("one run");
+        };
+        shown.values.clone().unwrap()
     };
-    shown.values.clone().unwrap()
+    values.iter().map(trial).collect()
+}
+
+/// Metrics of a trial with this `delta`.
+fn trial(study: &TuningStudy, delta: f64) -> Vec<f64> {
+    trials(study, &[("delta", delta)]).remove(0)
 }
 
 /// Where the controller does not use the estimate, the whole world run again and a replay show the same, bit for bit.

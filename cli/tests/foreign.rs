@@ -332,7 +332,8 @@ fn a_run_is_the_same_inside_of_the_program() {
 /// Two thousand runs take the memory, the files and the processes of one.
 #[test]
 #[cfg(target_os = "linux")]
-fn two_thousand_runs_take_the_memory_of_one() {
+#[ignore = "a soak, which .ci/run makes"]
+fn soak_two_thousand_runs_take_the_memory_of_one() {
     use monorig_sim::closed_loop::registry::Registry;
     use monorig_sim::closed_loop::{Simulation, run};
     use monorig_sim::config::scenario::Scenario;

@@ -68,7 +68,8 @@ fn help_fits_80_columns() {
 }
 
 #[test]
-fn every_example_works() {
+#[ignore = "a soak, which .ci/run makes"]
+fn soak_every_example_works() {
     let dir = TestFolder::new();
     for folder in ["assets", "scenarios"] {
         let copied = Command::new("cp")

@@ -12,6 +12,7 @@ use crate::api::snapshot::SnapshotError;
 use crate::api::vehicle::Vehicle;
 #[cfg(feature = "rail_fusion")]
 use crate::fusion::{attitude_alone as attitude, rail_fusion};
+use crate::methods::front::{Front, MethodInput};
 #[cfg(feature = "guo2024")]
 use crate::methods::guo_2024::{
     dynamic_stf, imm_ekf, imm_ekf_fixed, imm_stf, imm_stf_fixed, imm_stf_no_lateral, kinematic_stf,
@@ -54,6 +55,31 @@ pub enum Kind {
     Published,
     /// A published method letter by letter.
     Printed,
+}
+
+/// The front of an estimator of this kind.
+macro_rules! front {
+    (Published $estimator:ident) => {
+        Some($estimator.front())
+    };
+    ($kind:ident $estimator:ident) => {
+        None
+    };
+}
+
+/// A step of an estimator of this kind on the input of its method.
+macro_rules! step_on {
+    (Published $estimator:ident, $input:ident) => {
+        $estimator.step_on($input)
+    };
+    ($kind:ident $estimator:ident, $input:ident) => {
+        Err(no_front())
+    };
+}
+
+/// The refusal of an estimator that is not a published method.
+fn no_front() -> Error {
+    Error::own("only a published method can be stepped without its front")
 }
 
 /// From one list: the names, the key tables, the construction and the enum of all estimators.
@@ -138,6 +164,23 @@ macro_rules! registry {
                 match self {
                     $(#[cfg(feature = $family)] AnyEstimator::$pipeline(_) => $name,)*
                     $(#[cfg(feature = "printed")] AnyEstimator::$print(_) => $print_name,)*
+                }
+            }
+
+            /// The front of a published method, as it is now; `None` of another estimator.
+            pub fn front(&self) -> Option<Front> {
+                match self {
+                    $(#[cfg(feature = $family)] AnyEstimator::$pipeline(_estimator) => front!($kind _estimator),)*
+                    $(#[cfg(feature = "printed")] AnyEstimator::$print(_) => None,)*
+                }
+            }
+
+            /// One step of a published method alone, on what its front has made of the samples; refused by another
+            /// estimator. After an error the estimator is of no use.
+            pub fn step_on(&mut self, input: &MethodInput) -> Result<Estimate, Error> {
+                match self {
+                    $(#[cfg(feature = $family)] AnyEstimator::$pipeline(_estimator) => step_on!($kind _estimator, input),)*
+                    $(#[cfg(feature = "printed")] AnyEstimator::$print(_) => Err(no_front()),)*
                 }
             }
 

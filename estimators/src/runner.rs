@@ -87,6 +87,18 @@ impl<P: Pipeline, Q: Parameters + Copy> Runner<P, Q> {
     }
 }
 
+impl<P, Q> Runner<P, Q> {
+    /// Its front end and its pipeline.
+    pub(crate) fn parts(&self) -> (&FrontEnd, &P) {
+        (&self.signals, &self.pipeline)
+    }
+
+    /// Its pipeline, to be stepped without the front end.
+    pub(crate) fn pipeline_mut(&mut self) -> &mut P {
+        &mut self.pipeline
+    }
+}
+
 /// The same name, vehicle, parameters and state.
 impl<P: PartialEq, Q: PartialEq> PartialEq for Runner<P, Q> {
     fn eq(&self, other: &Self) -> bool {

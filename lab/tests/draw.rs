@@ -7,6 +7,7 @@ use monorig_lab::verdicts::measure::SummaryObserver;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::{Simulation, run};
 use monorig_sim::config::scenario::{PlantKind, Scenario};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 fn ranges_file() -> PathBuf {
@@ -43,9 +44,19 @@ fn a_seed_draws_a_course_of_its_own_and_always_the_same() {
 /// and rail suffice. The reference is one of speeds, and what the controller lags in a grade stays: 2.5 % of the way
 /// at worst here.
 #[test]
-fn every_course_is_driven_to_its_end() {
+fn ten_courses_are_driven_to_their_end() {
+    driven_to_the_end(1..=10);
+}
+
+#[test]
+#[ignore = "a soak, which .ci/run makes"]
+fn soak_every_course_is_driven_to_its_end() {
+    driven_to_the_end(11..=40);
+}
+
+fn driven_to_the_end(seeds: RangeInclusive<u64>) {
     let folder = tempfile::tempdir().unwrap();
-    for seed in 1..=40 {
+    for seed in seeds {
         let path = write(folder.path(), &drawn(folder.path(), seed));
         let told = ("drive.controller.feedforward", "truth"); // whatever an estimator says
         let set = [(told.0.to_owned(), told.1.to_owned())];

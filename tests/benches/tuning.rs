@@ -5,14 +5,16 @@
 
 use monorig_estimators::registry;
 use monorig_lab::batch::map_in_order;
+use monorig_lab::replay::kept::{KeptInputs, play_kept};
 use monorig_lab::replay::{play::play, record::record};
 use monorig_lab::tuning::optimise::{Search, minimise, random_point};
 use monorig_lab::tuning::study::Optimiser;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_tests::scenario;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-const ROUNDS: usize = 200;
+const ROUNDS: usize = 100;
 const SAMPLES: usize = 30_000;
 const GRAVITY: f64 = 9.81;
 /// The slope is kept within this, rad.
@@ -87,9 +89,11 @@ fn main() {
         100.0 * share
     );
 
-    println!(
-        "evaluations per second of whole pipelines, one run of 110 s (vehicle test), one core"
-    );
+    whole_pipelines();
+}
+
+/// Trials over one run of 110 s (vehicle test): from its samples, and of a published method on kept inputs.
+fn whole_pipelines() {
     let s = scenario(
         "liu2023_vehicle_test",
         &[("drive.controller.feedforward", "none")],
@@ -97,19 +101,36 @@ fn main() {
     let columns = record(&s, &Registry::default(), 1, &mut |_| true)
         .expect("run")
         .expect("whole");
+    let steps = columns.len();
+    println!(
+        "evaluations per second, vehicle test ({steps} steps), one core: from samples, on kept inputs, ratio"
+    );
     for name in registry::NAMES {
-        let all = rate(1, || {
-            let estimator = registry::build(name, &columns.vehicle, []).expect("defaults");
-            play(&columns, "tuned", Box::new(estimator), |batch| {
+        let build = || registry::build(name, &columns.vehicle, []).expect("defaults");
+        let sampled = rate(1, || {
+            play(&columns, "tuned", Box::new(build()), |batch| {
                 std::hint::black_box(batch);
             })
             .expect("a replay");
         });
-        let each = 1e9 / all / columns.len() as f64;
-        println!(
-            "  {name:<14} {all:8.1}   ({each:.0} ns for each of {} steps)",
-            columns.len()
+        let each = |rate: f64| 1e9 / rate / steps as f64;
+        let told = format!(
+            "  {name:<24} {sampled:6.1} ({:4.0} ns a step)",
+            each(sampled)
         );
+        let Some(front) = build().front() else {
+            println!("{told}");
+            continue;
+        };
+        let kept = Arc::new(KeptInputs::new(&columns, front));
+        let alone = rate(1, || {
+            play_kept(&columns, &kept, "tuned", build(), |batch| {
+                std::hint::black_box(batch);
+            })
+            .expect("a replay");
+        });
+        let ratio = alone / sampled;
+        println!("{told}  {alone:6.1} ({:4.0} ns)  {ratio:.2}", each(alone));
     }
 }
 

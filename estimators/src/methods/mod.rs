@@ -5,6 +5,7 @@
 pub mod complementary_filter;
 #[cfg(feature = "baseline")]
 pub mod ekf_v_theta_biases;
+pub mod front;
 #[cfg(feature = "guo2024")]
 pub mod guo_2024;
 #[cfg(feature = "huainan")]

@@ -10,64 +10,37 @@ use crate::api::real::{sqrt, within};
 use crate::api::signals::{Estimate, Flags, Value};
 use crate::api::snapshot::{Archive, State, state};
 use crate::api::vehicle::Vehicle;
-use crate::methods::method::{Found, Method, Signals};
-use crate::models::force_balance::{ForceBalance, MAX_GRADE_RAD};
-use crate::preprocess::front_end::{Reading, motion};
-use crate::preprocess::resampler::Resampler;
-use crate::runner::Pipeline;
-use crate::{Real, Time};
+use crate::methods::front::{Front, MethodInput, SignalSource};
+use crate::methods::method::{Found, Method};
+use crate::models::force_balance::MAX_GRADE_RAD;
+use crate::preprocess::front_end::Reading;
+use crate::runner::{Pipeline, Runner};
+use crate::{Error, Real, Time};
 
 /// A published method made a pipeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Published<T> {
     method: T,
-    balance: ForceBalance,
-    signals: Resampler,
-    standstill_mps: Real,
+    source: SignalSource,
     range_kg: [Real; 2],
-    direction: Real,
 }
 
 impl<T> Published<T> {
-    /// Gives `method` signals behind a low-pass of corner `cutoff_hz`, sampled at `rate_hz`.
-    pub fn new(vehicle: &Vehicle, [cutoff_hz, rate_hz]: [Real; 2], method: T) -> Self {
+    /// Gives `method` signals behind a low-pass of corner and sampling rate `rates_hz`.
+    pub fn new(vehicle: &Vehicle, rates_hz: [Real; 2], method: T) -> Self {
         Self {
             method,
-            balance: ForceBalance::new(vehicle),
-            signals: Resampler::new(cutoff_hz, rate_hz, 0.0),
-            standstill_mps: vehicle.standstill_mps(None),
+            source: SignalSource::new(vehicle, rates_hz),
             range_kg: vehicle.mass_range_kg,
-            direction: 1.0,
         }
     }
 }
 
-impl<T: Method + fmt::Debug> Pipeline for Published<T> {
-    const INTERNALS: &'static [Internal] = T::INTERNALS;
-
-    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
-        let (moving, running) = motion(reading, self.standstill_mps);
-        let sample = self.signals.step(reading, &self.balance, running, dt);
-        if moving && let Some(v) = reading.speed_mps {
-            self.direction = if v < 0.0 { -1.0 } else { 1.0 };
-        }
-        let drive = reading.motor_torque_nm.zip(reading.speed_mps);
-        self.method.step(&Signals {
-            speed_mps: reading.speed_mps,
-            new_speed_mps: reading.new_speed_mps,
-            specific_force_mps2: reading.specific_force_mps2,
-            lateral_force_mps2: reading.lateral_force_mps2,
-            yaw_rate_radps: reading.yaw_rate_radps,
-            steering_angle_rad: reading.steering_angle_rad,
-            traction_n: drive
-                .filter(|_| running)
-                .map(|(torque, speed)| self.balance.net_traction(torque, speed)),
-            drag_n: reading.speed_mps.map_or(0.0, |v| self.balance.drag(v)),
-            direction: self.direction,
-            sample,
-            acceleration_mps2: self.signals.acceleration_mps2(),
-            dt,
-        });
+impl<T: Method> Published<T> {
+    /// One step of the method.
+    #[inline]
+    fn advance_on(&mut self, input: &MethodInput) -> Estimate {
+        self.method.step(&input.signals);
         let answer = self.method.answer();
         let [low, high] = self.range_kg;
         let mass = answer.mass_kg.unwrap_or(Found {
@@ -78,30 +51,39 @@ impl<T: Method + fmt::Debug> Pipeline for Published<T> {
         let (mass, mass_cut) = cut(mass, [low, high]);
         let (grade, grade_cut) = cut(answer.grade_rad, [-MAX_GRADE_RAD, MAX_GRADE_RAD]);
         let by_wheels = Found {
-            value: self.signals.speed_mps(),
+            value: input.filtered_speed_mps,
             sd: WHEEL_SPEED_SD_MPS,
             started: true,
         };
         let speed = answer.speed_mps.unwrap_or(by_wheels);
         let (innovation, nis) = answer.innovation;
         Estimate {
-            t,
+            t: input.t,
             total_mass_kg: mass,
             grade_rad: grade,
             effective_grade_rad: grade,
             speed_mps: Value {
                 value: speed.value,
                 sd: speed.sd,
-                valid: reading.speed_mps.is_some(),
+                valid: input.signals.speed_mps.is_some(),
             },
             innovation,
             nis,
             flags: Flags {
-                moving,
-                excited: running && mass.valid,
+                moving: input.moving,
+                excited: input.running && mass.valid,
                 saturated: mass_cut || grade_cut,
             },
         }
+    }
+}
+
+impl<T: Method + fmt::Debug> Pipeline for Published<T> {
+    const INTERNALS: &'static [Internal] = T::INTERNALS;
+
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
+        let input = self.source.step(reading, t, dt);
+        self.advance_on(&input)
     }
 
     fn internal_values(&self, values: &mut [Real]) {
@@ -110,6 +92,28 @@ impl<T: Method + fmt::Debug> Pipeline for Published<T> {
 
     fn visit(&mut self, archive: &mut Archive) {
         State::visit(self, archive);
+    }
+}
+
+/// For a search for parameters of the method.
+impl<T: Method, Q> Runner<Published<T>, Q> {
+    /// The front of the method, as it is now.
+    pub fn front(&self) -> Front {
+        let (front_end, pipeline) = self.parts();
+        Front {
+            front_end: *front_end,
+            source: pipeline.source,
+        }
+    }
+
+    /// One step of the method alone, on what its front has made of the samples. After an error the estimator is of no
+    /// use.
+    pub fn step_on(&mut self, input: &MethodInput) -> Result<Estimate, Error> {
+        let estimate = self.pipeline_mut().advance_on(input);
+        estimate
+            .is_finite()
+            .then_some(estimate)
+            .ok_or(Error::Diverged)
     }
 }
 
@@ -138,4 +142,4 @@ fn cut(found: Found, [low, high]: [Real; 2]) -> (Value, bool) {
     (value, limited)
 }
 
-state!(@[T: State] Published<T> { method, signals, direction; balance, standstill_mps, range_kg });
+state!(@[T: State] Published<T> { method, source; range_kg });

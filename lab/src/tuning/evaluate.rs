@@ -3,12 +3,14 @@
 use crate::batch::map_in_order;
 use crate::metrics::series::{ErrorSample, ErrorSeries};
 use crate::metrics::{self, InWindow};
+use crate::replay::kept::{KeptOfRun, play_kept};
 use crate::replay::{ReplayData, cache::Cache, play::play};
 use crate::tuning::loss::metric_windows;
 use crate::tuning::progress::Progress;
 use crate::tuning::queue::{Asker, Question};
 use crate::tuning::study::Values;
 use crate::tuning::study::{Evaluation, RunGroup, TuningStudy};
+use monorig_estimators::registry::AnyEstimator;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::BoxedEstimator;
 use monorig_sim::closed_loop::run;
@@ -94,6 +96,7 @@ struct OneRun {
     group: usize,
     seed: u64,
     source: SampleSource,
+    kept: KeptOfRun,
     limits: IntegrityLimits,
 }
 
@@ -133,6 +136,7 @@ impl OneRun {
             group,
             seed,
             source,
+            kept: KeptOfRun::default(),
             limits: IntegrityLimits::of(&scenario.file),
         }))
     }
@@ -253,25 +257,43 @@ impl<'a> Evaluator<'a> {
     }
 
     /// The metrics of a replay, measured as it goes: the numbers of [`Evaluator::measure`], without keeping the
-    /// samples.
+    /// samples. A published method takes the inputs that are kept of the recording.
     fn measure_replay(
         &self,
         run: &OneRun,
         columns: &ReplayData,
         values: &Values,
     ) -> Result<Vec<f64>, String> {
-        let of_window = |w: &MetricWindow| {
-            InWindow::new(&w.metric, &run.limits, w.after_s, w.until_s)
-                .ok_or_else(|| format!("there is no metric {}", w.metric))
-        };
-        let metrics: Result<Vec<InWindow>, String> = self.windows.iter().map(of_window).collect();
-        let mut metrics = metrics?;
-        let (name, estimator) = (&self.study.file.estimator, self.estimator(columns, values)?);
+        let (name, settings) = (&self.study.file.estimator, self.study.settings(values));
+        let (of, settings) = (&self.study.of, settings.named());
+        let ours = of.build_ours(&columns.vehicle, &settings);
+        let front = ours.as_ref().and_then(AnyEstimator::front);
+        let kept = front.and_then(|front| run.kept.get(columns, front));
+        if let (Some(kept), Some(estimator)) = (kept, ours) {
+            let mut metrics = self.started(run)?;
+            let alone = play_kept(columns, &kept, name, estimator, |batch| {
+                metrics.iter_mut().for_each(|metric| metric.add(batch));
+            });
+            if alone.is_ok() {
+                return Ok(metrics.iter().map(InWindow::value).collect());
+            }
+        }
+        let mut metrics = self.started(run)?;
+        let estimator = self.estimator(columns, values)?;
         play(columns, name, estimator, |batch| {
             metrics.iter_mut().for_each(|metric| metric.add(batch));
         })
         .map_err(|e| e.to_string())?;
         Ok(metrics.iter().map(InWindow::value).collect())
+    }
+
+    /// The metrics of the study over a run, before its first sample.
+    fn started(&self, run: &OneRun) -> Result<Vec<InWindow>, String> {
+        let of_window = |w: &MetricWindow| {
+            InWindow::new(&w.metric, &run.limits, w.after_s, w.until_s)
+                .ok_or_else(|| format!("there is no metric {}", w.metric))
+        };
+        self.windows.iter().map(of_window).collect()
     }
 
     /// The study's estimator with these parameters.

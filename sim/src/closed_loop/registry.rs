@@ -42,7 +42,7 @@ use crate::sensors::{Fitting, Instrument};
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::{Key, ParamError, Parameters, Setting};
 use monorig_estimators::api::signals::Vehicle;
-use monorig_estimators::registry::{self as ours, Kind};
+use monorig_estimators::registry::{self as ours, AnyEstimator, Kind};
 use std::fmt::Display;
 use std::path::Path;
 use std::sync::Arc;
@@ -85,6 +85,8 @@ pub struct PartType<B: ?Sized> {
     /// A published method as it stands in its source, without supervision: for comparison, not for use. One that a
     /// program adds is none.
     pub(super) reference: bool,
+    /// The name of one of our estimators; none of a part that a program adds.
+    ours: Option<&'static str>,
 }
 
 /// A type of estimator.
@@ -190,6 +192,7 @@ impl Default for Registry {
                 PartType {
                     about: ours::about(name).unwrap_or_default().into(),
                     reference: matches!(ours::kind(name), Some(Kind::Published | Kind::Printed)),
+                    ours: Some(name),
                     ..EstimatorType::new(name, groups, build)
                 }
             })
@@ -428,6 +431,7 @@ impl<B: ?Sized> PartType<B> {
             groups,
             build,
             reference: false,
+            ours: None,
         }
     }
 
@@ -494,6 +498,15 @@ impl EstimatorType {
     ) -> Result<BoxedEstimator, Refusal> {
         (self.build)(vehicle, settings)
     }
+
+    /// Builds one of ours by its type, without a box; `None` of a type that a program adds, and where it is refused.
+    pub fn build_ours(
+        &self,
+        vehicle: &Vehicle,
+        settings: NamedSettings<'_>,
+    ) -> Option<AnyEstimator> {
+        ours::build(self.ours?, vehicle, settings.iter().copied()).ok()
+    }
 }
 
 impl ControllerType {
@@ -553,6 +566,7 @@ impl<B: ?Sized> Clone for PartType<B> {
             about: self.about.clone(),
             groups: self.groups,
             reference: self.reference,
+            ours: self.ours,
             build: self.build.clone(),
         }
     }
