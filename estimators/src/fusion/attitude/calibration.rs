@@ -5,9 +5,10 @@ use crate::api::real::GRAVITY;
 use crate::filters::gaussian::Gaussian;
 use crate::models::attitude::{BIAS_X, N, PHI, THETA};
 
-/// Largest standard deviation of the biases, m/s² and rad/s, of an instrument that counts as calibrated. A larger one
-/// may as well be the pitch of the mount or an error of scale, and |f| = g does not separate them from a bias.
-const CALIBRATED_SD: Real = 0.03;
+/// Standard deviation of the biases, m/s² and rad/s, up to which an instrument counts as calibrated, and from which it
+/// does not. A larger one may as well be the pitch of the mount or an error of scale, and |f| = g does not separate
+/// them from a bias. Between the two it is doubted in proportion, so that no estimate jumps with what is told.
+const CALIBRATED_SD: [Real; 2] = [0.03, 0.06];
 /// Standard deviation of the scale of another instrument, and change of the pitch over which it counts as one error,
 /// rad.
 const SCALE_SD: Real = 0.0075;
@@ -19,7 +20,8 @@ const BEND_S: Real = 3.0;
 /// Calibration of an IMU.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
-    calibrated: bool,
+    /// 0 for a calibrated instrument, 1 for one that is not.
+    doubt: Real,
     accel_bias_sd_mps2: Real,
 }
 
@@ -28,26 +30,31 @@ impl Calibration {
     /// gyro, rad/s.
     pub fn new(bias_sd: [Real; 2]) -> Self {
         let [accel_bias_sd_mps2, _] = bias_sd;
+        let [calibrated_sd, doubted_sd] = CALIBRATED_SD;
+        let largest_sd = bias_sd.iter().fold(0.0, |most: Real, sd| most.max(*sd));
+        let doubt = (largest_sd - calibrated_sd) / (doubted_sd - calibrated_sd);
         Self {
-            calibrated: bias_sd.iter().all(|sd| *sd <= CALIBRATED_SD),
+            doubt: doubt.clamp(0.0, 1.0),
             accel_bias_sd_mps2,
         }
     }
 
-    /// Returns true if the instrument counts as calibrated.
-    pub fn is_calibrated(&self) -> bool {
-        self.calibrated
+    /// Returns the doubt in the calibration: 0 for a calibrated instrument, 1 for one that is not.
+    pub fn doubted(&self) -> Real {
+        self.doubt
+    }
+
+    /// Returns the variance of a measurement that rests on the calibration; none where it is not used at all.
+    pub fn trusted(&self, variance: Real) -> Option<Real> {
+        let trust = 1.0 - self.doubt;
+        (trust > 0.0).then(|| variance / (trust * trust))
     }
 
     /// Lower limit of the reported standard deviation of the pitch, rad. For an uncalibrated IMU this is the
     /// accelerometer's bias over g, because askew axes read a turn in a bend as one in pitch, which the covariance does
     /// not contain.
     pub fn least_pitch_sd_rad(&self) -> Real {
-        if self.calibrated {
-            0.0
-        } else {
-            self.accel_bias_sd_mps2 / GRAVITY
-        }
+        self.doubt * self.accel_bias_sd_mps2 / GRAVITY
     }
 
     /// Widens the belief about an uncalibrated IMU after it has pitched by `turn_rad` at a yaw rate. A scale error
@@ -58,14 +65,14 @@ impl Calibration {
         reason = "indices of states are constants below N"
     )]
     pub fn doubt(&self, belief: &mut Gaussian<N>, turn_rad: Real, yaw_rate_radps: Real, dt: Real) {
-        if self.calibrated {
+        if self.doubt == 0.0 {
             return;
         }
         let scale = SCALE_SD * GRAVITY;
-        belief.P[(BIAS_X, BIAS_X)] += scale * scale * RAMP_RAD * turn_rad.abs();
+        belief.P[(BIAS_X, BIAS_X)] += self.doubt * scale * scale * RAMP_RAD * turn_rad.abs();
         let askew = ASKEW_RAD * yaw_rate_radps;
         for angle in [THETA, PHI] {
-            belief.P[(angle, angle)] += askew * askew * BEND_S * dt;
+            belief.P[(angle, angle)] += self.doubt * askew * askew * BEND_S * dt;
         }
     }
 }

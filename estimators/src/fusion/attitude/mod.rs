@@ -26,6 +26,7 @@ use nalgebra::SVector;
 use crate::Real;
 use crate::aiding::force_window::{ForceNoise, ForceWindow};
 use crate::aiding::standstill::Standstill;
+use crate::aiding::vertical::Vertical;
 use crate::aiding::wheels::{Ballot, WheelGate};
 use crate::aiding::{Aid, GateRule, fuse};
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
@@ -291,10 +292,7 @@ impl AttitudeFilter {
     fn predict(&mut self, imu: &SoundImu, dt: Real) -> AttitudeRates {
         self.carry_curvature(imu.rate_radps.is_some());
         // Of a calibrated gyro a body that rocks would pass for noise.
-        let seen_turn_walk = match self.calibration.is_calibrated() {
-            true => 0.0,
-            false => self.window.seen_turn_walk(),
-        };
+        let seen_turn_walk = self.calibration.doubted() * self.window.seen_turn_walk();
         let input = AttitudeInput {
             force_mps2: imu.force_mps2,
             rate_radps: imu.rate_radps,
@@ -406,10 +404,10 @@ impl AttitudeFilter {
             return;
         };
         // |f| = g does not separate the bias of an uncalibrated instrument from the pitch of its mount or its scale.
-        let used = self.supervision.vertical_force && self.calibration.is_calibrated();
-        let up = match used {
-            true => Control::New(up),
-            false => Control::Out(AidOutcome::Stale),
+        let variance = self.calibration.trusted(up.variance);
+        let up = match variance.filter(|_| self.supervision.vertical_force) {
+            Some(variance) => Control::New(Vertical { variance, ..up }),
+            None => Control::Out(AidOutcome::Stale),
         };
         let gate = GateRule::Deweight(HUBER_SD);
         let [_, lateral, vertical] = &mut self.status;
