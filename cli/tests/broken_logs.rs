@@ -38,7 +38,7 @@ impl Drive {
         rmse.as_f64().unwrap()
     }
 
-    /// What `--check` says is wrong.
+    /// Returns the lines of `--check` that call something wrong.
     fn bad(&self, sets: &[&str]) -> Vec<String> {
         let mut arguments = vec!["replay", "--map", "log/drive.map.yaml", "--check"];
         arguments.extend(sets.iter().flat_map(|s| ["--set", s]));
@@ -129,7 +129,7 @@ fn what_loggers_write_differently_is_the_same_log() {
     assert!((drive.rmse_deg() - good).abs() < 0.1);
 }
 
-/// What cannot be read is told with its place and what would be right.
+/// A file that cannot be read is told with its place and what would be right.
 #[test]
 fn what_cannot_be_read_is_told_with_its_place() {
     let imu = sound("imu.csv");
@@ -225,7 +225,7 @@ fn what_cannot_be_read_is_told_with_its_place() {
     }
 }
 
-/// What can be read and is wrong is found by the check, which finds nothing like it in the sound log.
+/// A log that can be read and is wrong is found by the check, which finds nothing like it in the sound log.
 #[test]
 fn what_reads_well_and_is_wrong_is_found_by_the_check() {
     let drive = Drive::new();

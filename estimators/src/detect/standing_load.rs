@@ -71,8 +71,8 @@ state!(StandingLoad { standing_s, doubted, samples, begins; after_s } where |thi
 /// another.
 const SAME_SD: Real = 2.0;
 const OTHER_SD: Real = 4.0;
-/// Difference and twice its standard deviation up to which it is told to be the same, as a share of the mass: a load that
-/// is another by less may pass for the same, within three standard deviations of the gear's efficiency (3.5 %).
+/// Difference and twice its standard deviation up to which it is told to be the same, as a share of the mass: a load
+/// that is another by less may pass for the same, within three standard deviations of the gear's efficiency (3.5 %).
 const SAME_SHARE: Real = 0.12;
 
 /// Mass before a standstill, which is that after it if a new weighing comes out the same.

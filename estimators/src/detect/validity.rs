@@ -16,9 +16,9 @@
 //! ([`Rls::spread`](crate::filters::rls::Rls::spread)). That of a grade has its [`DynamicLag`] added: what it moves by
 //! while its filter settles.
 //!
-//! A load can only be changed while the train stands, where nothing shows it: see
-//! [`StandingLoad`](crate::detect::standing_load::StandingLoad). A pipeline answers for that and for 1, 2 and 4 in the marks that it hands over; the rest is added here, with the same limits for
-//! all.
+//! A load is changed while the train stands, where nothing shows it
+//! ([`StandingLoad`](crate::detect::standing_load::StandingLoad)). A pipeline answers for that and for 1, 2 and 4 in
+//! the marks that it hands over; the rest is added here, with the same limits for all.
 
 use crate::Real;
 use crate::api::params::params;

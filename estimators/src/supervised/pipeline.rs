@@ -48,8 +48,8 @@ params! {
 /// With x of the wheelbase L on a new curvature κ, the mean grade of the axles is κ x/2 and the pitch κ x²/(2 L), of
 /// which the curvature seen is κ x/L: the pitch trails by ½ L (1 − x/L) times that, on the way by half of it.
 const WHEELBASE_SHARE: Real = 0.25;
-/// Speed up to which no curvature is told from a pitch rate, m/s, and the time constant of that rate, s: vibration is no
-/// curvature.
+/// Speed up to which no curvature is told from a pitch rate, m/s, and the time constant of that rate, s: vibration is
+/// no curvature.
 const MIN_CURVE_MPS: Real = 0.5;
 const CURVE_S: Real = 0.1;
 /// Samples that may wait for rail.

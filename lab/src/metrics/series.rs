@@ -283,7 +283,7 @@ impl Geometry {
 pub struct ErrorSeries {
     /// Per estimator, in their order in the run: name and samples.
     pub estimators: Vec<(String, Vec<ErrorSample>)>,
-    /// What makes their samples.
+    /// Makes their samples.
     pub(crate) samplers: Vec<ErrorSampler>,
     /// The closed loop.
     pub(crate) tracking: Vec<Tracking>,

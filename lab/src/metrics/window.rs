@@ -128,8 +128,8 @@ impl Timed for Tracking {
     }
 }
 
-/// A number made of the samples in a window, or several. Samples wait where an end may turn out to have been before them
-/// (`plus_s: -3`).
+/// A number made of the samples in a window, or several. Samples wait where an end may turn out to have been before
+/// them (`plus_s: -3`).
 pub(super) struct Windowed<T, A = Running<T>> {
     pub(crate) window: Window,
     pub(super) running: A,

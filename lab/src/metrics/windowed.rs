@@ -23,7 +23,7 @@ const BLOCK: usize = 64;
 /// Values of the wanted metrics, in their order.
 pub(crate) struct WindowedMetrics {
     all: Vec<Measured>,
-    groups: Vec<Group>,
+    groups: Vec<SampleGroup>,
     /// Steps not yet measured: the state of the run, and the samples of each estimator.
     tracking: Vec<Tracking>,
     samples: Vec<Vec<ErrorSample>>,
@@ -31,14 +31,14 @@ pub(crate) struct WindowedMetrics {
 
 /// Nothing where there is no such estimator, or the metric is not one of it.
 enum Measured {
-    /// Group, and place in it.
+    /// Its group, and its place in it.
     OfEstimator(usize, usize),
     OfRun(Windowed<Tracking>),
     Nothing(Window),
 }
 
 /// Metrics of one estimator over the same samples: which of them count is found once for all.
-struct Group {
+struct SampleGroup {
     estimator: usize,
     windowed: Windowed<ErrorSample, OfSome>,
 }
@@ -50,7 +50,7 @@ impl WindowedMetrics {
         wanted: &[WantedMetric],
         limits: &IntegrityLimits,
     ) -> Self {
-        let mut groups: Vec<Group> = Vec::new();
+        let mut groups: Vec<SampleGroup> = Vec::new();
         let mut start = |w: &WantedMetric| {
             let metric = find(&w.metric)?;
             let Some(name) = &w.estimator else {
@@ -58,7 +58,7 @@ impl WindowedMetrics {
             };
             let estimator = estimators.iter().position(|e| e == name)?;
             let (which, running) = metric.of_chosen(limits)?;
-            let same = |g: &Group| {
+            let same = |g: &SampleGroup| {
                 g.estimator == estimator
                     && g.windowed.window == w.window
                     && g.windowed.running.which == which
@@ -70,7 +70,7 @@ impl WindowedMetrics {
                     which,
                     all: Vec::new(),
                 };
-                groups.push(Group {
+                groups.push(SampleGroup {
                     estimator,
                     windowed: Windowed::new(w.window, none),
                 });

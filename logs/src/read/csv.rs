@@ -28,7 +28,7 @@ const NO_VALUE: [&str; 10] = [
     "#n/a",
     "-",
 ];
-/// What may stand between values, where two are as often the later one.
+/// Characters that may stand between values; of two that are as often there the later one counts.
 const DELIMITERS: [u8; 4] = [b'|', b',', b'\t', b';'];
 /// Most lines before the line of names.
 const MAX_PREAMBLE: u64 = 100;
@@ -331,7 +331,7 @@ fn number(word: &[u8], comma: bool) -> Option<f64> {
 }
 
 /// Skips a byte order mark and lines in which nothing is separated, and finds what separates the values: of
-/// [`DELIMITERS`] the one that is most often in the line of names. How many lines were skipped is returned too; comments
+/// [`DELIMITERS`] the one that is most often in the line of names. Returns also how many lines were skipped; comments
 /// and empty lines are counted by the reader itself.
 fn prepare(path: &Path, file: &mut File) -> Result<(u8, u64), Error> {
     let mut mark = [0u8; 3];

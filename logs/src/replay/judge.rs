@@ -250,6 +250,7 @@ mod tests {
         };
         assert!(told("t,m\n0,1\n").contains("no estimate"));
         assert!(told("t,mass_kg\n1,1\n0,1\n").contains("goes back in row"));
-        assert!(told("mass_kg\n1\n").contains("called like a time"));
+        let no_time = told("mass_kg,grade_deg\n1,0\n");
+        assert!(no_time.contains("called like a time"), "{no_time}");
     }
 }
