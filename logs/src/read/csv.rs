@@ -325,7 +325,7 @@ fn number(word: &[u8], comma: bool) -> Option<f64> {
         Ok(x) if x.is_finite() => Some(x),
         _ => {
             let stands = |none: &&str| word.eq_ignore_ascii_case(none);
-            (word.is_empty() || NO_VALUE.iter().any(|n| stands(&n))).then_some(f64::NAN)
+            (word.is_empty() || NO_VALUE.iter().any(stands)).then_some(f64::NAN)
         }
     }
 }

@@ -514,6 +514,10 @@ impl SwingMass {
     }
 
     /// Masses that the effective grade is a mean over.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     pub fn carried(&self) -> MassOnRail {
         MassOnRail {
             mass_kg: self.mass_kg(),
