@@ -177,6 +177,7 @@ macro_rules! registry {
 
             /// One step of a published method alone, on what its front has made of the samples; refused by another
             /// estimator. After an error the estimator is of no use.
+            #[allow(unused_variables, reason = "a build may have no published method")]
             pub fn step_on(&mut self, input: &MethodInput) -> Result<Estimate, Error> {
                 match self {
                     $(#[cfg(feature = $family)] AnyEstimator::$pipeline(_estimator) => step_on!($kind _estimator, input),)*
