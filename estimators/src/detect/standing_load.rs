@@ -8,10 +8,10 @@ use crate::api::snapshot::state;
 const CONFIRMING: u32 = 10;
 
 /// Doubt of the load after a standstill: loads are hung on and set down while the train stands, and nothing there
-/// shows it. From a standstill of a given length on, methods that can open their mass again, and the mass is not valid
-/// until the force balance has taken so many samples that another load would have been detected
-/// ([`LoadChangeDetector`](crate::detect::load_change::LoadChangeDetector)). A mass that has not been weighed since the
-/// last such standstill is left as it is.
+/// shows it. After a standstill of a given length the mass is not valid until the force balance has taken so many
+/// samples that another load would have been detected
+/// ([`LoadChangeDetector`](crate::detect::load_change::LoadChangeDetector)), and a method that can do so opens its mass.
+/// Samples of before the last such standstill do not count. A mass that no sample has weighed since is left as it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StandingLoad {
     after_s: Real,
@@ -42,8 +42,7 @@ impl StandingLoad {
             true => self.standing_s + dt,
             false => 0.0,
         };
-        let weighed = self.samples >= CONFIRMING;
-        self.begins = weighed && self.standing_s >= self.after_s;
+        self.begins = self.samples > 0 && self.standing_s >= self.after_s;
         if self.begins {
             (self.doubted, self.samples) = (true, 0);
         }
@@ -140,8 +139,22 @@ mod tests {
     #[test]
     fn a_load_that_nothing_has_weighed_is_in_no_new_doubt() {
         let mut load = StandingLoad::new(10.0);
-        (0..9).for_each(|_| load.sample());
         (0..200).for_each(|_| load.observe(true, 0.1));
+        assert!(load.is_confirmed());
+    }
+
+    #[test]
+    fn samples_of_before_a_second_stay_do_not_count() {
+        let mut load = StandingLoad::new(10.0);
+        for samples in [10, 9, 9] {
+            (0..samples).for_each(|_| load.sample());
+            (0..101).for_each(|_| load.observe(true, 0.1));
+            load.observe(false, 0.1);
+            assert!(!load.is_confirmed());
+        }
+        (0..9).for_each(|_| load.sample());
+        assert!(!load.is_confirmed());
+        load.sample();
         assert!(load.is_confirmed());
     }
 

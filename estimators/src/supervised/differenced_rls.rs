@@ -121,6 +121,11 @@ impl DifferencedMass {
         self.last = None;
     }
 
+    /// Another load may hang on the train: the mass keeps its value and is as uncertain as at the start.
+    pub fn open_load(&mut self) {
+        self.rls.reset_to_prior(&vector![1.0]);
+    }
+
     /// X₀, kg.
     fn whole0_kg(&self) -> Real {
         self.mass0_kg + self.rotating_kg

@@ -357,6 +357,10 @@ impl SupervisedMethod for SlopeModels {
         self.mass.pause();
     }
 
+    fn open_load(&mut self) {
+        self.mass.open_load();
+    }
+
     fn step(&mut self, now: &Step) {
         self.bend_n = now.bend.force_n(self.mass.mass_kg().value);
         let [effective, effective_sd] = now.effective_rad;
