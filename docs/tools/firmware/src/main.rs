@@ -25,7 +25,7 @@ mod drive {
     }
 }
 
-/// What an estimator takes: bytes of itself and of the stack, instructions of a step; and the steps that it refused.
+/// Holds the bytes of an estimator and of its stack, the instructions of a step, and how many steps it refused.
 #[derive(Default)]
 pub struct Taken {
     ram: usize,
