@@ -8,9 +8,9 @@ use crate::api::snapshot::state;
 const CONFIRMING: u32 = 10;
 
 /// Doubt of the load after a standstill: loads are hung on and set down while the train stands, and nothing there
-/// shows it. After a standstill of a given length the mass is not valid until the force balance has taken so many
-/// samples that another load would have been detected
-/// ([`LoadChangeDetector`](crate::detect::load_change::LoadChangeDetector)), and a method that can do so opens its mass.
+/// shows it. After a standstill of a given length a method that can do so opens its mass, and the mass is not valid
+/// until the force balance has taken so many samples that another load would have been detected
+/// ([`LoadChangeDetector`](crate::detect::load_change::LoadChangeDetector)).
 /// Samples of before the last such standstill do not count. A mass that no sample has weighed since is left as it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StandingLoad {
