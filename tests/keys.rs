@@ -135,6 +135,12 @@ const KEYS: &[(&str, &str, &str, Changes)] = &[
         "[{at_s: 3, brake: 0.5}]",
         Motion,
     ),
+    (
+        "events[].restart_s",
+        "events",
+        "[{at_s: 3, restart_s: 1}]",
+        Estimates,
+    ),
     ("in_loop", "in_loop", "rail_fusion", Motion),
     ("load.mass_kg", "load.mass_kg", "9000", Motion),
     ("physics.dt_ms", "physics.dt_ms", "1", Run),

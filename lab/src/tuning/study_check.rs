@@ -331,7 +331,7 @@ fn runs(study: &TuningStudy) -> Result<(), Error> {
     Ok(())
 }
 
-/// Replay fits estimators beside the loop, the closed loop those in it.
+/// Replay fits estimators beside the loop, the closed loop those in it. A replay has no restarts.
 fn loop_fits(study: &TuningStudy, group: &RunGroup) -> Result<(), Refusal> {
     let s = &group.scenario.file;
     let drives = s.in_loop.as_ref() == Some(&study.file.estimator)
@@ -343,6 +343,12 @@ fn loop_fits(study: &TuningStudy, group: &RunGroup) -> Result<(), Refusal> {
                 study.file.estimator
             ),
             "`evaluation: closed_loop`, or `set: {drive.controller.feedforward: truth}` for these runs",
+        ));
+    }
+    if study.file.evaluation == Evaluation::Replay && s.restarts() {
+        return Err(wrong(
+            "here the estimators restart, which a replay of their samples does not show".to_owned(),
+            "`evaluation: closed_loop`, or a scenario without `restart_s`",
         ));
     }
     Ok(())

@@ -50,14 +50,10 @@ pub(crate) fn bounds(file: &ScenarioFile) -> Vec<Bound> {
         .collect()
 }
 
-/// True if the marks of this estimator are judged: a bound or a known failure is about it, or no bound is about any
-/// estimator. Those of `reference_only` never are.
+/// True if the marks of this estimator are judged: the scenario does not list it as `reference_only`.
 pub(crate) fn is_judged(file: &ScenarioFile, estimator: &str) -> bool {
-    let is = |name: &String| name == estimator;
-    let known = file.known_failures.iter().map(|k| &k.estimator);
-    let bounded = file.expect.iter().filter_map(|e| e.estimator.as_ref());
-    let is_named = bounded.clone().next().is_none() || bounded.chain(known.flatten()).any(is);
-    is_named && !file.integrity.reference_only.iter().any(is)
+    let mut reference_only = file.integrity.reference_only.iter();
+    !reference_only.any(|name| name == estimator)
 }
 
 /// The shares of samples with a reference that the bounds on errors of a recorded drive need beside them: as much of

@@ -85,6 +85,18 @@ impl RunningEstimator {
         Ok(())
     }
 
+    /// Puts it back to the state it was built in, at `t_s` (s); the last estimate loses its marks. A panic is an error.
+    pub(crate) fn restart(&mut self, t_s: f64) -> Result<(), Error> {
+        self.go_stale();
+        let estimator = &mut self.estimator;
+        guarded(|| estimator.reset()).map_err(|told| Error::Estimator {
+            name: self.name.clone(),
+            seed: None,
+            t_s,
+            what: format!("it panicked when it was reset: {told}"),
+        })
+    }
+
     /// Takes the marks of the last estimate away: nothing new has come for too long.
     pub(crate) fn go_stale(&mut self) {
         for value in values(&mut self.estimate) {

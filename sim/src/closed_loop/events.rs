@@ -5,6 +5,17 @@ use crate::control::Reference;
 use crate::plant::Plant;
 use std::collections::VecDeque;
 
+/// The computer that the estimators run on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Computer {
+    /// It runs.
+    Up,
+    /// It restarts: no estimator runs.
+    Down,
+    /// It has just restarted: every estimator begins anew.
+    UpAgain,
+}
+
 /// An event and when it is due.
 #[derive(Clone, Debug)]
 struct Entry {
@@ -13,13 +24,15 @@ struct Entry {
     event: Event,
 }
 
-/// Schedule of the events of a scenario that act on train and controller. Adhesion zones act on the rail and sensor
+/// Schedule of the events of a scenario that act on train, controller and estimators. Adhesion zones act on the rail and sensor
 /// faults in the sensors, so they are handed over when the simulation is built; here they are only logged.
 pub struct EventSchedule {
     /// Still to come, in order of time.
     events: VecDeque<Entry>,
     emergency_brake: f64,
     clamp_pressure_mpa: f64,
+    /// When the computer of the estimators is up again, s; none while it is up.
+    up_again_s: Option<f64>,
     happened: Vec<String>,
 }
 
@@ -33,7 +46,8 @@ impl EventSchedule {
                 let (at_s, every_s) = match e {
                     Event::LoadMass { at_s, every_s, .. }
                     | Event::ClampPressure { at_s, every_s, .. }
-                    | Event::Brake { at_s, every_s, .. } => (at_s, *every_s),
+                    | Event::Brake { at_s, every_s, .. }
+                    | Event::Restart { at_s, every_s, .. } => (at_s, *every_s),
                     Event::SensorFault { from_s, .. } => (from_s, None),
                     Event::Adhesion { .. } => return None,
                 };
@@ -49,6 +63,7 @@ impl EventSchedule {
             events: list.into(),
             emergency_brake: 0.0,
             clamp_pressure_mpa,
+            up_again_s: None,
             happened: Vec::new(),
         }
     }
@@ -88,6 +103,12 @@ impl EventSchedule {
                         b => format!("emergency brake at {:.0} %", b * 100.0),
                     });
                 }
+                Event::Restart { restart_s, .. } => {
+                    self.up_again_s = Some(t + restart_s.get());
+                    let s = restart_s.get();
+                    self.happened
+                        .push(format!("the estimators' computer restarts, {s} s"));
+                }
                 Event::SensorFault { sensor, fault, .. } => {
                     self.happened
                         .push(format!("fault on {sensor}: {fault:?}").to_lowercase());
@@ -105,6 +126,18 @@ impl EventSchedule {
         }
         reference.emergency_brake = self.emergency_brake;
         reference.clamp_pressure_mpa = self.clamp_pressure_mpa;
+    }
+
+    /// State of the computer that the estimators run on at `t` (s); it is up again once.
+    pub(crate) fn computer(&mut self, t: f64) -> Computer {
+        match self.up_again_s {
+            None => Computer::Up,
+            Some(up_again_s) if t < up_again_s => Computer::Down,
+            Some(_) => {
+                self.up_again_s = None;
+                Computer::UpAgain
+            }
+        }
     }
 
     /// Events applied by the last call of [`EventSchedule::apply`].

@@ -3,6 +3,7 @@
 use super::end::Ended;
 pub use super::end::Outcome;
 use super::estimators::RunningEstimator;
+use super::events::Computer;
 pub use super::observer::{Observer, StepFrame};
 use super::simulation::Simulation;
 use crate::control::{Perception, Reference};
@@ -132,9 +133,17 @@ impl Steps {
         let mut z = Measurements::default();
         s.sensors.measure(s.plant.truth(), &mut z)?;
         let t_s = s.plant.truth().t_s;
+        if z.any() {
+            s.perception.measure(&z);
+        }
+        let computer = s.events.computer(t_s);
+        if computer == Computer::UpAgain {
+            self.last_sample_s = t_s - self.gap_s.max(s.dt_s);
+            s.restart_estimators()?;
+        }
         let waited_s = t_s - self.last_sample_s;
         let patience_s = STALE_S.max(STALE_GAPS * self.gap_s);
-        if z.any() {
+        if z.any() && computer != Computer::Down {
             s.estimate(&z, &command, waited_s)?;
             self.last_sample_s = t_s;
             self.gap_s += (waited_s.min(patience_s) - self.gap_s) / GAP_MEMORY;
@@ -180,12 +189,24 @@ impl Simulation {
         reference
     }
 
-    /// Gives the samples to the perception and to every estimator, `dt_s` (s) after the last ones.
+    /// Gives the samples to every estimator, `dt_s` (s) after the last ones.
     fn estimate(&mut self, z: &Measurements, command: &Command, dt_s: f64) -> Result<(), Error> {
-        self.perception.measure(z);
         let mut all = self.estimators.iter_mut();
         let stepped = all.try_for_each(|estimator| estimator.step(z, command, dt_s));
-        stepped.map_err(|e| match e {
+        stepped.map_err(|e| self.of_seed(e))
+    }
+
+    /// Lets every estimator begin anew.
+    fn restart_estimators(&mut self) -> Result<(), Error> {
+        let t_s = self.plant.truth().t_s;
+        let mut all = self.estimators.iter_mut();
+        let restarted = all.try_for_each(|estimator| estimator.restart(t_s));
+        restarted.map_err(|e| self.of_seed(e))
+    }
+
+    /// The error of an estimator, with the seed of this run.
+    fn of_seed(&self, e: Error) -> Error {
+        match e {
             Error::Estimator {
                 name, t_s, what, ..
             } => Error::Estimator {
@@ -195,7 +216,7 @@ impl Simulation {
                 what,
             },
             other => other,
-        })
+        }
     }
 
     /// Hands the state after the step to the observers. The clearance is costly: it is computed for those that ask for

@@ -162,6 +162,12 @@ impl ScenarioFile {
             None => PlantKind::Rapier,
         })
     }
+
+    /// True if the computer that the estimators run on restarts in it.
+    pub fn restarts(&self) -> bool {
+        let restarts = |e: &Event| matches!(e, Event::Restart { .. });
+        self.events.iter().any(restarts)
+    }
 }
 
 impl Stop {

@@ -15,7 +15,7 @@ use crate::filters::ekf;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::model::Process;
 use crate::models::swing_balance::{
-    ANGLE, B, ETA, LENGTH, MASS, N, Nominal, R0, RATE, SwingInput, SwingModel,
+    ANGLE, ETA, LENGTH, MASS, N, Nominal, R0, RATE, SwingInput, SwingModel,
 };
 use crate::rail::train_means::TrainMeans;
 
@@ -42,7 +42,7 @@ const EXCITATION_S: Real = 10.0;
 const MIN_EXCITATION: Real = 5.0;
 /// Standard deviations of the swing after a load has been taken, rad and rad/s.
 const NEW_SWING_SD: [Real; 2] = [0.06, 0.25];
-/// Share of the first variance of resistance and bias that another load adds.
+/// Share of the first variance of the resistance that another load adds.
 const REOPEN: Real = 0.01;
 
 /// Correction by a block.
@@ -333,7 +333,7 @@ impl SwingBalance {
         (self.last_grade, self.last_behind_m) = (0.0, 0.0);
     }
 
-    /// Takes another load for possible: the mass as at the start, the swing open, resistance and bias a little.
+    /// Takes another load for possible: the mass as at the start, the swing open, the resistance a little.
     #[allow(
         clippy::indexing_slicing,
         reason = "indices of states are constants below N"
@@ -368,9 +368,7 @@ impl SwingBalance {
         for (i, mean, variance) in opened {
             self.belief.set_independent(i, mean, variance);
         }
-        for i in [R0, B] {
-            self.belief.P[(i, i)] += REOPEN * fresh.P[(i, i)];
-        }
+        self.belief.P[(R0, R0)] += REOPEN * fresh.P[(R0, R0)];
         self.inflation = 1.0;
     }
 }

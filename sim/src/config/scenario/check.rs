@@ -376,7 +376,8 @@ fn happens(event: &Event, file: &ScenarioFile) -> Result<(), Wrong> {
     match event {
         Event::LoadMass { at_s, every_s, .. }
         | Event::ClampPressure { at_s, every_s, .. }
-        | Event::Brake { at_s, every_s, .. } => {
+        | Event::Brake { at_s, every_s, .. }
+        | Event::Restart { at_s, every_s, .. } => {
             in_time("at_s", *at_s)?;
             match every_s {
                 Some(every_s) if every_s.get() < step_s => wrong(

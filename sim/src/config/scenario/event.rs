@@ -83,6 +83,19 @@ pub enum Event {
         /// Share of the brake force, 0 releases.
         brake: Fraction,
     },
+    /// The computer that the estimators run on restarts.
+    Restart {
+        /// Name, for windows of expectations.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
+        /// s.
+        at_s: NonNegative,
+        /// Again every so many seconds; none = once.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        every_s: Option<Positive>,
+        /// Time for which no estimator runs, s. Then all begin anew; the samples of that time are lost.
+        restart_s: Positive,
+    },
 }
 
 /// A fault of a sensor.
@@ -170,7 +183,8 @@ impl Event {
             | Event::Adhesion { name, .. }
             | Event::SensorFault { name, .. }
             | Event::ClampPressure { name, .. }
-            | Event::Brake { name, .. } => name.as_deref(),
+            | Event::Brake { name, .. }
+            | Event::Restart { name, .. } => name.as_deref(),
         }
     }
 
@@ -180,6 +194,9 @@ impl Event {
             Event::LoadMass { at_s, .. }
             | Event::ClampPressure { at_s, .. }
             | Event::Brake { at_s, .. } => Some((at_s.get(), None)),
+            Event::Restart {
+                at_s, restart_s, ..
+            } => Some((at_s.get(), Some(at_s.get() + restart_s.get()))),
             Event::SensorFault { from_s, to_s, .. } => {
                 Some((from_s.get(), to_s.map(Positive::get)))
             }
@@ -252,6 +269,7 @@ struct EventKeys {
     size: Option<Finite>,
     clamp_mpa: Option<NonNegative>,
     brake: Option<Fraction>,
+    restart_s: Option<Positive>,
 }
 
 impl EventKeys {
@@ -272,6 +290,7 @@ impl EventKeys {
             ("size", self.size.is_some()),
             ("clamp_mpa", self.clamp_mpa.is_some()),
             ("brake", self.brake.is_some()),
+            ("restart_s", self.restart_s.is_some()),
         ]
         .into_iter()
         .filter_map(|(key, given)| given.then_some(key))
@@ -287,7 +306,7 @@ struct Kind(
     &'static str,
 );
 
-const KINDS: [Kind; 5] = [
+const KINDS: [Kind; 6] = [
     Kind(
         "load_mass_kg",
         &["at_s", "load_mass_kg"],
@@ -317,6 +336,12 @@ const KINDS: [Kind; 5] = [
         &["at_s", "brake"],
         &["every_s"],
         "{at_s: 50, brake: 1}",
+    ),
+    Kind(
+        "restart_s",
+        &["at_s", "restart_s"],
+        &["every_s"],
+        "{at_s: 45, restart_s: 3}",
     ),
 ];
 
@@ -427,6 +452,18 @@ impl<'de> Deserialize<'de> for Event {
                 at_s,
                 every_s,
                 brake,
+            }),
+            EventKeys {
+                name,
+                at_s: Some(at_s),
+                every_s,
+                restart_s: Some(restart_s),
+                ..
+            } => Ok(Event::Restart {
+                name,
+                at_s,
+                every_s,
+                restart_s,
             }),
             _ => Err(D::Error::custom("this event does not say what happens")),
         }
