@@ -1,0 +1,131 @@
+//! Laws of the effective slope on rail that nothing has read: its standard deviation grows with the way gone back, and
+//! what the force said of the rail under the train is kept for ten metres and no more.
+#![allow(clippy::unwrap_used)] // a test's panic is its verdict
+
+mod common;
+
+use common::{Crane, vehicle};
+use monorig_estimators::Vehicle;
+use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::mass_layout::MassLayout;
+use monorig_estimators::api::params::Setting;
+use monorig_estimators::api::signals::{Command, Estimate, Measurements, Value};
+use monorig_estimators::registry;
+
+const DT: f64 = 0.01;
+
+/// A train whose masses hang evenly from its IMU to 12 m behind it.
+fn long_train() -> Vehicle {
+    let mut data = vehicle(2).data().clone();
+    data.layout = Some(MassLayout::even(data.tare_kg, [0.0, 12.0], [0.0, 12.0]));
+    Vehicle::new(data).unwrap()
+}
+
+/// Drives a long train of 15 t on this grade, rad, at the speed wanted at each time, m/s; `change` alters the samples.
+/// What the estimator says of the effective slope after each step, with the way gone, m.
+fn drive(
+    name: &str,
+    settings: &[(&'static str, Setting<'static>)],
+    grade_rad: f64,
+    seconds: f64,
+    wanted: impl Fn(f64) -> f64,
+    change: impl Fn(f64, &mut Measurements),
+) -> Vec<(f64, Value)> {
+    let train = long_train();
+    let mut estimator = registry::build(name, &train, settings.iter().copied()).unwrap();
+    let mut crane = Crane::new(train, 15_000.0, 11);
+    crane.grade_rad = grade_rad;
+    let steps = (seconds / DT) as usize;
+    let step = |k: usize| {
+        let t = DT * k as f64;
+        let mut z = crane.step(wanted(t), DT);
+        change(t, &mut z);
+        let Estimate {
+            effective_grade_rad,
+            ..
+        } = estimator.step(&z, &Command::default(), DT).unwrap();
+        (crane.chainage_m, effective_grade_rad)
+    };
+    (0..steps).map(step).collect()
+}
+
+/// A train that is switched on and goes back has rail under it that nothing has read and no force has measured: its
+/// curvature may be up to 0.1 rad/m. The standard deviation grows by up to half of that a metre, and by a quarter at
+/// least: the rail next to what was read is known in part. Beyond ten metres it grows no more.
+#[test]
+fn going_back_over_unread_rail_adds_to_the_doubt() {
+    for name in ["dffrls_aukf_robust", "imm_stf_robust", "rail_fusion"] {
+        let wanted = |t: f64| if t < 2.0 { 0.0 } else { -0.5 };
+        let braked = |_: f64, z: &mut Measurements| z.motor_torque_nm = Default::default();
+        let seen = drive(name, &[], 0.0, 36.0, wanted, braked);
+        let sd_at = |way_m: f64| seen.iter().find(|(s, _)| *s <= -way_m).unwrap().1.sd;
+        let grown = |from_m: f64, to_m: f64| (sd_at(to_m).powi(2) - sd_at(from_m).powi(2)).sqrt();
+        for (from_m, to_m) in [(1.0_f64, 3.0_f64), (3.0, 5.0)] {
+            let most = 0.05 * (to_m.powi(2) - from_m.powi(2)).sqrt();
+            let found = grown(from_m, to_m);
+            assert!(
+                (0.5 * most..1.05 * most).contains(&found),
+                "{name}: {found} of {most}"
+            );
+        }
+        let (then, now) = (sd_at(11.0), sd_at(15.0));
+        assert!(
+            (now / then - 1.0).abs() < 0.02,
+            "{name}: {then}, then {now}"
+        );
+    }
+}
+
+/// Weighed on a steady slope, then without torques, the train goes back beyond its start: the effective slope, while it
+/// is marked valid, is right within four of its standard deviations all the way.
+#[test]
+fn without_torques_the_force_of_before_fades() {
+    let wanted = |t: f64| match t {
+        t if t > 62.0 => -1.0,
+        t if t % 20.0 < 14.0 => 1.0,
+        _ => 0.4,
+    };
+    let silent = |t: f64, z: &mut Measurements| {
+        if t > 64.0 {
+            z.motor_torque_nm = Default::default();
+        }
+    };
+    let seen = drive("rail_fusion", &[], 0.06, 150.0, wanted, silent);
+    let mut valid = 0;
+    for (k, (way_m, slope)) in seen.iter().enumerate() {
+        if slope.valid && k > 6_400 {
+            valid += 1;
+            let error = (slope.value - 0.06).abs();
+            assert!(
+                error < 4.0 * slope.sd,
+                "{way_m} m: {error} rad, sd {}",
+                slope.sd
+            );
+            assert!(error < 0.05, "{way_m} m: {error} rad");
+        }
+    }
+    assert!(valid > 1_000, "{valid}");
+}
+
+/// Without a mount to doubt, over rail that it has read, the standard deviation of the effective slope is that of the
+/// bias over g and no more than twice it; on an instrument that shakes by 2 m/s², no more than six times it.
+#[test]
+fn on_read_rail_the_bias_is_left() {
+    let exact = [
+        ("mount_sd_deg", Setting::Number(0.0)),
+        ("accel_bias_sd_mps2", Setting::Number(0.01)),
+    ];
+    let wanted = |t: f64| if t < 2.0 { 0.0 } else { 1.0 };
+    let mut found = Vec::new();
+    for (shake_mps2, most) in [(0.0, 2.0), (2.0, 6.0)] {
+        let shaken = |t: f64, z: &mut Measurements| {
+            let sample = z.specific_force_mps2.as_mut().unwrap();
+            sample.value[0] += shake_mps2 * (1.0e4 * t * t).sin();
+        };
+        let seen = drive("rail_fusion", &exact, 0.0, 60.0, wanted, shaken);
+        let sd = seen.last().unwrap().1.sd;
+        assert!(sd < most * 0.01 / 9.81, "{sd} rad");
+        found.push(sd);
+    }
+    assert!(found[1] > found[0], "{found:?}");
+}
