@@ -1,5 +1,6 @@
 //! Effects of events on a run: every kind of event, obstacles, and the closed loop.
 
+use monorig_estimators::api::estimator::Estimator;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run::{Observer, StepFrame, run};
@@ -368,4 +369,41 @@ fn named_moments_are_recorded_when_they_come() {
         );
     }
     assert!(kept.0.is_sorted_by_key(|e| e.0));
+}
+
+/// While the computer of the estimators restarts nothing is marked valid once the last estimate is stale; from then on
+/// the estimates are those of a new estimator that begins with the next sample, to the last bit.
+#[test]
+fn after_a_restart_every_estimator_begins_anew() {
+    let s = level(&[
+        ("events", "[{at_s: 8, restart_s: 3}]"),
+        ("drive.controller.feedforward", "none"),
+    ]);
+    let mut rig = Simulation::build(s, &Registry::default(), 1).expect("rig");
+    let name = "dffrls_aekf_robust";
+    let mut fresh =
+        monorig_estimators::registry::build(name, &rig.vehicle, std::iter::empty()).expect(name);
+    let (mut last_s, mut compared, mut valid) = (10.998, 0, 0);
+    let mut keep = Keep(|f: &StepFrame<'_>| {
+        let found = f.estimators[0].estimate;
+        let t = f.truth.t_s;
+        if t > 8.6 && t < 10.999 {
+            assert!(!found.grade_rad.valid && !found.total_mass_kg.valid, "{t}");
+        }
+        if t < 10.999 || !f.sampled {
+            return;
+        }
+        let own = fresh.step(f.measurements, f.command, t - last_s);
+        last_s = t;
+        let own = own.expect("step");
+        assert_eq!(own.grade_rad, found.grade_rad, "{t}");
+        assert_eq!(own.total_mass_kg, found.total_mass_kg, "{t}");
+        compared += 1;
+        valid += usize::from(found.grade_rad.valid);
+    });
+    run(&mut rig, &mut [&mut keep], &mut |_| true).expect("run");
+    assert!(
+        compared > 1000 && valid > compared / 2,
+        "{compared} {valid}"
+    );
 }

@@ -138,7 +138,7 @@ impl Steps {
         }
         let computer = s.events.computer(t_s);
         if computer == Computer::UpAgain {
-            self.last_sample_s = t_s - self.gap_s.max(s.dt_s);
+            self.last_sample_s = t_s - s.dt_s;
             s.restart_estimators()?;
         }
         let waited_s = t_s - self.last_sample_s;
