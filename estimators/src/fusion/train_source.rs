@@ -48,7 +48,7 @@ pub struct CoreSignals {
 /// What the source has found in one step.
 #[derive(Clone, Copy, Debug)]
 pub struct TrainInput {
-    /// Instant and length of the step, s.
+    /// Instant of the step.
     pub t: Time,
     /// Length of the step, s.
     pub dt: Real,
