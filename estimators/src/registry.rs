@@ -69,7 +69,7 @@ pub enum AnyFront {
     Train(Front<TrainSource>),
 }
 
-/// What a front has made of the samples of a step.
+/// Output of a front in one step.
 #[derive(Clone, Copy, Debug)]
 pub enum AnyInput {
     /// Of a published method.

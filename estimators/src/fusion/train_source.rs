@@ -1,7 +1,8 @@
 //! Source of what an estimator of the mass of a train takes as known: attitude and speed, traction, and whether the
 //! instruments are plausible.
 //!
-//! It uses no force for the grade, so no fault of a torque, of the load or of the running resistance can reach the slope.
+//! It uses no force for the grade, so no fault of a torque, of the load or of the running resistance can reach the
+//! slope.
 
 use crate::api::real::{GRAVITY, exp, sin, sqrt};
 use crate::api::signals::{Estimate, Value, Vehicle};
@@ -45,14 +46,14 @@ pub struct CoreSignals {
     pub gyro_check: bool,
 }
 
-/// What the source has found in one step.
+/// Output of the source in one step.
 #[derive(Clone, Copy, Debug)]
 pub struct TrainInput {
     /// Instant of the step.
     pub t: Time,
     /// Length of the step, s.
     pub dt: Real,
-    /// What the mass is found by; `None` until there has been an accelerometer and a wheel.
+    /// Signals that the mass is found by; `None` until there has been an accelerometer and a wheel.
     pub sample: Option<TrainSample>,
     /// Grade at the IMU, rad, valid while there is an attitude and a speed of samples that still come.
     pub grade_rad: Value,
@@ -60,7 +61,7 @@ pub struct TrainInput {
     pub speed_mps: Value,
     /// Innovation of the wheels, m/s, and its square normalised.
     pub innovation: (Real, Real),
-    /// That square, if this step has fused wheels.
+    /// The same square, if this step has fused wheels.
     pub new_nis: Option<Real>,
     /// Grade with a fixed lag in way.
     pub lagged: LaggedGrade,
@@ -70,7 +71,7 @@ pub struct TrainInput {
     pub moving: bool,
 }
 
-/// What the mass is found by in one step.
+/// Signals that the mass is found by, of one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrainSample {
     /// Signals of the force balance.
@@ -152,8 +153,8 @@ impl TrainSource {
         }
     }
 
-    /// One step at the instant `t` after `dt` seconds, with the total mass found so far, kg, which counts in the bends of
-    /// a road alone.
+    /// One step at the instant `t` after `dt` seconds, with the total mass found so far, kg, which counts in the bends
+    /// of a road alone.
     pub fn step(&mut self, reading: &Reading, mass_kg: Real, t: Time, dt: Real) -> TrainInput {
         self.bends.step(reading, &self.air, mass_kg, dt);
         let attitude = if self.bends.on_road() {
@@ -193,7 +194,7 @@ impl TrainSource {
         }
     }
 
-    /// What the mass is found by, with this attitude.
+    /// Makes the signals that the mass is found by, with this attitude.
     fn sample(&mut self, reading: &Reading, attitude: &Attitude, dt: Real) -> TrainSample {
         let v = attitude.speed_mps;
         let bend = if v.abs() > MIN_BEND_SPEED_MPS {
