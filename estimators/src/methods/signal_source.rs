@@ -1,5 +1,5 @@
-//! First stage of a published method: makes of the reading of a step the input of the method. No parameter of the method
-//! changes it but the low-pass's corner and rate.
+//! First stage of a published method: makes of the reading of a step the input of the method. No parameter of the
+//! method changes it but the low-pass's corner and rate.
 
 use crate::api::snapshot::state;
 use crate::api::vehicle::Vehicle;
