@@ -38,7 +38,7 @@ extern "C" {
 
 /* What a function returns. */
 #define MONORIG_OK 0
-#define MONORIG_REFUSED 1 /* no such item; or the step is refused and the instance is as it was */
+#define MONORIG_REFUSED 1 /* no such item; or the step is refused */
 #define MONORIG_BROKEN 2  /* the instance cannot go on: the run ends */
 
 /* A reason in words, for MONORIG_REFUSED and MONORIG_BROKEN. monorig shows the first 96 bytes of that of a step. */
@@ -189,7 +189,8 @@ MONORIG_API uint64_t monorig_size(const char *name);
 /* Makes an instance in this memory, of monorig_size bytes aligned to MONORIG_ALIGNMENT. */
 MONORIG_API int32_t monorig_create(void *memory, const char *name, const monorig_vehicle *vehicle,
                                    const monorig_setting *settings, uint64_t count, monorig_reason *reason);
-/* One step. A refused step leaves the instance as it was. */
+/* One step. A refused step leaves the instance as it was; one that ends in a number that is not finite is refused too,
+   and leaves it as it was made. */
 MONORIG_API int32_t monorig_step(void *memory, const monorig_input *input, monorig_estimate *out,
                                  monorig_reason *reason);
 /* Back to the state after monorig_create. */

@@ -31,7 +31,7 @@ pub const ABI: u32 = 1;
 pub const ALIGNMENT: usize = 16;
 /// All went well.
 pub const OK: i32 = 0;
-/// No such item, or the step is refused and the instance is as it was.
+/// No such item, or the step is refused.
 pub const REFUSED: i32 = 1;
 /// The instance cannot go on.
 pub const BROKEN: i32 = 2;

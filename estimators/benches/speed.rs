@@ -417,9 +417,7 @@ fn drive() -> Vec<Measurements> {
 }
 
 fn pipelines(table: &Table) {
-    println!(
-        "-- named estimators: a step at 200 Hz of 8 drive units, checks and all-or-nothing copy included"
-    );
+    println!("-- named estimators: a step at 200 Hz of 8 drive units, checks included");
     let samples = drive();
     for name in registry::NAMES.iter().filter(|name| table.wants(name)) {
         let estimator = registry::build(name, &vehicle(8), []).unwrap();

@@ -55,7 +55,7 @@
 //! | `printed` | the same letter by letter, errata and all (feature `printed`) |
 //! | [`supervised`] | the published methods under supervision, one form a source |
 //! | [`fusion`] | our own: attitude filter, swing balance, `rail_fusion` |
-//! | [`runner`] | an estimator made of a pipeline: checks, snapshots, steps undone |
+//! | [`runner`] | an estimator made of a pipeline: checks, snapshots, a new start after a step that diverges |
 //! | [`registry`] | all of them by name (feature `registry`) |
 //!
 //! Each source has a cargo feature of its own (`liu2023`, `huainan`, `guo2024`, `patent`, `resistance`, `rail_fusion`,
@@ -107,6 +107,7 @@ pub(crate) mod aiding;
 pub mod api;
 pub(crate) mod detect;
 pub mod filters;
+pub(crate) mod front;
 pub mod fusion;
 pub mod methods;
 pub mod models;

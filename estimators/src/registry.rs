@@ -10,9 +10,10 @@ use crate::api::params::{Key, Name, ParamError, Parameters, Setting};
 use crate::api::signals::{Command, Estimate, Measurements};
 use crate::api::snapshot::SnapshotError;
 use crate::api::vehicle::Vehicle;
+use crate::front::Front;
+use crate::fusion::train_source::{TrainInput, TrainSource};
 #[cfg(feature = "rail_fusion")]
 use crate::fusion::{attitude_alone as attitude, rail_fusion};
-use crate::methods::front::{Front, MethodInput};
 #[cfg(feature = "guo2024")]
 use crate::methods::guo_2024::{
     dynamic_stf, imm_ekf, imm_ekf_fixed, imm_stf, imm_stf_fixed, imm_stf_no_lateral, kinematic_stf,
@@ -29,6 +30,7 @@ use crate::methods::liu_2023::{dffrls_aekf, ffrls, rls_ekf};
 use crate::methods::liu_2023_resistance::resistance_dffrls;
 #[cfg(feature = "patent")]
 use crate::methods::patent::mmrls_sh_stf;
+use crate::methods::signal_source::{MethodInput, SignalSource};
 #[cfg(feature = "baseline")]
 use crate::methods::{complementary_filter, ekf_v_theta_biases};
 #[cfg(feature = "printed")]
@@ -57,29 +59,70 @@ pub enum Kind {
     Printed,
 }
 
-/// The front of an estimator of this kind.
+/// The front of an estimator: of those that have one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant)]
+pub enum AnyFront {
+    /// Of a published method.
+    Method(Front<SignalSource>),
+    /// Of `rail_fusion`.
+    Train(Front<TrainSource>),
+}
+
+/// Output of a front in one step.
+#[derive(Clone, Copy, Debug)]
+pub enum AnyInput {
+    /// Of a published method.
+    Method(MethodInput),
+    /// Of `rail_fusion`.
+    Train(TrainInput),
+}
+
+impl AnyFront {
+    /// Checks one step's input and makes of it that of the rest of the estimator; on an error nothing is changed.
+    pub fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<AnyInput, Error> {
+        match self {
+            AnyFront::Method(front) => front.step(z, u, dt).map(AnyInput::Method),
+            AnyFront::Train(front) => front.step(z, u, dt).map(AnyInput::Train),
+        }
+    }
+}
+
+/// The front of an estimator of this kind and name.
 macro_rules! front {
-    (Published $estimator:ident) => {
-        Some($estimator.front())
+    (Published $module:ident $estimator:ident) => {
+        $estimator.front().map(AnyFront::Method)
     };
-    ($kind:ident $estimator:ident) => {
+    (Supervised rail_fusion $estimator:ident) => {
+        $estimator.front().map(AnyFront::Train)
+    };
+    ($kind:ident $module:ident $estimator:ident) => {
         None
     };
 }
 
-/// A step of an estimator of this kind on the input of its method.
+/// A step of an estimator of this kind and name on an input of its front.
 macro_rules! step_on {
-    (Published $estimator:ident, $input:ident) => {
-        $estimator.step_on($input)
+    (Published $module:ident $estimator:ident, $input:ident) => {
+        match $input {
+            AnyInput::Method(input) => $estimator.step_on(input),
+            AnyInput::Train(_) => Err(other_front()),
+        }
     };
-    ($kind:ident $estimator:ident, $input:ident) => {
-        Err(no_front())
+    (Supervised rail_fusion $estimator:ident, $input:ident) => {
+        match $input {
+            AnyInput::Train(input) => $estimator.step_on(input),
+            AnyInput::Method(_) => Err(other_front()),
+        }
+    };
+    ($kind:ident $module:ident $estimator:ident, $input:ident) => {
+        Err(other_front())
     };
 }
 
-/// The refusal of an estimator that is not a published method.
-fn no_front() -> Error {
-    Error::own("only a published method can be stepped without its front")
+/// The refusal of an input that no front of the estimator has made.
+fn other_front() -> Error {
+    Error::own("the estimator has no front of this kind")
 }
 
 /// From one list: the names, the key tables, the construction and the enum of all estimators.
@@ -167,21 +210,21 @@ macro_rules! registry {
                 }
             }
 
-            /// The front of a published method, as it is now; `None` of another estimator.
-            pub fn front(&self) -> Option<Front> {
+            /// The front, as it is now; `None` of an estimator that has none.
+            pub fn front(&self) -> Option<AnyFront> {
                 match self {
-                    $(#[cfg(feature = $family)] AnyEstimator::$pipeline(_estimator) => front!($kind _estimator),)*
+                    $(#[cfg(feature = $family)] AnyEstimator::$pipeline(_estimator) => front!($kind $module _estimator),)*
                     $(#[cfg(feature = "printed")] AnyEstimator::$print(_) => None,)*
                 }
             }
 
-            /// One step of a published method alone, on what its front has made of the samples; refused by another
-            /// estimator. After an error the estimator is of no use.
-            #[allow(unused_variables, reason = "a build may have no published method")]
-            pub fn step_on(&mut self, input: &MethodInput) -> Result<Estimate, Error> {
+            /// One step of what is behind the front, on what the front has made of the samples. Internals that the
+            /// front finds stay as they are, but for the lagged grade. After an error the estimator is of no use.
+            #[allow(unused_variables, reason = "a build may have no estimator with a front")]
+            pub fn step_on(&mut self, input: &AnyInput) -> Result<Estimate, Error> {
                 match self {
-                    $(#[cfg(feature = $family)] AnyEstimator::$pipeline(_estimator) => step_on!($kind _estimator, input),)*
-                    $(#[cfg(feature = "printed")] AnyEstimator::$print(_) => Err(no_front()),)*
+                    $(#[cfg(feature = $family)] AnyEstimator::$pipeline(_estimator) => step_on!($kind $module _estimator, input),)*
+                    $(#[cfg(feature = "printed")] AnyEstimator::$print(_) => Err(other_front()),)*
                 }
             }
 

@@ -1,4 +1,4 @@
-//! Common frame of every pipeline: checked input, all-or-nothing steps, reset.
+//! Common frame of every pipeline: checked input, a new start after a step that diverges, reset.
 
 use crate::api::aid::AidStatus;
 pub(crate) use crate::api::estimator::copy_into;
@@ -8,6 +8,7 @@ use crate::api::params::Parameters;
 use crate::api::signals::{Command, Estimate, Measurements};
 use crate::api::snapshot::{self, Archive, Origin, SnapshotError, State};
 use crate::api::vehicle::Vehicle;
+use crate::front::{Front, Stage, Staged};
 use crate::preprocess::conditioning::ConditioningParams;
 use crate::preprocess::front_end::{FrontEnd, Reading};
 use crate::{Error, Real, Time};
@@ -87,15 +88,22 @@ impl<P: Pipeline, Q: Parameters + Copy> Runner<P, Q> {
     }
 }
 
-impl<P, Q> Runner<P, Q> {
-    /// Its front end and its pipeline.
-    pub(crate) fn parts(&self) -> (&FrontEnd, &P) {
-        (&self.signals, &self.pipeline)
+/// For a search for parameters.
+impl<P: Staged, Q> Runner<P, Q> {
+    /// The front, as it is now; `None` where it takes something of what the rest finds.
+    pub fn front(&self) -> Option<Front<P::Stage>> {
+        Some(Front {
+            front_end: self.signals,
+            stage: self.pipeline.stage()?,
+        })
     }
 
-    /// Its pipeline, to be stepped without the front end.
-    pub(crate) fn pipeline_mut(&mut self) -> &mut P {
-        &mut self.pipeline
+    /// One step of the rest alone, on what the front has made of the samples. After an error the estimator is of no
+    /// use.
+    pub fn step_on(&mut self, input: &<P::Stage as Stage>::Input) -> Result<Estimate, Error> {
+        let estimate = self.pipeline.advance_on(input);
+        let diverged = Error::Diverged;
+        estimate.is_finite().then_some(estimate).ok_or(diverged)
     }
 }
 
@@ -119,13 +127,11 @@ impl<P: Pipeline, Q> State for Runner<P, Q> {
 
 impl<P: Pipeline, Q: Parameters + Copy> Estimator for Runner<P, Q> {
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
-        let (mut signals, before) = (self.signals.before(), self.pipeline);
-        let stamps = self.signals.check(z, u, dt)?;
-        let reading = self.signals.take(z, u, dt, stamps, &mut signals);
+        let reading = self.signals.read(z, u, dt)?;
         let estimate = self.pipeline.advance(reading, z.t, dt);
         if !estimate.is_finite() {
-            self.signals.undo(&signals);
-            self.pipeline = before;
+            // The state may be of no use for long already; to keep it would mean to diverge again and again.
+            self.reset();
             return Err(Error::Diverged);
         }
         Ok(estimate)
@@ -169,5 +175,66 @@ fn front_end<P: Pipeline>(pipeline: &P, vehicle: &Vehicle) -> FrontEnd {
     match pipeline.conditioning() {
         Some(params) => FrontEnd::conditioned(vehicle, params),
         None => FrontEnd::new(vehicle),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Time;
+    use crate::api::params::params;
+    use crate::testing::vehicles::vehicle;
+
+    params! {
+        /// None that counts.
+        None_ { gain ["-"] = 1.0, 0.0 => 1.0, "Of no use."; }
+    }
+
+    /// Counts its steps; the mean torque of the motors is its estimate, and a step without one is none of a number.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    struct Counter(u32);
+
+    impl Pipeline for Counter {
+        const INTERNALS: &'static [Internal] = &[];
+
+        fn advance(&mut self, reading: &Reading, t: Time, _: Real) -> Estimate {
+            self.0 += 1;
+            let mut estimate = Estimate::at(t);
+            estimate.total_mass_kg.value = reading.motor_torque_nm.unwrap_or(Real::NAN);
+            estimate
+        }
+
+        fn internal_values(&self, _: &mut [Real]) {}
+    }
+
+    /// A refused input changes nothing; after a step that diverges the estimator is as it was built, and goes on.
+    #[test]
+    fn a_step_that_diverges_starts_anew_and_one_refused_changes_nothing() {
+        let built = Runner::new(
+            "counter",
+            |_, _: &None_| Counter(0),
+            &vehicle(),
+            &None_::default(),
+        );
+        let (mut runner, u) = (built, Command::default());
+        let with_torque = |t_s: f64, value: Real| {
+            let mut z = Measurements::at(Time::from_s(t_s));
+            let sample = crate::Sample { t: z.t, value };
+            z.motor_torque_nm = [Some(sample); crate::api::signals::MAX_DRIVES];
+            z
+        };
+        for t_s in [1.0, 1.01] {
+            runner
+                .step(&with_torque(t_s, t_s as Real), &u, 0.01)
+                .unwrap();
+        }
+        let before = runner;
+        let refused = runner.step(&with_torque(1.02, Real::NAN), &u, 0.01);
+        assert_eq!(refused, Err(Error::NotFinite("motor torque")));
+        assert!(runner == before && runner != built && runner.pipeline == Counter(2));
+        let nothing = Measurements::at(Time::from_s(2.0));
+        assert_eq!(runner.step(&nothing, &u, 0.01), Err(Error::Diverged));
+        assert!(runner == built);
+        assert!(runner.step(&with_torque(2.01, 1.0), &u, 0.01).is_ok());
     }
 }

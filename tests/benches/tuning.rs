@@ -40,7 +40,22 @@ fn rate(n: usize, mut f: impl FnMut()) -> f64 {
     n as f64 / best
 }
 
+/// Words that choose estimators; those with dashes are cargo's.
+fn words() -> impl Iterator<Item = String> {
+    std::env::args()
+        .skip(1)
+        .filter(|word| !word.starts_with('-'))
+}
+
+fn wanted(name: &str) -> bool {
+    words().next().is_none() || words().any(|word| name.contains(&word))
+}
+
 fn main() {
+    if words().next().is_some() {
+        whole_pipelines();
+        return;
+    }
     let (model, samples) = made_up(SAMPLES);
     println!("evaluations per second, RLS (2) + EKF (2) over {SAMPLES} samples, one core");
     let one = rate(1, || {
@@ -92,7 +107,8 @@ fn main() {
     whole_pipelines();
 }
 
-/// Trials over one run of 110 s (vehicle test): from its samples, and of a published method on kept inputs.
+/// Trials over one run of 110 s (vehicle test): from its samples, and behind a front on kept inputs. Words behind `--`
+/// choose estimators whose names hold one of them.
 fn whole_pipelines() {
     let s = scenario(
         "liu2023_vehicle_test",
@@ -105,7 +121,7 @@ fn whole_pipelines() {
     println!(
         "evaluations per second, vehicle test ({steps} steps), one core: from samples, on kept inputs, ratio"
     );
-    for name in registry::NAMES {
+    for name in registry::NAMES.iter().filter(|name| wanted(name)) {
         let build = || registry::build(name, &columns.vehicle, []).expect("defaults");
         let sampled = rate(1, || {
             play(&columns, "tuned", Box::new(build()), |batch| {

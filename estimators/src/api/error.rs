@@ -1,4 +1,5 @@
-//! Why an estimator refuses an input. A refused input leaves the estimator as it was; a broken one cannot go on.
+//! Why an estimator refuses an input. A refused input leaves the estimator as it was, a step that diverges starts it
+//! anew; a broken one cannot go on.
 
 use core::fmt;
 
@@ -36,7 +37,7 @@ pub enum Error {
     NotFinite(&'static str),
     /// A number of the named signal is beyond what any crane can do.
     OutOfRange(&'static str),
-    /// The step would have left the state without a finite value.
+    /// The step has led to a value that is not finite: the estimator has started anew, as after `reset`.
     Diverged,
     /// A reason of an estimator of one's own: this step is refused, and the estimator is as it was.
     Own(Reason),
@@ -73,7 +74,10 @@ impl fmt::Display for Error {
             ),
             Error::NotFinite(signal) => write!(out, "{signal} is not a finite number"),
             Error::OutOfRange(signal) => write!(out, "{signal} is beyond what a crane can do"),
-            Error::Diverged => write!(out, "the step would leave the state without a finite value"),
+            Error::Diverged => write!(
+                out,
+                "the step has led to a value that is not finite: the estimator has started anew"
+            ),
             Error::Own(reason) | Error::Broken(reason) => write!(out, "{reason}"),
         }
     }

@@ -53,8 +53,9 @@ impl Internal {
 /// # Ok::<(), Error>(())
 /// ```
 pub trait Estimator {
-    /// One step of `dt` seconds with the samples that came since the last one. On an error the estimator is as it was;
-    /// [`Error::Own`] tells a reason of one's own, [`Error::Broken`] ends the run.
+    /// One step of `dt` seconds with the samples that came since the last one. On an error the estimator is as it was,
+    /// but after [`Error::Diverged`] as it was built; [`Error::Own`] tells a reason of one's own, [`Error::Broken`]
+    /// ends the run.
     ///
     /// Filters integrate over `dt`; the stamps in `z` show which samples are fresh. The two clocks are checked against
     /// each other: `dt` may not be more than twice the time since the last step (which leaves room for jitter). Less is

@@ -41,13 +41,18 @@ impl Plausibility {
         }
     }
 
-    /// One step of `dt` seconds.
-    pub fn observe(&mut self, reading: &Reading, dt: Real) {
+    /// One step of `dt` seconds, with the rate of the grade, rad/s; whether the instruments are plausible.
+    pub fn step(&mut self, reading: &Reading, grade_rate: Option<Real>, dt: Real) -> bool {
+        self.observe(reading, grade_rate, dt);
+        self.plausible()
+    }
+
+    fn observe(&mut self, reading: &Reading, grade_rate: Option<Real>, dt: Real) {
         let Some(speed) = reading.speed_mps.filter(|_| self.on) else {
             self.kinematics.interrupt();
             return;
         };
-        let rates = reading.pitch_rate_radps.zip(reading.yaw_rate_radps);
+        let rates = grade_rate.zip(reading.yaw_rate_radps);
         if let Some((pitch, yaw)) = rates {
             self.gyro.observe([pitch, yaw], speed, dt);
         }
@@ -57,7 +62,7 @@ impl Plausibility {
             self.gravity.observe([forward, left, up], standing, dt);
             let across = left - speed * reading.yaw_rate_radps.unwrap_or(0.0);
             self.kinematics
-                .observe([forward, across], speed, reading.pitch_rate_radps, dt);
+                .observe([forward, across], speed, grade_rate, dt);
         } else {
             self.kinematics.interrupt();
         }
@@ -66,7 +71,7 @@ impl Plausibility {
     /// Returns true if the wheels, and the instruments used beside them, are plausible. Wheels and accelerometer are
     /// compared with each other. The comparison does not show which of the two is wrong, so an estimate without the
     /// accelerometer is marked too.
-    pub fn plausible(&self) -> bool {
+    fn plausible(&self) -> bool {
         if !self.on {
             return true;
         }
@@ -94,7 +99,7 @@ mod tests {
             },
             0.05,
         );
-        (0..200).for_each(|_| checks.observe(reading, 0.01));
+        (0..200).for_each(|_| checks.observe(reading, reading.pitch_rate_radps, 0.01));
         let mut off = Plausibility::new(
             false,
             Instruments {
@@ -103,7 +108,7 @@ mod tests {
             },
             0.05,
         );
-        (0..200).for_each(|_| off.observe(reading, 0.01));
+        (0..200).for_each(|_| off.observe(reading, reading.pitch_rate_radps, 0.01));
         assert!(off.plausible());
         checks.plausible()
     }

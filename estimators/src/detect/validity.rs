@@ -9,7 +9,7 @@
 //! 4. no clamp acts on it: range of the mass, steepest grade
 //! 5. the windowed NIS of each of its sources, on the noise given or learnt and not on the noise adapted, is within its
 //!    χ² limit ([`NisMonitor`])
-//! 6. its instruments are plausible ([`Plausibility`])
+//! 6. its instruments are plausible ([`Plausibility`](crate::detect::plausibility::Plausibility))
 //!
 //! The standard deviation that is published and compared is that of the filter times the root of its windowed NIS where
 //! that is above 1.9 (the a posteriori variance factor of least squares); regressions have that of their own
@@ -25,12 +25,9 @@ use crate::api::params::params;
 use crate::api::real::{PI, sqrt};
 use crate::api::signals::{Estimate, Value};
 use crate::api::snapshot::state;
-use crate::api::vehicle::Vehicle;
 use crate::detect::dynamic_lag::DynamicLag;
 use crate::detect::innovation_gate::InnovationGate;
 use crate::detect::nis_monitor::NisMonitor;
-use crate::detect::plausibility::{Instruments, Plausibility};
-use crate::preprocess::front_end::Reading;
 
 params! {
     /// Innovation gates and validity rule.
@@ -85,15 +82,16 @@ pub enum Source {
 pub struct Validity {
     params: Integrity,
     nis: [NisMonitor; 3],
-    plausibility: Plausibility,
+    /// True if the instruments are plausible.
+    plausible: bool,
     /// Of the grade at the IMU, and of the effective one.
     lag: [DynamicLag; 2],
     dt: Real,
 }
 
 impl Validity {
-    /// Builds the rule for an estimate that uses these instruments beside the wheels.
-    pub fn new(vehicle: &Vehicle, params: Integrity, uses: Instruments) -> Self {
+    /// Builds the rule.
+    pub fn new(params: Integrity) -> Self {
         let [state_hz, regression_hz] = INDEPENDENT_HZ;
         let monitor = |window_s: Real, hz: Real| {
             NisMonitor::new(params.nis_monitor, window_s, hz, params.nis_quantile_sd)
@@ -103,20 +101,15 @@ impl Validity {
         Self {
             params,
             nis: [state, state, regression],
-            plausibility: Plausibility::new(
-                params.plausibility,
-                uses,
-                vehicle.standstill_mps(None),
-            ),
+            plausible: true,
             lag: [DynamicLag::new(params.lag_s, params.lag_share); 2],
             dt: 0.0,
         }
     }
 
-    /// One step of `dt` seconds: what the instruments read.
-    pub fn observe(&mut self, reading: &Reading, dt: Real) {
-        self.dt = dt;
-        self.plausibility.observe(reading, dt);
+    /// One step of `dt` seconds: whether the instruments are plausible.
+    pub fn observe(&mut self, plausible: bool, dt: Real) {
+        (self.plausible, self.dt) = (plausible, dt);
     }
 
     /// An innovation of a source: its NIS on the un-adapted noise, by its degrees of freedom, `period_s` after the one
@@ -142,7 +135,7 @@ impl Validity {
 
     fn consistent_in(&self, sources: &[Source]) -> bool {
         let of = |source: &Source| self.nis.get(*source as usize);
-        self.plausibility.plausible() && sources.iter().filter_map(of).all(NisMonitor::consistent)
+        self.plausible && sources.iter().filter_map(of).all(NisMonitor::consistent)
     }
 
     /// Marks the mass by the rule; `valid` is true on entry if the mass is initialised, fresh and not clamped.
@@ -206,12 +199,13 @@ fn mark(value: Value, max_sd: Real, consistent: bool) -> Value {
     }
 }
 
-state!(Validity { nis, plausibility, lag, dt; params });
+state!(Validity { nis, plausible, lag, dt; params });
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::vehicles::vehicle;
+    use crate::detect::plausibility::{Instruments, Plausibility};
+    use crate::preprocess::front_end::Reading;
 
     fn estimate() -> Estimate {
         let value = |value: Real, sd: Real| Value {
@@ -240,7 +234,7 @@ mod tests {
     }
 
     fn validity(params: Integrity) -> Validity {
-        Validity::new(&vehicle(), params, Instruments::default())
+        Validity::new(params)
     }
 
     #[test]
@@ -293,6 +287,7 @@ mod tests {
     #[test]
     fn wrong_units_end_the_validity_of_all() {
         let mut rule = validity(Integrity::default());
+        let mut checks = Plausibility::new(true, Instruments::default(), 0.05);
         let mut reading = Reading {
             specific_force_mps2: Some(0.0),
             lateral_force_mps2: Some(0.0),
@@ -305,7 +300,8 @@ mod tests {
             let t = 0.01 * Real::from(k);
             reading.specific_force_mps2 = Some(if t > 1.0 { 1.0 } else { 0.0 });
             reading.speed_mps = Some(3.6 * (t - 1.0).max(0.0));
-            rule.observe(&reading, 0.01);
+            let plausible = checks.step(&reading, reading.pitch_rate_radps, 0.01);
+            rule.observe(plausible, 0.01);
         }
         assert_eq!(marks(&rule, estimate()), [false; 4]);
     }

@@ -10,7 +10,7 @@ use crate::api::params::{param_groups, params};
 use crate::api::real::{lag, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
-use crate::detect::plausibility::Instruments;
+use crate::detect::plausibility::{Instruments, Plausibility};
 use crate::detect::validity::{Integrity, Source, Validity};
 use crate::fusion::attitude::AttitudeFilter;
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
@@ -41,6 +41,7 @@ pub struct AttitudePipeline {
     mass: Value,
     standstill_mps: Real,
     point: bool,
+    plausibility: Plausibility,
     validity: Validity,
     filter: AttitudeFilter,
     acceleration_mps2: Real,
@@ -53,15 +54,16 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> AttitudePipeline {
         mass: no_mass(vehicle),
         standstill_mps: vehicle.standstill_mps(None),
         point: vehicle.is_point(),
-        validity: Validity::new(
-            vehicle,
-            params.integrity,
+        plausibility: Plausibility::new(
+            params.integrity.plausibility,
             Instruments {
                 accelerometer: true,
                 // As in rail_fusion.
                 gyro: vehicle.road.is_some(),
             },
+            vehicle.standstill_mps(None),
         ),
+        validity: Validity::new(params.integrity),
         filter: AttitudeFilter::new(
             vehicle,
             params.attitude,
@@ -91,7 +93,10 @@ impl Pipeline for AttitudePipeline {
     ];
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
-        self.validity.observe(reading, dt);
+        let plausible = self
+            .plausibility
+            .step(reading, reading.pitch_rate_radps, dt);
+        self.validity.observe(plausible, dt);
         let found = self.filter.step(&reading.channels, dt);
         if let Some(nis) = self.filter.new_nis() {
             self.validity.innovation(Source::WheelSpeed, nis, dt);
@@ -182,4 +187,4 @@ impl AttitudePipeline {
     }
 }
 
-state!(AttitudePipeline { validity, filter, acceleration_mps2; lean, mass, standstill_mps, point });
+state!(AttitudePipeline { plausibility, validity, filter, acceleration_mps2; lean, mass, standstill_mps, point });

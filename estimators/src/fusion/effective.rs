@@ -6,7 +6,6 @@ use crate::api::aid::AidOutcome;
 use crate::api::real::{GRAVITY, asin, exp, sqrt};
 use crate::api::signals::Value;
 use crate::api::snapshot::state;
-use crate::fusion::attitude::Attitude;
 use crate::fusion::swing_balance::SwingMass;
 use crate::fusion::swing_balance::block::Block;
 use crate::models::force_balance::MAX_GRADE_RAD;
@@ -50,6 +49,19 @@ pub struct EffectiveGrade {
     looked: bool,
     /// Way gone back over unread rail since the force last measured the grade, m.
     blind_m: Real,
+}
+
+/// Motion of the unit that carries the IMU, and how well its grade is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct UnitGrade {
+    /// Speed, m/s.
+    pub speed_mps: Real,
+    /// Bias of the accelerometer along the body, m/s².
+    pub bias_mps2: Real,
+    /// Standard deviation of the pitch, rad.
+    pub pitch_sd_rad: Real,
+    /// Standard deviation that the mount and the reading of the rail add to it, rad.
+    pub constant_sd_rad: Real,
 }
 
 /// Masses that the effective grade is a mean over, and the grade of the rail behind the one read.
@@ -151,19 +163,17 @@ impl EffectiveGrade {
         }
     }
 
-    /// One step: the mean over the masses of a train on its rail. `constant_sd_rad` is the standard deviation that the
-    /// mount and the reading of the rail add to that of the pitch.
+    /// One step: the mean over the masses of a train on its rail.
     pub fn step(
         &mut self,
-        attitude: &Attitude,
-        constant_sd_rad: Real,
+        unit: &UnitGrade,
         train: &TrainOnRail,
         mass: &MassOnRail,
         rail: &RailMemory,
         dt: Real,
     ) {
         self.age_s += dt;
-        self.way_m += attitude.speed_mps.abs() * dt;
+        self.way_m += unit.speed_mps.abs() * dt;
         if self.looked && self.age_s < PERIOD_S - 1e-6 && self.way_m < PERIOD_M {
             return;
         }
@@ -171,8 +181,8 @@ impl EffectiveGrade {
         let means = train.at(rail, rail.here());
         let behind = mass.behind(&means);
         let mean = (means.tare_kg + mass.load_kg * means.load) / mass.mass_kg;
-        self.sine = mean - attitude.bias_mps2 / GRAVITY + mass.eta_rad * behind + self.correction;
-        let pitch = attitude.pitch_sd_rad;
+        self.sine = mean - unit.bias_mps2 / GRAVITY + mass.eta_rad * behind + self.correction;
+        let (pitch, constant) = (unit.pitch_sd_rad, unit.constant_sd_rad);
         let blind = BLIND_RAD_PER_M * self.blind_m * behind.min(1.0);
         let doubt_m = rail.doubt_m();
         let by_place = match doubt_m > 0.0 {
@@ -184,7 +194,7 @@ impl EffectiveGrade {
         };
         let by_load = (means.load - mean) / mass.mass_kg * mass.load_sd_kg;
         self.variance = pitch * pitch
-            + constant_sd_rad * constant_sd_rad
+            + constant * constant
             + mass.unread_variance(&means, rail)
             + blind * blind
             + by_place * by_place

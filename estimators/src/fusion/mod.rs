@@ -8,3 +8,4 @@ pub(crate) mod effective;
 pub mod rail_fusion;
 pub(crate) mod swing_balance;
 pub(crate) mod train_core;
+pub(crate) mod train_source;

@@ -19,13 +19,14 @@ use crate::api::real::{GRAVITY, PI, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::detect::validity::Integrity;
-use crate::fusion::attitude::Attitude;
+use crate::front::Staged;
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
+use crate::fusion::attitude::survey::LaggedGrade;
 use crate::fusion::effective::EffectiveGrade;
 use crate::fusion::swing_balance::SwingMass;
-use crate::fusion::swing_balance::block::BlockInput;
 use crate::fusion::swing_balance::params::{SwingBalanceParams, SwingSupervision};
-use crate::fusion::train_core::{CoreSignals, TrainCore, layout};
+use crate::fusion::train_core::{TrainCore, layout};
+use crate::fusion::train_source::{CoreSignals, TrainInput, TrainSample, TrainSource};
 use crate::models::swing_balance::{ANGLE, D, ETA, LENGTH, Nominal, R0};
 use crate::preprocess::front_end::Reading;
 use crate::rail::train_means::TrainOnRail;
@@ -37,7 +38,7 @@ param_groups! {
     Params { attitude: AttitudeParams, balance: SwingBalanceParams, attitude_supervision: AttitudeSupervision, balance_supervision: SwingSupervision, integrity: Integrity }
 }
 
-/// Limits of its core: a load that swings is weighed on rail read well.
+/// Limits of its source: a load that swings is weighed on rail read well.
 const SIGNALS: CoreSignals = CoreSignals {
     max_sum_sd: 0.003,
     bend_hz: 1.0,
@@ -47,11 +48,14 @@ const SIGNALS: CoreSignals = CoreSignals {
 /// The pipeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RailFusion {
+    source: TrainSource,
     core: TrainCore,
     nominal: Nominal,
     force_fusion: bool,
     mass: SwingMass,
     effective: EffectiveGrade,
+    /// Grade with a fixed lag in way, of the last step.
+    lagged: LaggedGrade,
 }
 
 /// Builds the estimator from the vehicle's nominal values and the parameters.
@@ -63,15 +67,15 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
     let bias_sd = sqrt(bias_sd * bias_sd + mount_sd * mount_sd);
     let nominal = Nominal::new(vehicle, &layout, params.balance.mass0_kg, bias_sd);
     RailFusion {
-        core: TrainCore::new(
+        source: TrainSource::new(
             vehicle,
-            train.span_m(),
             params.attitude,
             params.attitude_supervision,
-            params.integrity,
+            &params.integrity,
             (&params.balance, params.balance_supervision.torque_monitor),
             SIGNALS,
         ),
+        core: TrainCore::new(vehicle, train.span_m(), params.integrity),
         nominal,
         force_fusion: params.balance_supervision.force_fusion,
         mass: SwingMass::new(
@@ -82,11 +86,13 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
             vehicle.drives,
         ),
         effective: EffectiveGrade::default(),
+        lagged: LaggedGrade::default(),
     }
 }
 
 impl RailFusion {
-    fn fuse(&mut self, attitude: &Attitude, input: &BlockInput, dt: Real) {
+    fn fuse(&mut self, sample: &TrainSample, dt: Real) {
+        let mass_kg = self.mass.mass_kg();
         let rail = self.core.rail();
         if self.core.has_lost_place() {
             self.mass.lose_place(rail.behind_sd_rad());
@@ -96,14 +102,13 @@ impl RailFusion {
         if self.core.may_have_another_load() {
             self.mass.open_load();
         }
-        let block = self.mass.step(input, rail, dt);
+        let block = self.mass.step(&sample.block, mass_kg, rail, dt);
         if let Some(block) = block.filter(|_| self.force_fusion) {
             self.effective
                 .correct(&block, &self.mass, &self.nominal, rail);
         }
         self.effective.step(
-            attitude,
-            self.core.constant_sd_rad(),
+            &sample.unit,
             self.mass.train(),
             &self.mass.carried(),
             rail,
@@ -111,23 +116,22 @@ impl RailFusion {
         );
     }
 
-    fn estimate(&mut self, t: Time, moving: bool) -> Estimate {
-        let awake = self.core.is_awake();
+    fn estimate(&mut self, input: &TrainInput) -> Estimate {
         let [mass, mass_sd] = self.mass.published();
         let total_mass_kg = Value {
             value: mass,
             sd: mass_sd,
-            valid: awake && self.mass.is_known(),
+            valid: input.is_awake() && self.mass.is_known(),
         };
         let estimate = Estimate {
             total_mass_kg,
-            effective_grade_rad: self.effective.value(self.core.is_placed()),
+            effective_grade_rad: self.effective.value(self.core.is_placed(input)),
             flags: Flags {
-                moving,
+                moving: input.moving,
                 excited: self.mass.is_known(),
                 saturated: false,
             },
-            ..self.core.estimate(t)
+            ..input.estimate()
         };
         self.core.publish(estimate, true)
     }
@@ -161,20 +165,17 @@ impl Pipeline for RailFusion {
     ];
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
-        if let Some((attitude, input)) = self.core.step(reading, self.mass.mass_kg(), dt) {
-            self.fuse(&attitude, &input, dt);
-        }
-        self.core.supervise(reading, self.mass.new_nis(), dt);
-        self.estimate(t, self.core.is_moving(reading))
+        let input = self.source.step(reading, self.mass.mass_kg(), t, dt);
+        self.advance_on(&input)
     }
 
     fn internal_values(&self, values: &mut [Real]) {
-        let found = self.core.attitude().found();
+        let attitude = self.source.attitude();
+        let found = attitude.found();
         let mass = self.mass.found();
         let x = &mass.x;
-        let [bias_sd, read_sd, scale_sd, arm_m] = self.core.attitude().reading();
-        let lagged = self.core.attitude().lagged_grade();
-        let [heading, heading_sd] = self.core.attitude().heading();
+        let [bias_sd, read_sd, scale_sd, arm_m] = attitude.reading();
+        let [heading, heading_sd] = attitude.heading();
         copy_into(
             values,
             &[
@@ -190,15 +191,15 @@ impl Pipeline for RailFusion {
                 x[ETA],
                 x[LENGTH],
                 sqrt(mass.mass_variance),
-                self.core.attitude().monitor(),
+                attitude.monitor(),
                 self.mass.changes() as Real,
                 self.mass.lean(),
-                self.core.torque_lag_s(),
+                self.source.torque_lag_s(),
                 read_sd,
                 scale_sd,
                 arm_m,
-                lagged.grade_rad,
-                lagged.sd_rad,
+                self.lagged.grade_rad,
+                self.lagged.sd_rad,
                 heading,
                 heading_sd,
             ],
@@ -213,7 +214,7 @@ impl Pipeline for RailFusion {
     ];
 
     fn aid_status(&self, status: &mut [AidStatus]) {
-        let [wheels, lateral, vertical] = self.core.attitude().aid_status();
+        let [wheels, lateral, vertical] = self.source.attitude().aid_status();
         copy_into(status, &[wheels, lateral, vertical, self.mass.status()]);
     }
 
@@ -222,4 +223,23 @@ impl Pipeline for RailFusion {
     }
 }
 
-state!(RailFusion { core, mass, effective; nominal, force_fusion });
+/// On a rail the mass changes nothing of the source; in the bends of a road it does.
+impl Staged for RailFusion {
+    type Stage = TrainSource;
+
+    fn stage(&self) -> Option<TrainSource> {
+        (!self.source.bends().on_road()).then_some(self.source)
+    }
+
+    fn advance_on(&mut self, input: &TrainInput) -> Estimate {
+        if let Some(sample) = &input.sample {
+            self.core.take(sample, input.speed_mps.sd, input.dt);
+            self.fuse(sample, input.dt);
+        }
+        self.core.supervise(input, self.mass.new_nis());
+        self.lagged = input.lagged;
+        self.estimate(input)
+    }
+}
+
+state!(RailFusion { source, core, mass, effective, lagged; nominal, force_fusion });

@@ -18,7 +18,7 @@ use crate::api::snapshot::{Archive, State, state};
 use crate::detect::control;
 use crate::detect::gate::Gate;
 use crate::detect::innovation_gate::Passage;
-use crate::detect::plausibility::Instruments;
+use crate::detect::plausibility::{Instruments, Plausibility};
 use crate::detect::validity::{Integrity, Source, Validity};
 use crate::filters::low_pass::MatchedFilter;
 use crate::methods::published::no_mass;
@@ -62,6 +62,7 @@ pub struct ComplementaryFilter {
     theta: Real,
     bias: Real,
     gate: Gate,
+    plausibility: Plausibility,
     validity: Validity,
     /// Time of corrections, s.
     corrected_s: Real,
@@ -90,7 +91,12 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> ComplementaryFilter {
         theta: own.grade0_deg * PI / 180.0,
         bias: 0.0,
         gate: Gate::new(&params.integrity),
-        validity: Validity::new(vehicle, params.integrity, uses),
+        plausibility: Plausibility::new(
+            params.integrity.plausibility,
+            uses,
+            vehicle.standstill_mps(None),
+        ),
+        validity: Validity::new(params.integrity),
         corrected_s: 0.0,
         clamped: false,
         residual: 0.0,
@@ -147,7 +153,10 @@ impl Pipeline for ComplementaryFilter {
     ];
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
-        self.validity.observe(reading, dt);
+        let plausible = self
+            .plausibility
+            .step(reading, reading.pitch_rate_radps, dt);
+        self.validity.observe(plausible, dt);
         self.gate.tick(dt);
         let rate = reading
             .pitch_rate_radps
@@ -222,5 +231,5 @@ impl Pipeline for ComplementaryFilter {
     }
 }
 
-state!(ComplementaryFilter { force, speed, sine, theta, bias, gate, validity, corrected_s, clamped, residual, aids;
+state!(ComplementaryFilter { force, speed, sine, theta, bias, gate, plausibility, validity, corrected_s, clamped, residual, aids;
     params, standstill_mps, bias_sd_mps2, mass, point });

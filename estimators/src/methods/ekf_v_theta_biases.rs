@@ -19,7 +19,7 @@ use crate::api::snapshot::{Archive, State, state};
 use crate::detect::control::{self, Control};
 use crate::detect::gate::Gate;
 use crate::detect::innovation_gate::Passage;
-use crate::detect::plausibility::Instruments;
+use crate::detect::plausibility::{Instruments, Plausibility};
 use crate::detect::validity::{Integrity, Source, Validity};
 use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
@@ -128,6 +128,7 @@ pub struct EkfVThetaBiases {
     point: bool,
     ekf: Ekf<BiasModel, 4>,
     gate: Gate,
+    plausibility: Plausibility,
     validity: Validity,
     started: bool,
     clamped: bool,
@@ -165,7 +166,12 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> EkfVThetaBiases {
             gate_sd: own.reject_sd,
             ..params.integrity
         }),
-        validity: Validity::new(vehicle, params.integrity, uses),
+        plausibility: Plausibility::new(
+            params.integrity.plausibility,
+            uses,
+            vehicle.standstill_mps(None),
+        ),
+        validity: Validity::new(params.integrity),
         started: false,
         clamped: false,
         last: (0.0, 0.0),
@@ -213,7 +219,10 @@ impl Pipeline for EkfVThetaBiases {
     ];
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
-        self.validity.observe(reading, dt);
+        let plausible = self
+            .plausibility
+            .step(reading, reading.pitch_rate_radps, dt);
+        self.validity.observe(plausible, dt);
         self.gate.tick(dt);
         let inertial = Inertial {
             specific_force_mps2: reading.specific_force_mps2,
@@ -278,4 +287,4 @@ impl Pipeline for EkfVThetaBiases {
     }
 }
 
-state!(EkfVThetaBiases { ekf, gate, validity, started, clamped, last, wheel_speed; params, standstill_mps, mass, point });
+state!(EkfVThetaBiases { ekf, gate, plausibility, validity, started, clamped, last, wheel_speed; params, standstill_mps, mass, point });

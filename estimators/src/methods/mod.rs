@@ -5,7 +5,6 @@
 pub mod complementary_filter;
 #[cfg(feature = "baseline")]
 pub mod ekf_v_theta_biases;
-pub mod front;
 #[cfg(feature = "guo2024")]
 pub mod guo_2024;
 #[cfg(feature = "huainan")]
@@ -20,3 +19,4 @@ pub(crate) mod method;
 #[cfg(feature = "patent")]
 pub mod patent;
 pub(crate) mod published;
+pub(crate) mod signal_source;

@@ -10,12 +10,13 @@ use crate::api::real::{sqrt, within};
 use crate::api::signals::{Estimate, Flags, Value};
 use crate::api::snapshot::{Archive, State, state};
 use crate::api::vehicle::Vehicle;
-use crate::methods::front::{Front, MethodInput, SignalSource};
+use crate::front::{Stage, Staged};
 use crate::methods::method::{Found, Method};
+use crate::methods::signal_source::{MethodInput, SignalSource};
 use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::preprocess::front_end::Reading;
-use crate::runner::{Pipeline, Runner};
-use crate::{Error, Real, Time};
+use crate::runner::Pipeline;
+use crate::{Real, Time};
 
 /// A published method made a pipeline.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,8 +37,30 @@ impl<T> Published<T> {
     }
 }
 
-impl<T: Method> Published<T> {
-    /// One step of the method.
+impl<T: Method + fmt::Debug> Pipeline for Published<T> {
+    const INTERNALS: &'static [Internal] = T::INTERNALS;
+
+    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
+        let input = self.source.step(reading, t, dt);
+        self.advance_on(&input)
+    }
+
+    fn internal_values(&self, values: &mut [Real]) {
+        self.method.internal_values(values);
+    }
+
+    fn visit(&mut self, archive: &mut Archive) {
+        State::visit(self, archive);
+    }
+}
+
+impl<T: Method + fmt::Debug> Staged for Published<T> {
+    type Stage = SignalSource;
+
+    fn stage(&self) -> Option<SignalSource> {
+        Some(self.source)
+    }
+
     #[inline]
     fn advance_on(&mut self, input: &MethodInput) -> Estimate {
         self.method.step(&input.signals);
@@ -75,45 +98,6 @@ impl<T: Method> Published<T> {
                 saturated: mass_cut || grade_cut,
             },
         }
-    }
-}
-
-impl<T: Method + fmt::Debug> Pipeline for Published<T> {
-    const INTERNALS: &'static [Internal] = T::INTERNALS;
-
-    fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
-        let input = self.source.step(reading, t, dt);
-        self.advance_on(&input)
-    }
-
-    fn internal_values(&self, values: &mut [Real]) {
-        self.method.internal_values(values);
-    }
-
-    fn visit(&mut self, archive: &mut Archive) {
-        State::visit(self, archive);
-    }
-}
-
-/// For a search for parameters of the method.
-impl<T: Method, Q> Runner<Published<T>, Q> {
-    /// The front of the method, as it is now.
-    pub fn front(&self) -> Front {
-        let (front_end, pipeline) = self.parts();
-        Front {
-            front_end: *front_end,
-            source: pipeline.source,
-        }
-    }
-
-    /// One step of the method alone, on what its front has made of the samples. After an error the estimator is of no
-    /// use.
-    pub fn step_on(&mut self, input: &MethodInput) -> Result<Estimate, Error> {
-        let estimate = self.pipeline_mut().advance_on(input);
-        estimate
-            .is_finite()
-            .then_some(estimate)
-            .ok_or(Error::Diverged)
     }
 }
 

@@ -98,6 +98,11 @@ impl Bends {
         }
     }
 
+    /// Returns true on a road; on a rail there is no bend that counts.
+    pub fn on_road(&self) -> bool {
+        self.road.is_some()
+    }
+
     /// The bend as read.
     pub fn now(&self) -> Bend {
         self.now

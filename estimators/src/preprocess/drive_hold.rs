@@ -21,12 +21,12 @@ pub struct DriveHold {
     count: usize,
     /// State that every sample changes.
     all: All,
-    units: Units,
+    units: [Unit; MAX_DRIVES],
 }
 
 /// State that all units have in common, and their values.
 #[derive(Clone, Copy, Debug)]
-pub struct All {
+struct All {
     /// Arrivals of all units while they have been the same for all.
     together: Option<Arrivals>,
     /// Changes of all values that the stuck detectors have not counted yet, and the instant of the last one.
@@ -37,23 +37,13 @@ pub struct All {
     values: [Real; MAX_DRIVES],
 }
 
-/// State that each unit has for itself.
-pub type Units = [Unit; MAX_DRIVES];
-
 /// One unit. Its arrivals are out of date while those of all are kept together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Unit {
+struct Unit {
     arrivals: Arrivals,
     late: u32,
     known: bool,
     stuck: StuckDetector,
-}
-
-/// State of a [`DriveHold`] before a step, to undo it; the units only if the step changes them.
-#[derive(Clone, Copy, Debug)]
-pub struct Before {
-    all: All,
-    units: Option<Units>,
 }
 
 impl DriveHold {
@@ -72,21 +62,6 @@ impl DriveHold {
         }
     }
 
-    /// Returns the state before a step, which [`DriveHold::take`] completes.
-    #[inline]
-    pub fn before(&self) -> Before {
-        Before {
-            all: self.all,
-            units: None,
-        }
-    }
-
-    /// Takes a step back.
-    pub fn undo(&mut self, before: &Before) {
-        self.all = before.all;
-        self.units = before.units.unwrap_or(self.units);
-    }
-
     /// Takes new samples, which have come with these stamps; of which units one was taken.
     #[inline]
     pub fn take(
@@ -94,7 +69,6 @@ impl DriveHold {
         samples: &[Option<Sample<Real>>; MAX_DRIVES],
         stamps: Stamps,
         now: Time,
-        before: &mut Before,
     ) -> UnitMask {
         if stamps == Stamps::Missing {
             return 0;
@@ -103,9 +77,9 @@ impl DriveHold {
             && let Some(arrivals) = &mut self.all.together
             && arrivals.take(t, now, false)
         {
-            self.take_together(samples, now, before)
+            self.take_together(samples, now)
         } else {
-            self.take_apart(samples, now, before)
+            self.take_apart(samples, now)
         }
     }
 
@@ -115,44 +89,36 @@ impl DriveHold {
         &mut self,
         samples: &[Option<Sample<Real>>; MAX_DRIVES],
         now: Time,
-        before: &mut Before,
     ) -> UnitMask {
-        let units = self.all.values.iter_mut().take(self.count);
-        let mut repeated = self.all.repeats;
-        for (value, sample) in units.zip(samples) {
-            let Some(new) = sample else { continue };
-            // Both are finite: those of the same bits are those that are equal, zeros aside.
-            if new.value.to_bits() == value.to_bits() {
-                repeated |= *value != 0.0;
-            } else {
-                *value = new.value;
-            }
-        }
-        if repeated {
-            before.units = Some(self.units);
+        let units = self.all.values.iter().take(self.count);
+        // Both are finite: those of the same bits are those that are equal, zeros aside.
+        let repeats = |(value, sample): (&Real, &Option<Sample<Real>>)| {
+            let same = sample.is_some_and(|new| new.value.to_bits() == value.to_bits());
+            same & (*value != 0.0)
+        };
+        let repeated = units.zip(samples).map(repeats);
+        if repeated.fold(self.all.repeats, |any, repeats| any | repeats) {
             self.tell_changes();
-            let values = self.all.values.iter().zip(&before.all.values);
-            let units = self.units.iter_mut().take(self.count);
-            for (unit, (new, old)) in units.zip(values) {
-                unit.stuck.take(*new, *old, now);
+            let units = self.units.iter_mut().zip(&self.all.values);
+            for ((unit, old), sample) in units.zip(samples).take(self.count) {
+                unit.stuck
+                    .take(sample.map_or(*old, |new| new.value), *old, now);
             }
             self.all.repeats = self.units.iter().any(|unit| unit.stuck.repeats());
         } else {
             self.all.changes = self.all.changes.saturating_add(1);
             self.all.changed = now;
         }
+        let units = self.all.values.iter_mut().take(self.count);
+        for (value, sample) in units.zip(samples) {
+            *value = sample.map_or(*value, |new| new.value);
+        }
         self.mask_of_all()
     }
 
     /// The same where units differ.
     #[inline(never)]
-    fn take_apart(
-        &mut self,
-        samples: &[Option<Sample<Real>>; MAX_DRIVES],
-        now: Time,
-        before: &mut Before,
-    ) -> UnitMask {
-        before.units = Some(self.units);
+    fn take_apart(&mut self, samples: &[Option<Sample<Real>>; MAX_DRIVES], now: Time) -> UnitMask {
         self.tell_changes();
         self.tell_arrivals();
         let mut taken = 0;
@@ -361,11 +327,7 @@ mod tests {
             let now = Time::from_ns(10_000_000 * k);
             let new = samples(k, &mut random);
             let stamps = stamps(&new[..COUNT]);
-            let (mut before, was) = (units.before(), units);
-            units.take(&new, stamps, now, &mut before);
-            units.undo(&before);
-            assert_eq!(units, was);
-            let taken = units.take(&new, stamps, now, &mut units.before());
+            let taken = units.take(&new, stamps, now);
             let each = channels.iter_mut().zip(&new);
             assert_eq!(taken, mask(each.map(|(held, new)| held.take(*new, now))));
             together += i32::from(units.all.together.is_some() && taken > 0);

@@ -4,7 +4,7 @@ use crate::api::aid::Rejection;
 use crate::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
 use crate::api::snapshot::{Archive, State, visit_built};
 use crate::preprocess::conditioning::{Conditioning, ConditioningParams, LearntNoise};
-use crate::preprocess::drive_hold::{Before, DriveHold, UnitMask};
+use crate::preprocess::drive_hold::{DriveHold, UnitMask};
 use crate::preprocess::input_check::{InputCheck, Stamps};
 use crate::preprocess::sample_hold::{SampleHold, VectorHold};
 use crate::preprocess::wheel_speed_vote::WheelSpeedVote;
@@ -111,8 +111,8 @@ struct Output {
     new_speed: bool,
 }
 
-/// Equal in all it holds. One that the next step writes anew (`fresh` is `None`: at the start, after a snapshot and
-/// after a step taken back) follows from the channels, which are compared by themselves.
+/// Equal in all it holds. One that the next step writes anew (`fresh` is `None`: at the start and after a snapshot)
+/// follows from the channels, which are compared by themselves.
 impl PartialEq for Output {
     fn eq(&self, other: &Self) -> bool {
         let Self {
@@ -127,14 +127,6 @@ impl PartialEq for Output {
             && self.fresh == *fresh
             && self.new_speed == *new_speed)
     }
-}
-
-/// State that a step may change, to undo it.
-#[derive(Clone, Copy, Debug)]
-pub struct Checkpoint {
-    own: Own,
-    torque: Before,
-    speed: Before,
 }
 
 impl FrontEnd {
@@ -169,47 +161,9 @@ impl FrontEnd {
     }
 
     /// Checks one step's input and turns it into signals; on an error nothing is changed.
-    pub fn read(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Reading, Error> {
-        let mut before = self.before();
-        let stamps = self.check(z, u, dt)?;
-        Ok(*self.take(z, u, dt, stamps, &mut before))
-    }
-
-    /// Returns the state before a step, which [`FrontEnd::take`] completes.
     #[inline]
-    pub fn before(&self) -> Checkpoint {
-        Checkpoint {
-            own: self.own,
-            torque: self.torque.before(),
-            speed: self.speed.before(),
-        }
-    }
-
-    /// Takes a step back.
-    pub fn undo(&mut self, before: &Checkpoint) {
-        self.own = before.own;
-        self.torque.undo(&before.torque);
-        self.speed.undo(&before.speed);
-        self.output.fresh = None;
-    }
-
-    /// Checks one step's input and notes its instant; on an error nothing is changed. How motor torques and wheel
-    /// speeds have come.
-    #[inline]
-    pub fn check(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<[Stamps; 2], Error> {
-        self.own.check.accept(z, u, dt, self.drives)
-    }
-
-    /// Turns one step's input, which must have been checked, into signals.
-    #[inline]
-    pub fn take(
-        &mut self,
-        z: &Measurements,
-        u: &Command,
-        dt: Real,
-        stamps: [Stamps; 2],
-        before: &mut Checkpoint,
-    ) -> &Reading {
+    pub fn read(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<&Reading, Error> {
+        let stamps = self.own.check.accept(z, u, dt, self.drives)?;
         let now = z.t;
         let before_s = self
             .own
@@ -220,7 +174,7 @@ impl FrontEnd {
         let new = self.take_imu(z);
         self.condition_imu(new, dt);
         self.own.steering.take(z.steering_angle_rad, now);
-        let new_speed = self.take_drives(z, dt, stamps, before);
+        let new_speed = self.take_drives(z, dt, stamps);
         self.read_imu(now, dt);
         self.read_speed(new_speed, now);
 
@@ -229,7 +183,7 @@ impl FrontEnd {
         reading.channels.commanded_torque_nm = u.motor_torque_nm;
         reading.channels.new = new;
         reading.steering_angle_rad = self.own.steering.fresh(now, dt);
-        &self.output.reading
+        Ok(&self.output.reading)
     }
 
     /// Takes the samples of the IMU; whether specific force and angular rate are new.
@@ -255,15 +209,8 @@ impl FrontEnd {
 
     /// Takes the samples of the drive units, and reads them; whether a wheel speed is new.
     #[inline]
-    fn take_drives(
-        &mut self,
-        z: &Measurements,
-        dt: Real,
-        [torques, speeds]: [Stamps; 2],
-        before: &mut Checkpoint,
-    ) -> bool {
+    fn take_drives(&mut self, z: &Measurements, dt: Real, [torques, speeds]: [Stamps; 2]) -> bool {
         let now = z.t;
-        let Checkpoint { torque, speed, .. } = before;
         if let Some(stamp) = z.motor_torque_nm.iter().flatten().map(|s| s.t).max() {
             let [torque, ..] = &mut self.output.reading.channels.age_s;
             *torque = now.since(stamp);
@@ -272,8 +219,8 @@ impl FrontEnd {
             let [.., wheels] = &mut self.output.reading.channels.age_s;
             *wheels = now.since(stamp);
         }
-        let new_torque = self.torque.take(&z.motor_torque_nm, torques, now, torque);
-        let new_speed = self.speed.take(&z.wheel_speed_mps, speeds, now, speed);
+        let new_torque = self.torque.take(&z.motor_torque_nm, torques, now);
+        let new_speed = self.speed.take(&z.wheel_speed_mps, speeds, now);
         let fresh = [self.torque.fresh(now, dt), self.speed.fresh(now, dt)];
         let same = self.output.fresh == Some(fresh);
         if !same || (new_torque | new_speed) != 0 {

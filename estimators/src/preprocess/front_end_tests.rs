@@ -59,9 +59,8 @@ fn a_grade_that_grows_is_a_positive_pitch_rate() {
         }),
         ..Default::default()
     };
-    let reading = FrontEnd::new(&vehicle())
-        .read(&z, &Command::default(), 0.01)
-        .unwrap();
+    let mut front = FrontEnd::new(&vehicle());
+    let reading = front.read(&z, &Command::default(), 0.01).unwrap();
     assert_eq!(reading.pitch_rate_radps, Some(0.1));
 }
 
@@ -82,7 +81,7 @@ fn after(faulty: impl Fn(usize, Real) -> Option<Real>) -> Reading {
             };
             *place = value.map(|value| Sample { t, value });
         }
-        last = front.read(&z, &Command::default(), 0.01).unwrap();
+        last = *front.read(&z, &Command::default(), 0.01).unwrap();
     }
     last
 }

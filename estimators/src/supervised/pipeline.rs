@@ -20,9 +20,10 @@ use crate::detect::validity::Integrity;
 use crate::filters::ring_buffer::RingBuffer;
 use crate::fusion::attitude::Attitude;
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
-use crate::fusion::effective::{EffectiveGrade, MassOnRail};
+use crate::fusion::effective::{EffectiveGrade, MassOnRail, UnitGrade};
 use crate::fusion::swing_balance::params::SwingBalanceParams;
-use crate::fusion::train_core::{CoreSignals, TrainCore, layout};
+use crate::fusion::train_core::{TrainCore, layout};
+use crate::fusion::train_source::{CoreSignals, TrainSample, TrainSource};
 use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::models::sample::ResampledSample;
 use crate::models::single_track::Bend;
@@ -207,6 +208,7 @@ pub struct CoreParams {
 /// A method under supervision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Supervised<M> {
+    source: TrainSource,
     core: TrainCore,
     train: TrainOnRail,
     tare_kg: Real,
@@ -257,12 +259,12 @@ impl<M: SupervisedMethod> Supervised<M> {
         let torque = SwingBalanceParams::default();
         let [front_m, _] = train.span_m();
         Self {
-            core: TrainCore::new(
+            core: TrainCore::new(&vehicle, train.span_m(), integrity),
+            source: TrainSource::new(
                 &vehicle,
-                train.span_m(),
                 attitude,
                 attitude_supervision,
-                integrity,
+                &integrity,
                 (&torque, supervision.torque_monitor),
                 CoreSignals {
                     max_sum_sd: Real::MAX,
@@ -332,8 +334,8 @@ impl<M: SupervisedMethod> Supervised<M> {
             return None;
         }
         let sample = BalanceSample {
-            bend: self.core.bends().filtered(),
-            ..BalanceSample::new(sample, &means, self.tare_kg, self.core.read_sd())
+            bend: self.source.bends().filtered(),
+            ..BalanceSample::new(sample, &means, self.tare_kg, self.source.read_sd())
         };
         self.status = self.method.sample(&sample);
         let nis = self.status.nis()?;
@@ -342,7 +344,8 @@ impl<M: SupervisedMethod> Supervised<M> {
         Some((nis, period_s))
     }
 
-    fn weigh(&mut self, reading: &Reading, attitude: &Attitude, traction: Option<Real>, dt: Real) {
+    fn weigh(&mut self, reading: &Reading, sample: &TrainSample, traction: Option<Real>, dt: Real) {
+        let attitude = *self.source.attitude().found();
         let mass = self.method.mass_kg();
         let load_kg = (mass.value - self.tare_kg).max(0.0);
         let behind_sd_rad = self.core.rail().behind_sd_rad();
@@ -353,29 +356,32 @@ impl<M: SupervisedMethod> Supervised<M> {
             eta_rad: 0.0,
             eta_variance: behind_sd_rad * behind_sd_rad,
         };
-        let core = &self.core;
+        let (core, source) = (&self.core, &self.source);
         // The doubt of the mount is no reason to trust the method: it is added to the grades at the end.
-        let mount_sd = core.attitude().mount_sd_rad();
-        let read_sd = core.read_sd();
+        let mount_sd = source.attitude().mount_sd_rad();
+        let unit = UnitGrade {
+            constant_sd_rad: source.read_sd(),
+            ..sample.unit
+        };
         self.effective
             .go(attitude.speed_mps * dt, &self.train, &carried, core.rail());
         self.effective
-            .step(attitude, read_sd, &self.train, &carried, core.rail(), dt);
+            .step(&unit, &self.train, &carried, core.rail(), dt);
         let by_core = self.effective.value(true);
         let share = 1.0 - exp(-dt / CURVE_S);
         self.pitch_rate_radps += share * (attitude.pitch_rate_radps - self.pitch_rate_radps);
         let curvature = self.pitch_rate_radps / attitude.speed_mps.abs().max(MIN_CURVE_MPS);
         let trail_sd = WHEELBASE_SHARE * self.wheelbase_m * curvature;
-        let [bias_sd_mps2, ..] = core.attitude().reading();
+        let [bias_sd_mps2, ..] = source.attitude().reading();
         let (moving, running) = motion(reading, self.standstill_mps);
         self.method.step(&Step {
             reading,
-            attitude,
+            attitude: &attitude,
             traction_n: traction,
             effective_rad: [by_core.value, by_core.sd],
             bias_sd_mps2,
             curvature_per_m: self.curvature_per_m,
-            bend: core.bends().now(),
+            bend: source.bends().now(),
             moving,
             running,
             dt,
@@ -386,14 +392,14 @@ impl<M: SupervisedMethod> Supervised<M> {
             valid: known,
             ..by_method
         };
-        let attitude = self.core.attitude();
+        let attitude = self.source.attitude();
         let at_imu = Value {
             value: attitude.grade_at_imu_rad(),
             sd: without(attitude.grade_at_imu_sd_rad(), mount_sd),
             valid: true,
         };
         // Without samples of the IMU its errors are no longer those of the rail read before.
-        let common_sd = match self.core.attitude().found().imu {
+        let common_sd = match attitude.found().imu {
             true => at_imu.sd,
             false => 0.0,
         };
@@ -415,17 +421,21 @@ impl<M: SupervisedMethod> Pipeline for Supervised<M> {
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         self.since_s += dt;
         let mut nis = None;
-        if let Some((attitude, input)) = self.core.step(reading, self.method.mass_kg().value, dt) {
+        let mass_kg = self.method.mass_kg().value;
+        let input = self.source.step(reading, mass_kg, t, dt);
+        if let Some(sample) = &input.sample {
+            self.core.take(sample, input.speed_mps.sd, dt);
             let (_, running) = motion(reading, self.standstill_mps);
-            let running = running && !input.doubt;
+            let running = running && !sample.block.doubt;
             if self.core.has_lost_place() {
                 self.waiting = RingBuffer::new();
                 self.effective = EffectiveGrade::default();
                 self.method.pause();
             }
-            let force_n = input.traction.map(|[force, _]| force);
-            if let Some(sample) = self.next(reading, force_n, running && input.sound, dt) {
-                nis = self.take(sample);
+            let force_n = sample.block.traction.map(|[force, _]| force);
+            let sound = running && sample.block.sound;
+            if let Some(placed) = self.next(reading, force_n, sound, dt) {
+                nis = self.take(placed);
             }
             if let Control::Out(outcome) = control::force_balance(reading, running, true) {
                 self.status = control::without(outcome);
@@ -437,10 +447,10 @@ impl<M: SupervisedMethod> Pipeline for Supervised<M> {
                 self.method.open_load();
             }
             let traction = force_n.filter(|_| running);
-            self.weigh(reading, &attitude, traction, dt);
+            self.weigh(reading, sample, traction, dt);
         }
-        self.core.supervise(reading, nis, dt);
-        let awake = self.core.is_awake();
+        self.core.supervise(&input, nis);
+        let awake = input.is_awake();
         let mass = self.method.mass_kg();
         let gain_kg = self.gain_sd * mass.value;
         let [effective, at_imu] = self.grades;
@@ -455,15 +465,15 @@ impl<M: SupervisedMethod> Pipeline for Supervised<M> {
                 ..at_imu
             },
             effective_grade_rad: Value {
-                valid: self.core.is_placed(),
+                valid: self.core.is_placed(&input),
                 ..effective
             },
             flags: Flags {
-                moving: self.core.is_moving(reading),
+                moving: input.moving,
                 excited: self.signals.settled() && self.method.is_excited(),
                 saturated: self.method.is_saturated(),
             },
-            ..self.core.estimate(t)
+            ..input.estimate()
         };
         self.core.publish(estimate, M::WEIGHS)
     }
@@ -484,7 +494,7 @@ impl<M: SupervisedMethod> Pipeline for Supervised<M> {
     ];
 
     fn aid_status(&self, status: &mut [AidStatus]) {
-        let [wheels, lateral, vertical] = self.core.attitude().aid_status();
+        let [wheels, lateral, vertical] = self.source.attitude().aid_status();
         copy_into(status, &[wheels, lateral, vertical, self.status]);
     }
 
@@ -493,7 +503,7 @@ impl<M: SupervisedMethod> Pipeline for Supervised<M> {
     }
 }
 
-state!(@[M: State] Supervised<M> { core, signals, waiting, late_m, since_s, curvature_per_m, pitch_rate_radps, method, effective, trust, grades, status;
+state!(@[M: State] Supervised<M> { source, core, signals, waiting, late_m, since_s, curvature_per_m, pitch_rate_radps, method, effective, trust, grades, status;
     train, tare_kg, gain_sd, front_m, wheelbase_m, standstill_mps, method_grade, conditioning });
 
 #[cfg(test)]

@@ -120,7 +120,7 @@ impl Estimator for Driven {
             self.samples.push(Noted {
                 t: z.t.s() as Real,
                 late_m: self.core.late_m,
-                read_mps2: 9.81 * self.core.core.read_sd(),
+                read_mps2: 9.81 * self.core.source.read_sd(),
                 sample: self.core.method.last.unwrap(),
             });
         }

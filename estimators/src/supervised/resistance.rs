@@ -233,7 +233,7 @@ impl Surveyed {
             return Err(Error::NotFinite("surveyed grade"));
         }
         let mut next = *self;
-        let mut reading = next.front_end.read(z, u, dt)?;
+        let mut reading = *next.front_end.read(z, u, dt)?;
         reading.specific_force_mps2 = Some(GRAVITY * sin(grade_rad));
         let (_, running) = motion(&reading, self.standstill_mps);
         let balance = &self.method.balance;

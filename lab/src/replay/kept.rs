@@ -1,26 +1,26 @@
-//! Inputs of a published method, kept of a recording: what no parameter of the method changes is computed once.
+//! Inputs of what is behind an estimator's front, kept of a recording: what the tuned parameters leave as it is, is
+//! computed once.
 
 use crate::metrics::series::ErrorSample;
 use crate::replay::ReplayData;
 use crate::replay::play::errors;
 use monorig_estimators::api::estimator::{Estimator, Internal};
 use monorig_estimators::api::signals::{Command, Estimate, Measurements};
-use monorig_estimators::methods::front::{Front, MethodInput};
-use monorig_estimators::registry::AnyEstimator;
+use monorig_estimators::registry::{AnyEstimator, AnyFront, AnyInput};
 use monorig_estimators::{Error as Refused, Time};
 use monorig_sim::error::Error;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Inputs of a method that its front has made of every step of a recording.
+/// Inputs that a front has made of every step of a recording.
 pub struct KeptInputs {
-    front: Front,
-    /// Input of the method, or why the step was refused.
-    steps: Vec<Result<MethodInput, Refused>>,
+    front: AnyFront,
+    /// The input, or why the step was refused.
+    steps: Vec<Result<AnyInput, Refused>>,
 }
 
 impl KeptInputs {
     /// Runs a front over a recording.
-    pub fn new(columns: &ReplayData, front: Front) -> Self {
+    pub fn new(columns: &ReplayData, front: AnyFront) -> Self {
         let mut running = front;
         let mut inputs = Vec::with_capacity(columns.len());
         let mut steps = columns.steps();
@@ -36,9 +36,9 @@ impl KeptInputs {
     }
 }
 
-/// Plays kept inputs to a published method that was built with the same front, and hands its errors on as
-/// [`play`](crate::replay::play::play) does, bit for bit. An error where it panics or diverges: a step taken back
-/// changes the front, so such a trial must be played from the samples.
+/// Plays kept inputs to an estimator, and hands its errors on as [`play`](crate::replay::play::play) does, bit for bit.
+/// An error where the estimator has another front, panics or diverges (it would start anew, and its front too): then it
+/// must be played from the samples.
 pub fn play_kept(
     columns: &ReplayData,
     kept: &Arc<KeptInputs>,
@@ -46,6 +46,14 @@ pub fn play_kept(
     estimator: AnyEstimator,
     take: impl FnMut(&[ErrorSample]),
 ) -> Result<(), Error> {
+    if estimator.front() != Some(kept.front) {
+        return Err(Error::Estimator {
+            name: name.into(),
+            seed: None,
+            t_s: 0.0,
+            what: "the inputs kept are those of another front".into(),
+        });
+    }
     let estimator = OnKept {
         estimator,
         kept: kept.clone(),
@@ -62,7 +70,7 @@ pub fn play_kept(
     })
 }
 
-/// A published method that takes kept inputs in place of samples.
+/// An estimator that takes kept inputs in place of samples.
 struct OnKept {
     estimator: AnyEstimator,
     kept: Arc<KeptInputs>,
@@ -97,11 +105,11 @@ impl Estimator for OnKept {
 /// The kept inputs of one recording: those of the front that was wanted twice in a row. Where each trial has another
 /// front, nothing is kept.
 #[derive(Default)]
-pub(crate) struct KeptOfRun(Mutex<(Option<Front>, Option<Arc<KeptInputs>>)>);
+pub(crate) struct KeptOfRun(Mutex<(Option<AnyFront>, Option<Arc<KeptInputs>>)>);
 
 impl KeptOfRun {
     /// The inputs by this front, if they are kept or worth keeping.
-    pub(crate) fn get(&self, columns: &ReplayData, front: Front) -> Option<Arc<KeptInputs>> {
+    pub(crate) fn get(&self, columns: &ReplayData, front: AnyFront) -> Option<Arc<KeptInputs>> {
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let (last, kept) = &mut *known;
         if let Some(kept) = kept.as_ref().filter(|kept| kept.front == front) {

@@ -257,7 +257,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// The metrics of a replay, measured as it goes: the numbers of [`Evaluator::measure`], without keeping the
-    /// samples. A published method takes the inputs that are kept of the recording.
+    /// samples. Behind an equal front the inputs that are kept of the recording are played.
     fn measure_replay(
         &self,
         run: &OneRun,

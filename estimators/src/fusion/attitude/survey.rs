@@ -8,6 +8,7 @@
 use super::AttitudeFilter;
 use crate::Real;
 use crate::api::real::{PI, sqrt};
+use crate::api::snapshot::state;
 use crate::models::attitude::{BIAS_X, GYRO_Z, SCALE};
 use crate::models::force_balance::MAX_GRADE_RAD;
 
@@ -28,6 +29,8 @@ pub struct LaggedGrade {
 /// Error of the chord as a share of that of the grade carried ahead over the arm: for d²θ/ds² it is w²/6 against l²/2,
 /// a third where half the wheelbase w is the arm l.
 const CHORD_SHARE: Real = 1.0 / 3.0;
+
+state!(LaggedGrade { grade_rad, sd_rad, lag_m; });
 
 impl AttitudeFilter {
     /// Grade at the IMU, rad: that under the unit's middle and the curvature over the arm.

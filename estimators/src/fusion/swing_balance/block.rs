@@ -46,8 +46,6 @@ pub struct BlockInput {
     pub speed_noise_mps: Real,
     /// Standard deviation of sin θ + b/g.
     pub sum_sd: Real,
-    /// Total mass by the last block, kg.
-    pub mass_kg: Real,
     /// Acceleration by the accelerometer, m/s².
     pub acceleration_mps2: Real,
     /// Traction at the rims, N, and its variance; `None` if too few torques are known.
@@ -155,8 +153,14 @@ pub struct BlockBuilder {
 }
 
 impl BlockBuilder {
-    /// Takes a sample; returns a block when it is whole.
-    pub fn take(&mut self, z: &BlockInput, rail: &RailMemory, dt: Real) -> Option<Block> {
+    /// Takes a sample, with the total mass by the last block, kg; returns a block when it is whole.
+    pub fn take(
+        &mut self,
+        z: &BlockInput,
+        mass_kg: Real,
+        rail: &RailMemory,
+        dt: Real,
+    ) -> Option<Block> {
         let (start, start_mps) = *self.started.get_or_insert((rail.here(), z.speed_mps));
         if self.length_s == 0.0 {
             self.part_mps = start_mps;
@@ -203,7 +207,7 @@ impl BlockBuilder {
             traction_n: stored(self.traction / count),
             variance: stored(
                 self.variance / (count * count)
-                    + self.inertia_variance(z.mass_kg)
+                    + self.inertia_variance(mass_kg)
                     + self.late_variance(),
             ),
             speed_mps: stored(self.speed / self.length_s),

@@ -189,10 +189,17 @@ impl SwingMass {
         mass
     }
 
-    /// One sample; returns a block when one is whole. At most one waiting block is worked off.
-    pub fn step(&mut self, z: &BlockInput, rail: &RailMemory, dt: Real) -> Option<Block> {
+    /// One sample, with the total mass before it, kg; returns a block when one is whole. At most one waiting block is
+    /// worked off.
+    pub fn step(
+        &mut self,
+        z: &BlockInput,
+        mass_kg: Real,
+        rail: &RailMemory,
+        dt: Real,
+    ) -> Option<Block> {
         self.new_nis = None;
-        let new = self.builder.take(z, rail, dt);
+        let new = self.builder.take(z, mass_kg, rail, dt);
         if let Some(block) = new {
             self.watch(&block, rail);
             if let Some(place) = self.blocks.get_mut(slot(self.written)) {

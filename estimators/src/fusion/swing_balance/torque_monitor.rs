@@ -79,7 +79,8 @@ impl TorqueMonitor {
         let change = commands.sum::<Real>() / drives - commanded;
         self.changing = stored(change.abs().max((1.0 - share) * Real::from(self.changing)));
         self.commanded = stored(commanded + share * change);
-        for (smooth, torque) in self.smooth.iter_mut().zip(&z.motor_torque_nm) {
+        let torques = z.motor_torque_nm.iter().take(self.drives);
+        for (smooth, torque) in self.smooth.iter_mut().zip(torques) {
             let last = Real::from(*smooth);
             *smooth = stored(last + share * (torque.unwrap_or(last) - last));
         }
@@ -90,12 +91,13 @@ impl TorqueMonitor {
         let limit = self.limit(median);
         let (mut count, mut force, mut variance) = (0u32, 0.0, 0.0);
         let [relative, constant] = self.noise;
+        let [forward, backward] = [speed_mps, -speed_mps].map(|speed| self.gain(speed));
         for (torque, smooth) in z.motor_torque_nm.iter().zip(&self.smooth).take(self.drives) {
             let Some(torque) = torque else { continue };
             if self.on && self.drives > 2 && (Real::from(*smooth) - median).abs() > limit {
                 continue;
             }
-            let gain = self.gain(*torque, speed_mps);
+            let gain = if *torque < 0.0 { backward } else { forward };
             count += 1;
             force += torque * gain;
             let noise = relative * torque;
@@ -142,10 +144,10 @@ impl TorqueMonitor {
         self.on && self.doubt
     }
 
-    /// N at the rim per N·m at the motor: with the efficiency when driving, by it when braking.
-    fn gain(&self, torque: Real, speed_mps: Real) -> Real {
-        let sign = if torque < 0.0 { -1.0 } else { 1.0 };
-        let driving = 0.5 * (1.0 + within(sign * speed_mps / BLEND_MPS, -1.0, 1.0));
+    /// N at the rim per N·m at the motor, by the speed in the sense of the torque: with the efficiency when driving, by
+    /// it when braking.
+    fn gain(&self, speed_mps: Real) -> Real {
+        let driving = 0.5 * (1.0 + within(speed_mps / BLEND_MPS, -1.0, 1.0));
         self.per_nm * (driving * self.efficiency + (1.0 - driving) / self.efficiency)
     }
 

@@ -1,16 +1,14 @@
-//! The front of a published method: what makes of the samples of a step the input of the method.
-//!
-//! No parameter of the method changes it but the low-pass's corner and rate. So a search for parameters runs it once
-//! over a recording, and a trial runs the method alone on what it has made, with the same bits.
+//! First stage of a published method: makes of the reading of a step the input of the method. No parameter of the
+//! method changes it but the low-pass's corner and rate.
 
-use crate::api::signals::{Command, Measurements};
 use crate::api::snapshot::state;
 use crate::api::vehicle::Vehicle;
+use crate::front::Stage;
 use crate::methods::method::Signals;
 use crate::models::force_balance::ForceBalance;
-use crate::preprocess::front_end::{FrontEnd, Reading, motion};
+use crate::preprocess::front_end::{Reading, motion};
 use crate::preprocess::resampler::Resampler;
-use crate::{Error, Real, Time};
+use crate::{Real, Time};
 
 /// Input of a published method in one step, and what its estimate takes of the signals besides.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +27,7 @@ pub struct MethodInput {
 
 /// Turns readings into inputs of a published method: low-pass, force balance, direction of motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct SignalSource {
+pub struct SignalSource {
     balance: ForceBalance,
     resampler: Resampler,
     standstill_mps: Real,
@@ -46,10 +44,13 @@ impl SignalSource {
             direction: 1.0,
         }
     }
+}
 
-    /// The input of one step of `dt` seconds.
+impl Stage for SignalSource {
+    type Input = MethodInput;
+
     #[inline]
-    pub(super) fn step(&mut self, reading: &Reading, t: Time, dt: Real) -> MethodInput {
+    fn step(&mut self, reading: &Reading, t: Time, dt: Real) -> MethodInput {
         let (moving, running) = motion(reading, self.standstill_mps);
         let sample = self.resampler.step(reading, &self.balance, running, dt);
         if moving && let Some(v) = reading.speed_mps {
@@ -82,19 +83,3 @@ impl SignalSource {
 }
 
 state!(SignalSource { resampler, direction; balance, standstill_mps });
-
-/// The whole front of a published method: signal front end and source of its signals. Two that are equal make the same
-/// of the same samples.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Front {
-    pub(super) front_end: FrontEnd,
-    pub(super) source: SignalSource,
-}
-
-impl Front {
-    /// Checks one step's input and makes of it that of the method; on an error nothing is changed.
-    pub fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<MethodInput, Error> {
-        let reading = self.front_end.read(z, u, dt)?;
-        Ok(self.source.step(&reading, z.t, dt))
-    }
-}

@@ -1,0 +1,292 @@
+//! Source of what an estimator of the mass of a train takes as known: attitude and speed, traction, and whether the
+//! instruments are plausible.
+//!
+//! It uses no force for the grade, so no fault of a torque, of the load or of the running resistance can reach the
+//! slope.
+
+use crate::api::real::{GRAVITY, exp, sin, sqrt};
+use crate::api::signals::{Estimate, Value, Vehicle};
+use crate::api::snapshot::state;
+use crate::detect::plausibility::{Instruments, Plausibility};
+use crate::detect::validity::Integrity;
+use crate::front::Stage;
+use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
+use crate::fusion::attitude::survey::LaggedGrade;
+use crate::fusion::attitude::{Attitude, AttitudeFilter};
+use crate::fusion::effective::UnitGrade;
+use crate::fusion::swing_balance::block::BlockInput;
+use crate::fusion::swing_balance::params::SwingBalanceParams;
+use crate::fusion::swing_balance::torque_monitor::TorqueMonitor;
+use crate::models::force_balance::ForceBalance;
+use crate::models::single_track::Bends;
+use crate::preprocess::front_end::Reading;
+use crate::{Real, Time};
+
+/// Speed below which no horizontal curvature is read, m/s.
+const MIN_BEND_SPEED_MPS: Real = 0.1;
+/// Standard deviation of sin θ + b/g of a calm instrument.
+const CALM_SUM_SD: Real = 0.003;
+/// Way over which what was read worse than usual goes out of the means under a train, m.
+const READ_M: Real = 20.0;
+/// Standard deviation of sin θ + b/g up to which the rail is read: what is read badly is told with its doubt.
+const READ_SUM_SD: Real = 0.02;
+/// Standard deviation of the speed up to which the rail is read, m/s.
+const MAX_SPEED_SD_MPS: Real = 0.1;
+/// Lag of the brake, s.
+const BRAKE_LAG_S: Real = 0.3;
+
+/// Limits and filters of the signals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoreSignals {
+    /// Standard deviation of sin θ + b/g up to which a block of the force balance is of use.
+    pub max_sum_sd: Real,
+    /// Corner of the low-pass of the signals of a bend of a road, Hz.
+    pub bend_hz: Real,
+    /// True if on a road the gyro must be plausible.
+    pub gyro_check: bool,
+}
+
+/// Output of the source in one step.
+#[derive(Clone, Copy, Debug)]
+pub struct TrainInput {
+    /// Instant of the step.
+    pub t: Time,
+    /// Length of the step, s.
+    pub dt: Real,
+    /// Signals that the mass is found by; `None` until there has been an accelerometer and a wheel.
+    pub sample: Option<TrainSample>,
+    /// Grade at the IMU, rad, valid while there is an attitude and a speed of samples that still come.
+    pub grade_rad: Value,
+    /// Speed, m/s, valid likewise.
+    pub speed_mps: Value,
+    /// Innovation of the wheels, m/s, and its square normalised.
+    pub innovation: (Real, Real),
+    /// The same square, if this step has fused wheels.
+    pub new_nis: Option<Real>,
+    /// Grade with a fixed lag in way.
+    pub lagged: LaggedGrade,
+    /// True if the instruments are plausible.
+    pub plausible: bool,
+    /// True if the vehicle moves by its wheels.
+    pub moving: bool,
+}
+
+/// Signals that the mass is found by, of one step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrainSample {
+    /// Signals of the force balance.
+    pub block: BlockInput,
+    /// Motion and grade of the unit that carries the IMU.
+    pub unit: UnitGrade,
+    /// Sum sin θ + b/g and horizontal curvature without its sign, 1/m, where the rail can be read.
+    pub rail: Option<[Real; 2]>,
+    /// True if the vehicle stands by its wheels.
+    pub standing: bool,
+    /// True if the attitude has just started, for the first time or after a pause.
+    pub starts: bool,
+}
+
+impl TrainInput {
+    /// True while there is an attitude and a speed of samples that still come.
+    pub fn is_awake(&self) -> bool {
+        self.grade_rad.valid
+    }
+
+    /// Grade at the IMU and speed as estimates; nothing else.
+    pub fn estimate(&self) -> Estimate {
+        let (innovation, nis) = self.innovation;
+        Estimate {
+            t: self.t,
+            grade_rad: self.grade_rad,
+            speed_mps: self.speed_mps,
+            innovation,
+            nis,
+            ..Estimate::default()
+        }
+    }
+}
+
+/// The source.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrainSource {
+    standstill_mps: Real,
+    air: ForceBalance,
+    max_sum_sd: Real,
+    /// Bends of a road.
+    bends: Bends,
+    attitude: AttitudeFilter,
+    torques: TorqueMonitor,
+    brake: Real,
+    /// Standard deviation of what was read under the train, beyond that of a calm instrument.
+    read_sd: Real,
+    plausibility: Plausibility,
+}
+
+impl TrainSource {
+    /// Builds the source for a vehicle. `torque` is the noise of the torques, and true if they are monitored; how the
+    /// signals are read.
+    pub fn new(
+        vehicle: &Vehicle,
+        attitude: AttitudeParams,
+        supervision: AttitudeSupervision,
+        integrity: &Integrity,
+        (torque, monitored): (&SwingBalanceParams, bool),
+        signals: CoreSignals,
+    ) -> Self {
+        let uses = Instruments {
+            accelerometer: true,
+            // On a rail the filter's own monitor contradicts a wrong gyro: the regression of the plausibility check
+            // takes the pitch rate for that of the grade, which it is not in the bends of a roadway.
+            gyro: signals.gyro_check && vehicle.road.is_some(),
+        };
+        let standstill_mps = vehicle.standstill_mps(None);
+        Self {
+            standstill_mps,
+            air: ForceBalance::new(vehicle),
+            max_sum_sd: signals.max_sum_sd,
+            bends: Bends::new(vehicle, signals.bend_hz),
+            attitude: AttitudeFilter::new(vehicle, attitude, supervision, integrity),
+            torques: TorqueMonitor::new(vehicle, torque, monitored),
+            brake: 0.0,
+            read_sd: 0.0,
+            plausibility: Plausibility::new(integrity.plausibility, uses, standstill_mps),
+        }
+    }
+
+    /// One step at the instant `t` after `dt` seconds, with the total mass found so far, kg, which counts in the bends
+    /// of a road alone.
+    pub fn step(&mut self, reading: &Reading, mass_kg: Real, t: Time, dt: Real) -> TrainInput {
+        self.bends.step(reading, &self.air, mass_kg, dt);
+        let attitude = if self.bends.on_road() {
+            let mut channels = reading.channels;
+            if let Some([along, ..]) = &mut channels.specific_force_mps2 {
+                *along += self.bends.now().drift_mps2;
+            }
+            self.attitude.step(&channels, dt)
+        } else {
+            self.attitude.step(&reading.channels, dt)
+        };
+        let sample = attitude.map(|attitude| self.sample(reading, &attitude, dt));
+        let found = self.attitude.found();
+        let awake = sample.is_some() && self.attitude.is_awake();
+        // The check takes the pitch rate for that of the grade.
+        let pitch_rate = reading.pitch_rate_radps.map(|_| found.pitch_rate_radps);
+        let by_wheels = reading.speed_mps.map(Real::abs);
+        TrainInput {
+            t,
+            dt,
+            sample,
+            grade_rad: Value {
+                value: self.attitude.grade_at_imu_rad(),
+                sd: self.attitude.grade_at_imu_sd_rad(),
+                valid: awake,
+            },
+            speed_mps: Value {
+                value: found.speed_mps,
+                sd: found.speed_sd_mps,
+                valid: awake,
+            },
+            innovation: self.attitude.innovation(),
+            new_nis: self.attitude.new_nis(),
+            lagged: self.attitude.lagged_grade(),
+            plausible: self.plausibility.step(reading, pitch_rate, dt),
+            moving: by_wheels.is_some_and(|v| v > self.standstill_mps),
+        }
+    }
+
+    /// Makes the signals that the mass is found by, with this attitude.
+    fn sample(&mut self, reading: &Reading, attitude: &Attitude, dt: Real) -> TrainSample {
+        let v = attitude.speed_mps;
+        let bend = if v.abs() > MIN_BEND_SPEED_MPS {
+            (attitude.yaw_rate_radps / v).abs()
+        } else {
+            0.0
+        };
+        let u = sin(attitude.pitch_rad) + attitude.bias_mps2 / GRAVITY;
+        let readable = attitude.sum_sd < READ_SUM_SD && attitude.speed_sd_mps < MAX_SPEED_SD_MPS;
+        if readable {
+            let kept = self.read_sd * exp(-v.abs() * dt / READ_M);
+            self.read_sd = unusual_sd(attitude.sum_sd).max(kept);
+        }
+        self.brake += dt / (BRAKE_LAG_S + dt) * (reading.brake - self.brake);
+        let drag = self.air.drag(v);
+        let traction = self
+            .torques
+            .traction(&reading.channels, v, dt)
+            .map(|[force, variance]| [force - drag, variance]);
+        let [used, slipping] = attitude.wheels;
+        let standing = reading
+            .speed_mps
+            .is_some_and(|v| v.abs() < self.standstill_mps);
+        TrainSample {
+            block: BlockInput {
+                speed_mps: v,
+                speed_noise_mps: attitude.speed_noise_mps,
+                sum_sd: attitude.sum_sd,
+                acceleration_mps2: attitude.acceleration_mps2,
+                traction,
+                traction_lag_s: self.torques.lag_s(),
+                seen_walk: self.attitude.seen_walk(),
+                bend_per_m: bend,
+                brake: self.brake,
+                sound: attitude.imu
+                    && attitude.sum_sd < self.max_sum_sd
+                    && !standing
+                    && (used > 0 || reading.new_speed_mps.is_none()),
+                slip: slipping > 0,
+                doubt: self.torques.doubt(),
+            },
+            unit: UnitGrade {
+                speed_mps: v,
+                bias_mps2: attitude.bias_mps2,
+                pitch_sd_rad: attitude.pitch_sd_rad,
+                constant_sd_rad: self.constant_sd_rad(),
+            },
+            rail: readable.then_some([u, bend]),
+            standing,
+            starts: self.attitude.has_just_started(),
+        }
+    }
+
+    /// Time that the torques may be late, s.
+    pub fn torque_lag_s(&self) -> Real {
+        self.torques.lag_s()
+    }
+
+    /// The attitude filter.
+    pub fn attitude(&self) -> &AttitudeFilter {
+        &self.attitude
+    }
+
+    /// The bend of a road, now and behind a low-pass; none on a rail.
+    pub fn bends(&self) -> &Bends {
+        &self.bends
+    }
+
+    /// Standard deviation of the sine of the grade read under the train, beyond that of a calm instrument.
+    pub fn read_sd(&self) -> Real {
+        self.read_sd
+    }
+
+    /// Standard deviation that the mount and the reading of the rail add to that of the pitch, rad.
+    fn constant_sd_rad(&self) -> Real {
+        let mount = self.attitude.mount_sd_rad();
+        sqrt(mount * mount + self.read_sd * self.read_sd)
+    }
+}
+
+/// Of a train on a rail, where the mass does not count.
+impl Stage for TrainSource {
+    type Input = TrainInput;
+
+    fn step(&mut self, reading: &Reading, t: Time, dt: Real) -> TrainInput {
+        TrainSource::step(self, reading, 0.0, t, dt)
+    }
+}
+
+/// The part of a standard deviation of sin θ + b/g that a calm instrument does not have.
+fn unusual_sd(sum_sd: Real) -> Real {
+    sqrt((sum_sd * sum_sd - CALM_SUM_SD * CALM_SUM_SD).max(0.0))
+}
+
+state!(TrainSource { plausibility, bends, attitude, torques, brake, read_sd; standstill_mps, air, max_sum_sd });
