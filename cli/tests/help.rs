@@ -82,8 +82,8 @@ fn every_example_is_a_command_line() {
     let mut seen = 0;
     for example in pages.chain([all.clone()]).flat_map(|page| examples(&page)) {
         for part in example.split("&&").map(str::trim) {
-            // what is behind it in the shell has no options
-            let part = part.split(['>', '|']).next().unwrap_or_default();
+            // what the shell does has no options of ours
+            let part = part.split(['<', '>', '|']).next().unwrap_or_default();
             let arguments = part.strip_prefix("monorig ").unwrap();
             let mut shell = Command::new("sh");
             let program = env!("CARGO_BIN_EXE_monorig");

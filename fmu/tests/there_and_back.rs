@@ -46,8 +46,7 @@ fn same_as_native(fmi: Fmi, names: &[&str]) {
     assert!(valid > least as u32, "{valid} valid estimates are compared");
 }
 
-/// What the standards have in common is tested of every estimator through FMI 3, and what FMI 2 has of its own through
-/// some of both kinds: with supervision and without.
+/// Some of both kinds, with supervision and without, for what FMI 2 has of its own; the rest is tested through FMI 3.
 #[test]
 fn estimators_through_fmi_2_are_the_native_ones() {
     let some = ["rail_fusion", "attitude", "dffrls_aekf_robust", "rls_ekf"];

@@ -103,8 +103,8 @@ fn each_changes_what_estimators_are_given(conditions: Vec<Condition>, stop_s: &s
     }
 }
 
-/// What acts from the start on, or at a place near it, has acted after half a minute; all events have happened after
-/// 66 s.
+/// Half a minute for conditions that act from the start on, or at a place near it; 66 s for those with events, which
+/// have all happened by then.
 #[test]
 fn every_condition_changes_what_estimators_are_given() {
     let all = shipped();
