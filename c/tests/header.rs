@@ -51,12 +51,22 @@ fn serves() {
     monorig_plugin::serve();
 }
 
-/// Estimates, reasons, internal quantities, aid status and snapshots, of every estimator on two scenarios.
 #[test]
 fn every_estimator_through_the_header_is_the_native_one() {
+    same_through_the_header(8.0);
+}
+
+#[test]
+#[ignore = "a soak, which .ci/run makes"]
+fn soak_every_estimator_through_the_header_is_the_native_one() {
+    same_through_the_header(30.0);
+}
+
+/// Estimates, reasons, internal quantities, aid status and snapshots, of every estimator on so much of two scenarios.
+fn same_through_the_header(length_s: f64) {
     let file = library();
     for scenario in ["liu2023_section1.yaml", "minimal.yaml"] {
-        let (vehicle, steps) = steps(scenario, 30.0);
+        let (vehicle, steps) = steps(scenario, length_s);
         assert!(steps.len() > 1000);
         let mut aids = 0;
         let hosts = hosts();

@@ -329,11 +329,22 @@ fn a_run_is_the_same_inside_of_the_program() {
     );
 }
 
-/// Two thousand runs take the memory, the files and the processes of one.
+/// Two hundred runs take the memory, the files and the processes of one.
+#[test]
+#[cfg(target_os = "linux")]
+fn two_hundred_runs_take_the_memory_of_one() {
+    many_runs_take_the_memory_of_one(200);
+}
+
 #[test]
 #[cfg(target_os = "linux")]
 #[ignore = "a soak, which .ci/run makes"]
 fn soak_two_thousand_runs_take_the_memory_of_one() {
+    many_runs_take_the_memory_of_one(2000);
+}
+
+#[cfg(target_os = "linux")]
+fn many_runs_take_the_memory_of_one(runs: usize) {
     use monorig_sim::closed_loop::registry::Registry;
     use monorig_sim::closed_loop::{Simulation, run};
     use monorig_sim::config::scenario::Scenario;
@@ -367,7 +378,7 @@ fn soak_two_thousand_runs_take_the_memory_of_one() {
     (0..100).for_each(|_| once());
     let child = children().pop().unwrap();
     let before = (resident("self"), resident(&child), files());
-    (0..2000).for_each(|_| once());
+    (0..runs).for_each(|_| once());
     assert!(
         children().contains(&child),
         "the same process serves all of them"

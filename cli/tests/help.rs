@@ -67,6 +67,36 @@ fn help_fits_80_columns() {
     }
 }
 
+/// Every example of every command has options that there are, with values that they take: help is asked for behind
+/// it, and a mistake before that is an error. What the examples do: `soak_every_example_works`.
+#[test]
+fn every_example_is_a_command_line() {
+    let dir = TestFolder::new();
+    let help = |arguments: &[&str]| {
+        let (code, help, err) = dir.monorig(&[arguments, &["--help"]].concat());
+        assert_eq!((code, err.as_str()), (Some(0), ""), "{arguments:?}");
+        help
+    };
+    let all = help(&[]);
+    let pages = commands(&all).into_iter().map(|command| help(&[&command]));
+    let mut seen = 0;
+    for example in pages.chain([all.clone()]).flat_map(|page| examples(&page)) {
+        for part in example.split("&&").map(str::trim) {
+            // what the shell does has no options of ours
+            let part = part.split(['<', '>', '|']).next().unwrap_or_default();
+            let arguments = part.strip_prefix("monorig ").unwrap();
+            let mut shell = Command::new("sh");
+            let program = env!("CARGO_BIN_EXE_monorig");
+            shell.args(["-c", &format!("'{program}' {arguments} --help")]);
+            let (code, out, err) = dir.output(shell.stdout(Stdio::piped()));
+            assert_eq!(code, Some(0), "{part}\n{out}{err}");
+            assert!(out.contains("Usage:"), "{part}\n{out}");
+            seen += 1;
+        }
+    }
+    assert!(seen >= 60, "only {seen} examples");
+}
+
 #[test]
 #[ignore = "a soak, which .ci/run makes"]
 fn soak_every_example_works() {

@@ -9,7 +9,9 @@ use crate::error::Error;
 use crate::train::{Body, Connection, ConnectionKind, Limits, Mount, Resistance, Train};
 use monorig_estimators::api::signals::MAX_DRIVES;
 use nalgebra::{Isometry3, Translation3, Vector3};
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::path::{Path, PathBuf};
 
 impl Train {
     /// Read a train file and every unit it names. The load is the one in its URDF.
@@ -31,6 +33,7 @@ fn load(path: &Path, sets: &Sets) -> Result<Train, Error> {
         train: Train::default(),
         spans: Vec::new(),
         length_m: 0.0,
+        read: BTreeMap::new(),
     };
     builder.check_names()?;
     for i in 0..file.consist.len() {
@@ -59,6 +62,8 @@ pub(super) struct ConsistBuilder<'a> {
     pub train: Train,
     pub spans: Vec<PlacedUnit>,
     length_m: f64,
+    /// Units that were read, by path: a train has many of the same.
+    read: BTreeMap<PathBuf, Unit>,
 }
 
 /// Most units of a train: each is several bodies of the physics.
@@ -117,11 +122,22 @@ impl ConsistBuilder<'_> {
         Ok(())
     }
 
+    /// The unit of this file, which is read once.
+    pub fn unit(&mut self, path: PathBuf) -> Result<Unit, Error> {
+        match self.read.entry(path) {
+            Entry::Occupied(unit) => Ok(unit.get().clone()),
+            Entry::Vacant(place) => {
+                let unit = Unit::load(place.key())?;
+                Ok(place.insert(unit).clone())
+            }
+        }
+    }
+
     /// Put the next unit behind the last one.
     fn add(&mut self, index: usize) -> Result<(), Error> {
         let entry = &self.file.consist[index];
         let key = format!("consist[{index}].unit");
-        let unit = Unit::load(&named(self.path, &key, &entry.unit)?)?;
+        let unit = self.unit(named(self.path, &key, &entry.unit)?)?;
         let Some(length) = unit.file.length_m else {
             return Err(input_error(
                 self.path,

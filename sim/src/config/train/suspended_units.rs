@@ -69,7 +69,7 @@ impl ConsistBuilder<'_> {
 
     /// The load on its chains.
     pub fn suspend_load(&mut self, entry: &LoadEntry) -> Result<(), Error> {
-        let unit = Unit::load(&named(self.path, "load.unit", &entry.unit)?)?;
+        let unit = self.unit(named(self.path, "load.unit", &entry.unit)?)?;
         let Some(LoadFile {
             payload_link,
             chain_links,
