@@ -49,7 +49,7 @@ impl FreeBody {
         let turned = momentum - w.cross(&momentum) * dt;
         let length = turned.norm_squared();
         s.w = if length > 0.0 {
-            let kept = libm::sqrt(momentum.norm_squared() / length);
+            let kept = (momentum.norm_squared() / length).sqrt();
             s.r * (self.inverse_inertia * (turned * kept))
         } else {
             s.r * w
@@ -58,7 +58,7 @@ impl FreeBody {
         s.c += s.v * dt;
         let half = s.w * (0.5 * dt);
         let q = Quaternion::new(1.0, half.x, half.y, half.z) * s.q.into_inner();
-        s.q = UnitQuaternion::new_normalize(q);
+        s.q = UnitQuaternion::new_unchecked(q / q.norm_squared().sqrt());
         s.r = s.q.to_rotation_matrix().into_inner();
         s.p = s.c - s.r * self.com;
     }

@@ -108,6 +108,6 @@ impl Directions {
 }
 
 fn unit(v: &Vector3<f64>) -> Vector3<f64> {
-    let n = v.norm();
+    let n = v.norm_squared().sqrt();
     if n > 0.0 { v / n } else { Vector3::zeros() }
 }

@@ -25,7 +25,7 @@ pub fn pull(c: &Connection, a: &BodyState, b: &BodyState) -> Pull {
     let (force, loss) = match c.kind {
         ConnectionKind::Hanger => (d * c.k + v * c.c, c.c * v.norm_squared()),
         ConnectionKind::Drawbar | ConnectionKind::Chain => {
-            let length = d.norm();
+            let length = d.norm_squared().sqrt();
             if length < 1e-9 {
                 (Vector3::zeros(), 0.0)
             } else {

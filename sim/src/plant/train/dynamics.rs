@@ -280,8 +280,7 @@ impl Dynamics {
                 self.directions.set(i, &tangents);
                 let sin = sines / spec.stations.len() as f64;
                 sums.mass_sin += self.carried[i] * sin;
-                sums.normal_n +=
-                    self.carried[i] * self.gravity * libm::sqrt((1.0 - sin * sin).max(0.0));
+                sums.normal_n += self.carried[i] * self.gravity * (1.0 - sin * sin).max(0.0).sqrt();
             }
         }
         sums.body_resistance_n = sums.resistance_n;
