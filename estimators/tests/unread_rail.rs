@@ -16,7 +16,7 @@ const DT: f64 = 0.01;
 
 /// A train whose masses hang evenly from its IMU to 12 m behind it.
 fn long_train() -> Vehicle {
-    let mut data = vehicle(2).data().clone();
+    let mut data = vehicle(2).data();
     data.layout = Some(MassLayout::even(data.tare_kg, [0.0, 12.0], [0.0, 12.0]));
     Vehicle::new(data).unwrap()
 }

@@ -1,4 +1,4 @@
-//! What a longer step costs in accuracy: the loaded train against itself in steps of 0.1 ms.
+//! Accuracy that a longer step costs: the loaded train against itself in steps of 0.1 ms.
 //!
 //!     cargo run --release -p monorig-sim --example step_length -- 1 2 3
 //!
@@ -25,7 +25,7 @@ const DRIVES: [Drive; 4] = [
     ("jointed_climb", 1.0, 50.0, 60.0),
 ];
 
-/// What is compared.
+/// A quantity that is compared.
 struct Sample {
     chainage_m: f64,
     speed_mps: f64,

@@ -24,8 +24,8 @@ struct Entry {
     event: Event,
 }
 
-/// Schedule of the events of a scenario that act on train, controller and estimators. Adhesion zones act on the rail and sensor
-/// faults in the sensors, so they are handed over when the simulation is built; here they are only logged.
+/// Schedule of the events of a scenario that act on train, controller and estimators. Adhesion zones act on the rail
+/// and sensor faults in the sensors, so they are handed over when the simulation is built; here they are only logged.
 pub struct EventSchedule {
     /// Still to come, in order of time.
     events: VecDeque<Entry>,
