@@ -192,7 +192,7 @@ fn of_a_study() {
     for part in [
         "Study masses",
         "4 of 4 runs, 4 of them finished",
-        "of 8 checks", // those of availability and integrity among them
+        "of 11 checks", // those of availability and integrity of both estimators among them
         "dffrls_aekf_robust slope_rmse_deg from 1 s",
         "slope_rmse_deg over load.mass_kg",
         "slope_rmse_deg over vehicle.total_mass_guess_kg",

@@ -28,7 +28,7 @@ impl Observer for Print {
     }
 
     fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
-        if !f.sampled {
+        if !f.estimated {
             return Ok(());
         }
         for (i, slot) in self.slots.iter().enumerate() {

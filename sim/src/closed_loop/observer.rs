@@ -16,8 +16,10 @@ pub struct StepFrame<'a> {
     pub truth: &'a Truth,
     /// Samples that arrived in this step.
     pub measurements: &'a Measurements,
-    /// True if a sample arrived, so that the estimators made a step.
+    /// True if a sample arrived.
     pub sampled: bool,
+    /// True if the estimators made a step: a sample arrived, and their computer does not restart.
+    pub estimated: bool,
     /// Command during the step.
     pub command: &'a Command,
     /// Reference of the controller.

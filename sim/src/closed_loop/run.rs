@@ -143,14 +143,15 @@ impl Steps {
         }
         let waited_s = t_s - self.last_sample_s;
         let patience_s = STALE_S.max(STALE_GAPS * self.gap_s);
-        if z.any() && computer != Computer::Down {
+        let estimated = z.any() && computer != Computer::Down;
+        if estimated {
             s.estimate(&z, &command, waited_s)?;
             self.last_sample_s = t_s;
             self.gap_s += (waited_s.min(patience_s) - self.gap_s) / GAP_MEMORY;
         } else if waited_s > patience_s {
             s.estimators.iter_mut().for_each(RunningEstimator::go_stale);
         }
-        s.show(observers, &z, &command, &seen.reference, &seen.perception)
+        s.show(observers, &z, estimated, &command, seen)
     }
 }
 
@@ -225,9 +226,9 @@ impl Simulation {
         &mut self,
         observers: &mut [&mut dyn Observer],
         z: &Measurements,
+        estimated: bool,
         command: &Command,
-        reference: &Reference,
-        perception: &Perception,
+        seen: &Seen,
     ) -> Result<(), Error> {
         let time_ns = z.t.ns();
         if observers.iter().any(|o| o.wants_truth(time_ns)) {
@@ -238,9 +239,10 @@ impl Simulation {
             truth: self.plant.truth(),
             measurements: z,
             sampled: z.any(),
+            estimated,
             command,
-            reference,
-            perception,
+            reference: &seen.reference,
+            perception: &seen.perception,
             estimators: &self.estimators,
             events: self.events.happened(),
         };
