@@ -44,6 +44,7 @@ pub mod closed_loop;
 pub mod config;
 pub mod control;
 pub mod error;
+mod fading;
 pub mod guarded;
 pub mod plant;
 pub mod rail;

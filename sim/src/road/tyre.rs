@@ -13,6 +13,8 @@
 //! stiffness and adhesion along and across) and section 8.6 (relaxation length; damping that fades in towards
 //! standstill).
 
+use crate::fading::faded;
+
 /// Below this speed the tyre is damped as well, so that a car that stops does not rock on, m/s.
 const DAMPED_BELOW_MPS: f64 = 2.5;
 /// Damping over stiffness at standstill, s.
@@ -71,7 +73,8 @@ impl Tyre {
         let slip = [
             (slip[0] + gain * (s.rim - s.along)) * keep,
             (slip[1] - gain * s.across) * keep,
-        ];
+        ]
+        .map(faded);
         let gamma = self.gamma(slip, load_n, grip);
         let size = libm::sqrt(gamma[0] * gamma[0] + gamma[1] * gamma[1]);
         if size > 1.0 {

@@ -27,7 +27,9 @@ pub struct ErrorModel {
     markov: Option<GaussMarkov>,
     warmth: Option<Warmth>,
     white: White,
-    quantisation: Option<f64>,
+    /// Step of the converter; 0 = none. No `Option`: the compiler divides by its content before it asks whether it has
+    /// any, and a division by stray bits, if they are a subnormal number, costs a hundred cycles.
+    quantisation: f64,
     range: Option<[f64; 2]>,
 }
 
@@ -63,7 +65,7 @@ impl ErrorModel {
                 .map(|m| GaussMarkov::new(m.sd.get(), m.time_s.get(), period_s, stream("markov"))),
             warmth: errors.warm_up.map(|w| Warmth::new(&w, period_s)),
             white: White::new(white, errors.noise_sd_rel.get(), stream("white")),
-            quantisation: errors.quantisation.map(Positive::get),
+            quantisation: errors.quantisation.map_or(0.0, Positive::get),
             range,
         }
     }
@@ -90,8 +92,8 @@ impl ErrorModel {
     /// Effects 5 and 6: what the converter makes of the sensed value.
     pub fn convert(&self, sensed: f64) -> f64 {
         let mut x = sensed;
-        if let Some(step) = self.quantisation {
-            x = step * libm::rint(x / step);
+        if self.quantisation > 0.0 {
+            x = self.quantisation * libm::rint(x / self.quantisation);
         }
         if let Some([low, high]) = self.range {
             x = x.clamp(low, high);

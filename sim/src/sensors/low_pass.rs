@@ -3,6 +3,8 @@
 //! The signal is linear between two physics steps, for which the solution over a step is exact (first-order hold):
 //! y₁ = a y₀ + (c − a) x₀ + (1 − c) x₁, a = exp(−Δt/τ), c = (1 − a) τ/Δt.
 
+use crate::fading::faded;
+
 /// A first-order low-pass for `N` axes.
 #[derive(Clone, Debug)]
 pub struct LowPass<const N: usize> {
@@ -40,7 +42,7 @@ impl<const N: usize> LowPass<N> {
         }
         let before = self.state.unwrap_or(start);
         let after = std::array::from_fn(|i| {
-            self.a * before[i] + (self.c - self.a) * start[i] + (1.0 - self.c) * end[i]
+            faded(self.a * before[i] + (self.c - self.a) * start[i] + (1.0 - self.c) * end[i])
         });
         self.state = Some(after);
         (before, after)

@@ -1,5 +1,6 @@
 //! Traction motor and clamp: commands become torque and force with the lag and limits of the machine.
 
+use crate::fading::faded;
 use crate::train::Drive;
 
 /// First-order lag, exact at rest and stable for any step.
@@ -12,7 +13,7 @@ pub struct Lag {
 impl Lag {
     /// Advance by `dt` towards `target` with time constant `tau` (both s).
     pub fn step(&mut self, target: f64, tau: f64, dt: f64) -> f64 {
-        self.value += (target - self.value) * dt / (tau + dt);
+        self.value = faded(self.value + (target - self.value) * dt / (tau + dt));
         self.value
     }
 }
