@@ -175,6 +175,41 @@ fn a_load_changed_at_a_standstill_is_weighed_before_the_mass_is_valid_again() {
     }
 }
 
+/// Once a mass weighed after a stay is that from before it, what the first drive told counts again: the mass is nearer
+/// to that of the first drive than a mass weighed without it is.
+#[test]
+fn a_mass_that_a_stay_has_not_changed_is_that_from_before() {
+    let after_it: fn(Real) -> Real = |t| stay(t.max(75.0));
+    for name in ["rail_fusion", "dffrls_aekf_robust"] {
+        let mut squares = [0.0; 2];
+        for seed in 1..=10 {
+            let masses = |speed: fn(Real) -> Real| {
+                let mut estimator = build(name, &vehicle(), []).unwrap();
+                let world = World {
+                    grade: |s| 4f64.to_radians() * (0.3 * s).sin(),
+                    speed,
+                    seconds: 140.0,
+                    ..world(seed)
+                };
+                let rows = world.run(&mut estimator);
+                [55.0, 125.0].map(|s| {
+                    let row = rows.iter().rfind(|row| row.t < s).unwrap();
+                    row.estimate.total_mass_kg.value
+                })
+            };
+            let ([before, both], [_, second]) = (masses(stay), masses(after_it));
+            std::println!(
+                "{name}: {before:.0}, then {both:.0} kg; without the first drive {second:.0} kg"
+            );
+            for (sum, mass) in squares.iter_mut().zip([both, second]) {
+                *sum += (mass - before) * (mass - before);
+            }
+        }
+        let [both, second] = squares;
+        assert!(both < second, "{name}: {both} is not less than {second}");
+    }
+}
+
 /// Bearings and clamped wheels resist alike whatever the load: the running-resistance coefficient of a heavier train is
 /// smaller, and what the bias of the accelerometer passes for is larger.
 #[test]
