@@ -8,7 +8,7 @@ use crate::aiding::Aid;
 use crate::models::attitude::{GYRO_X, GYRO_Y, GYRO_Z, N};
 
 /// Noise of the gyro with the vibration of a standing vehicle, rad/√s.
-const STANDING_NOISE: Real = 3e-4;
+pub const STANDING_NOISE: Real = 3e-4;
 
 /// The measurement by one axis of the gyro.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -16,6 +16,8 @@ use crate::models::attitude::{LinearPitchRate, N, SCALE, V};
 
 /// Share of the speed by which wheels may differ beyond their noise (creep, scale).
 pub const SPREAD: Real = 0.004;
+/// Standard deviations within which wheels agree.
+pub const AGREE_SD: Real = 7.0;
 /// Memory of the scale of one wheel against the mean of all, s, and the speed from which it is learnt, m/s.
 const SCALE_MEMORY_S: Real = 20.0;
 const SCALE_SPEED_MPS: Real = 0.2;
@@ -89,6 +91,8 @@ pub struct Ballot {
     pub range_mps: Real,
     /// Deviation from the prediction beyond which a wheel is rejected, m/s.
     pub limit_mps: Real,
+    /// True if several wheels, all there are, agree with each other beyond the gate and do not slip.
+    pub contradicts: bool,
 }
 
 /// Gate of each wheel, and the scales of the wheels against each other.
@@ -168,11 +172,13 @@ impl WheelGate {
     ) -> Ballot {
         let (mut used, mut rejected, mut slipping, mut sum) = (0, 0, 0, 0.0);
         let (mut low, mut high, mut nearest) = (Real::MAX, Real::MIN, Real::MAX);
+        let (mut least, mut most) = (Real::MAX, Real::MIN);
         let units = new_mps.iter().zip(&self.scale).zip(torque_nm);
         for ((sample, scale), torque) in units.take(self.drives) {
             let Some(v) = sample.map(|v| v / (1.0 + scale)) else {
                 continue;
             };
+            (least, most) = (least.min(v), most.max(v));
             if (v - predicted).abs() < (nearest - predicted).abs() {
                 nearest = v;
             }
@@ -196,6 +202,10 @@ impl WheelGate {
             },
             range_mps: if used > 0 { high - low } else { 0.0 },
             limit_mps: limit,
+            contradicts: used == 0
+                && rejected > 1
+                && slipping == 0
+                && most - least < AGREE_SD * self.sd_mps + SPREAD * most.abs(),
         }
     }
 

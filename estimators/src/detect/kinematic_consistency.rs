@@ -21,6 +21,9 @@
 //! A gain b of 0 means that the forward axis, or the gyro's axis, is a wrong one. The left axis decides: its reading
 //! less the centripetal acceleration is regressed on v̇ + g Θ, and the gain must be 0.
 //!
+//! A gyro that reads no pitch rate at all excites nothing in this regression. So what it turns by is regressed on what
+//! the accelerometer sees of the slope, f − v̇, too: the gain must be 1.
+//!
 //! Beside it a step of the wheel speed is compared with the specific force over the same 0.6 s: at steady speed the
 //! unit of the wheels shows in nothing else. What is beyond 0.8 m/s and half the speed before is no scale error; the
 //! gain of the wheels then starts anew from 0, and must be found right again.
@@ -70,6 +73,10 @@ const CROSS_HIGH_PASS_S: Real = 1.5;
 const CROSS_NOISE_MPS2: Real = 0.05;
 /// Standard deviations that the gain of the left axis must exceed.
 const CROSS_SIGNIFICANT: Real = 2.0;
+
+/// Share of the slope by the accelerometer that is noise where the gyro is regressed on it: a slip, or a nod, is shorter
+/// than a ramp and must not decide.
+const TURN_NOISE: Real = 0.6;
 
 /// Memory of the step of the wheel speed, s, of which it leaves a half behind the low-pass; memory of the speed before,
 /// s; and the smallest step that is wrong: in m/s, and as a share of the speed before.
@@ -148,6 +155,8 @@ pub struct KinematicConsistency {
     /// Gain of the left axis on the acceleration forward, its variance, and whether it has been found to be there.
     cross: [Real; 2],
     swapped: bool,
+    /// Gain of the slope by the gyro on that by the accelerometer, and its variance.
+    turn: [Real; 2],
     since_s: Real,
     /// Change of the wheel speed that the accelerometer does not have, m/s.
     step_mps: Real,
@@ -173,6 +182,7 @@ impl Default for KinematicConsistency {
             wrong: [false; 2],
             cross: [0.0, GAIN_SD * GAIN_SD],
             swapped: false,
+            turn: [1.0, GAIN_SD * GAIN_SD],
             since_s: 0.0,
             step_mps: 0.0,
             before_mps: 0.0,
@@ -236,6 +246,9 @@ impl KinematicConsistency {
         };
         self.regress(f, vector![a, slope], unseen);
         self.regress_across(cross, unseen);
+        if pitch_rate_radps.is_some() {
+            self.regress_turn(slope, f - a);
+        }
     }
 
     /// Wheel speed or accelerometer is missing: what the filters hold belongs to an earlier time, and a step across the
@@ -254,6 +267,21 @@ impl KinematicConsistency {
         self.gains.P.m12 = 0.0;
         self.gains.P.m21 = 0.0;
         self.gains.P.m11 = GAIN_SD * GAIN_SD;
+    }
+
+    fn regress_turn(&mut self, turned: Real, seen: Real) {
+        let [gain, variance] = self.turn;
+        let size = seen * seen;
+        if size < NOISE_MPS2 * NOISE_MPS2 {
+            return;
+        }
+        let r = NOISE_MPS2 * NOISE_MPS2 + TURN_NOISE * TURN_NOISE * size;
+        let variance = (variance / FORGETTING).min(GAIN_SD * GAIN_SD);
+        let k = variance * seen / (size * variance + r);
+        self.turn = [
+            gain + k * (turned - seen * gain),
+            variance * (1.0 - k * seen),
+        ];
     }
 
     fn regress_across(&mut self, [y, h]: [Real; 2], unseen: Real) {
@@ -317,6 +345,12 @@ impl KinematicConsistency {
         self.swapped
     }
 
+    /// Returns true if the gyro turns otherwise than the slope by the accelerometer.
+    pub fn turns_otherwise(&self) -> bool {
+        let [gain, variance] = self.turn;
+        (gain - 1.0).abs() > TOLERANCE + SIGNIFICANT * sqrt(variance)
+    }
+
     /// Returns true if gyro and accelerometer agree on changes of slope.
     pub fn slope_consistent(&self) -> bool {
         let [_, wrong] = self.wrong;
@@ -324,7 +358,7 @@ impl KinematicConsistency {
     }
 }
 
-state!(KinematicConsistency { low, force, acceleration, across, cross_slow, pitch_rate, pitch, pitch_leaked, gains, wrong, cross, swapped, since_s, step_mps, before_mps, heard_s; shares });
+state!(KinematicConsistency { low, force, acceleration, across, cross_slow, pitch_rate, pitch, pitch_leaked, gains, wrong, cross, swapped, turn, since_s, step_mps, before_mps, heard_s; shares });
 
 #[cfg(test)]
 mod tests {

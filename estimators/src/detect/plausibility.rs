@@ -26,6 +26,8 @@ pub struct Plausibility {
     gravity: GravityCheck,
     gyro: GyroRange,
     kinematics: KinematicConsistency,
+    /// True once the gyro has been found to be wrong.
+    gyro_wrong: bool,
 }
 
 impl Plausibility {
@@ -38,13 +40,26 @@ impl Plausibility {
             gravity: GravityCheck::default(),
             gyro: GyroRange::default(),
             kinematics: KinematicConsistency::default(),
+            gyro_wrong: false,
         }
     }
 
     /// One step of `dt` seconds, with the rate of the grade, rad/s; whether the instruments are plausible.
     pub fn step(&mut self, reading: &Reading, grade_rate: Option<Real>, dt: Real) -> bool {
         self.observe(reading, grade_rate, dt);
+        let wrong = !self.gyro.plausible() || self.kinematics.turns_otherwise();
+        if wrong && !self.gyro_wrong {
+            self.gyro_wrong = true;
+            // what has been found of the wheels rests on that gyro
+            self.kinematics = KinematicConsistency::default();
+        }
         self.plausible()
+    }
+
+    /// Returns true until the gyro has turned faster than a vehicle can, or otherwise than the slope by the accelerometer:
+    /// a wrong unit, sign or axis stays.
+    pub fn gyro_is_sound(&self) -> bool {
+        !self.gyro_wrong
     }
 
     fn observe(&mut self, reading: &Reading, grade_rate: Option<Real>, dt: Real) {
@@ -83,7 +98,7 @@ impl Plausibility {
     }
 }
 
-state!(Plausibility { gravity, gyro, kinematics; on, uses, standstill_mps });
+state!(Plausibility { gravity, gyro, kinematics, gyro_wrong; on, uses, standstill_mps });
 
 #[cfg(test)]
 mod tests {

@@ -41,6 +41,7 @@ pub struct AttitudePipeline {
     mass: Value,
     standstill_mps: Real,
     point: bool,
+    road: bool,
     plausibility: Plausibility,
     validity: Validity,
     filter: AttitudeFilter,
@@ -54,6 +55,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> AttitudePipeline {
         mass: no_mass(vehicle),
         standstill_mps: vehicle.standstill_mps(None),
         point: vehicle.is_point(),
+        road: vehicle.road.is_some(),
         plausibility: Plausibility::new(
             params.integrity.plausibility,
             Instruments {
@@ -93,10 +95,13 @@ impl Pipeline for AttitudePipeline {
     ];
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
-        let plausible = self
-            .plausibility
-            .step(reading, reading.pitch_rate_radps, dt);
+        let pitch_rate = reading.pitch_rate_radps.filter(|_| self.filter.uses_gyro());
+        let plausible = self.plausibility.step(reading, pitch_rate, dt);
         self.validity.observe(plausible, dt);
+        // On a rail the slope can be found without a gyro.
+        if !(self.road || self.plausibility.gyro_is_sound()) {
+            self.filter.leave_gyro_out();
+        }
         let found = self.filter.step(&reading.channels, dt);
         if let Some(nis) = self.filter.new_nis() {
             self.validity.innovation(Source::WheelSpeed, nis, dt);
@@ -187,4 +192,4 @@ impl AttitudePipeline {
     }
 }
 
-state!(AttitudePipeline { plausibility, validity, filter, acceleration_mps2; lean, mass, standstill_mps, point });
+state!(AttitudePipeline { plausibility, validity, filter, acceleration_mps2; lean, mass, standstill_mps, point, road });

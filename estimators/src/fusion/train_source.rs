@@ -135,8 +135,7 @@ impl TrainSource {
     ) -> Self {
         let uses = Instruments {
             accelerometer: true,
-            // On a rail the filter's own monitor contradicts a wrong gyro: the regression of the plausibility check
-            // takes the pitch rate for that of the grade, which it is not in the bends of a roadway.
+            // On a rail a wrong gyro is left out, and what is found without it is marked.
             gyro: signals.gyro_check && vehicle.road.is_some(),
         };
         let standstill_mps = vehicle.standstill_mps(None);
@@ -157,6 +156,10 @@ impl TrainSource {
     /// of a road alone.
     pub fn step(&mut self, reading: &Reading, mass_kg: Real, t: Time, dt: Real) -> TrainInput {
         self.bends.step(reading, &self.air, mass_kg, dt);
+        // On a rail the slope can be found without a gyro.
+        if !(self.bends.on_road() || self.plausibility.gyro_is_sound()) {
+            self.attitude.leave_gyro_out();
+        }
         let attitude = if self.bends.on_road() {
             let mut channels = reading.channels;
             if let Some([along, ..]) = &mut channels.specific_force_mps2 {
@@ -170,7 +173,10 @@ impl TrainSource {
         let found = self.attitude.found();
         let awake = sample.is_some() && self.attitude.is_awake();
         // The check takes the pitch rate for that of the grade.
-        let pitch_rate = reading.pitch_rate_radps.map(|_| found.pitch_rate_radps);
+        let pitch_rate = reading
+            .pitch_rate_radps
+            .filter(|_| self.attitude.uses_gyro())
+            .map(|_| found.pitch_rate_radps);
         let by_wheels = reading.speed_mps.map(Real::abs);
         TrainInput {
             t,
@@ -239,7 +245,10 @@ impl TrainSource {
             unit: UnitGrade {
                 speed_mps: v,
                 bias_mps2: attitude.bias_mps2,
-                pitch_sd_rad: attitude.pitch_sd_rad,
+                pitch_sd_rad: {
+                    let moved = attitude.moved_on_rad;
+                    sqrt(attitude.pitch_sd_rad * attitude.pitch_sd_rad + moved * moved)
+                },
                 constant_sd_rad: self.constant_sd_rad(),
             },
             rail: readable.then_some([u, bend]),

@@ -5,7 +5,7 @@
 //! their squares: with the wheels' noise white, the variance of the mean is S dt/(2 τ).
 
 use crate::Real;
-use crate::aiding::wheels::{Ballot, SPREAD};
+use crate::aiding::wheels::{AGREE_SD, Ballot, SPREAD};
 use crate::api::snapshot::state;
 
 /// Memory of the mean innovation τ, s.
@@ -18,8 +18,6 @@ const WAIT_S: Real = 0.25;
 /// Time for which the monitor rests after a rejected wheel, and after a shock of the accelerometer, s.
 const SLIP_REST_S: Real = 1.5;
 const SHOCK_REST_S: Real = 0.5;
-/// Standard deviations within which wheels agree.
-const AGREE_SD: Real = 7.0;
 /// Variance of the pitch that a unit of excess adds, rad²/s.
 const DOUBT_RAD2PS: Real = 1.6e-5;
 /// Speed from which the monitor works, m/s.

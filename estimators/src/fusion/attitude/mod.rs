@@ -17,6 +17,7 @@ pub mod heading;
 pub mod imu_health;
 pub mod params;
 pub mod rail_curvature;
+pub mod standing_bias;
 pub mod start;
 pub mod survey;
 mod wheels_ahead;
@@ -30,7 +31,7 @@ use crate::aiding::vertical::Vertical;
 use crate::aiding::wheels::{Ballot, WheelGate};
 use crate::aiding::{Aid, GateRule, fuse};
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
-use crate::api::real::{GRAVITY, cos, sin, sqrt};
+use crate::api::real::{GRAVITY, cos, sin, sqrt, within};
 use crate::api::signals::Vehicle;
 use crate::api::snapshot::{Archive, State, state};
 use crate::detect::control::Control;
@@ -49,6 +50,7 @@ use heading::{Heading, HeadingInput};
 use imu_health::{ImuHealth, SoundImu};
 use params::{AttitudeParams, AttitudeSupervision};
 use rail_curvature::{MAX_CURVATURE_PER_M, RailCurvature};
+use standing_bias::StandingBias;
 use start::first_belief;
 use wheels_ahead::WheelsAhead;
 
@@ -72,6 +74,8 @@ const HUBER_SD: Real = 3.0;
 const COAST_S: [Real; 2] = [1.0, 8.0];
 /// Time without a sample after which wheels count as lost, s.
 const LOST_S: Real = 0.5;
+/// Largest age of a sample that counts, s: clocks that are further apart are set differently.
+const MAX_AGE_S: Real = 1.0;
 /// Time without any sample of accelerometer and wheels after which the vehicle may be anywhere: the filter starts anew,
 /// s.
 const PAUSE_S: Real = 2.0;
@@ -79,6 +83,8 @@ const PAUSE_S: Real = 2.0;
 /// makes, rad/√s.
 const OPENING_S: Real = 3.0;
 const OPENING_RAD: Real = 0.06;
+/// Time for which wheels that agree may contradict the speed of the filter and do not slip, s: then the filter is wrong.
+const CONTRADICTED_S: Real = 1.0;
 /// Time without a gyro after which there is none, s.
 const NO_GYRO_S: Real = 5.0;
 /// Growth of the variance of the speed, m²/s² per s.
@@ -116,6 +122,8 @@ pub struct Attitude {
     pub imu: bool,
     /// Wheels in use now, and wheels that slip.
     pub wheels: [usize; 2],
+    /// Change of the grade since the newest sample of the accelerometer was taken, by its stamp, rad.
+    pub moved_on_rad: Real,
 }
 
 /// The filter.
@@ -130,13 +138,18 @@ pub struct AttitudeFilter {
     road: bool,
     turn_walk: Real,
     started: bool,
+    /// True unless the gyro has been found to be wrong.
+    gyro_sound: bool,
     /// True if this step has started the filter.
     starts: bool,
     quiet_s: Real,
+    standing_bias: StandingBias,
     coast_s: Real,
     /// Time without a sample of accelerometer and wheels, and without one of the gyro, s.
     silent_s: Real,
     gyro_out_s: Real,
+    /// Time for which all wheels have contradicted the speed alike, s.
+    contradicted_s: Real,
     /// Time for which the pitch stays open after a start in motion, s.
     opening_s: Real,
     ahead: WheelsAhead,
@@ -186,11 +199,14 @@ impl AttitudeFilter {
             road: vehicle.road.is_some(),
             turn_walk: params.turn_walk(vehicle),
             started: false,
+            gyro_sound: true,
             starts: false,
             quiet_s: 0.0,
+            standing_bias: StandingBias::default(),
             coast_s: 0.0,
             silent_s: 0.0,
             gyro_out_s: NO_GYRO_S,
+            contradicted_s: 0.0,
             opening_s: 0.0,
             ahead: WheelsAhead::default(),
             belief: Gaussian::independent(SVector::zeros(), SVector::zeros()),
@@ -226,7 +242,8 @@ impl AttitudeFilter {
             self.start(z, dt)?;
         }
         let (yaw_bias, v) = (self.belief.x[GYRO_Z], self.belief.x[V]);
-        let imu = self.health.step(z, yaw_bias, v, self.supervision.gyro, dt);
+        let gyro = self.supervision.gyro && self.gyro_sound;
+        let imu = self.health.step(z, yaw_bias, v, gyro, dt);
         let rates = self.predict(&imu, dt);
         if imu.shock {
             self.monitor.shock();
@@ -236,7 +253,7 @@ impl AttitudeFilter {
         self.aid_by_force(&imu, dt);
         self.aid_by_standstill(&imu, ballot.used > 0, dt);
         self.limit(z, dt)?;
-        self.find(&imu, &rates, &ballot, dt);
+        self.find((z, &imu), &rates, &ballot, dt);
         Some(self.found)
     }
 
@@ -306,6 +323,8 @@ impl AttitudeFilter {
         }
         let [_, _, yaw_rate] = rates.body_radps.unwrap_or_default();
         self.belief.P[(THETA, THETA)] += self.turn_walk * yaw_rate * yaw_rate * dt;
+        let spiked = imu.unconfirmed_radps * dt;
+        self.belief.P[(THETA, THETA)] += spiked * spiked;
         self.calibration
             .doubt(&mut self.belief, rates.theta_dot * dt, yaw_rate, dt);
         rates
@@ -351,6 +370,11 @@ impl AttitudeFilter {
         } else {
             self.coast(dt);
         }
+        self.contradicted_s = match ballot.contradicts {
+            true => self.contradicted_s + dt,
+            false if ballot.used > 0 => 0.0,
+            false => self.contradicted_s,
+        };
         let gate = match self.wheels.is_gated() {
             true => GateRule::Reject(ballot.limit_mps, Rejection::Slip),
             false => GateRule::Open,
@@ -427,15 +451,18 @@ impl AttitudeFilter {
             (false, _) => 0.0,
         };
         let Some(rate) = imu.rate_radps.filter(|_| self.quiet_s > QUIET_S) else {
+            self.standing_bias = StandingBias::default();
             return;
         };
+        self.standing_bias.step(&mut self.belief, rate, dt);
         for axis in Standstill::by_axis(rate, dt) {
             // A rate that the numbers do not allow leaves the belief as it is.
             let _ = fuse(&mut self.belief, Control::New(axis), GateRule::Open);
         }
     }
 
-    /// Keeps the state within what a vehicle can do; without a finite state or a covariance it starts anew.
+    /// Keeps the state within what a vehicle can do. Without a finite state or a covariance, or while all wheels contradict
+    /// the speed, it starts anew.
     fn limit(&mut self, z: &Channels, dt: Real) -> Option<()> {
         let x = &mut self.belief.x;
         let limits = [
@@ -450,10 +477,11 @@ impl AttitudeFilter {
         self.belief
             .limit_variance(&SVector::from(MAX_SD.map(|sd| sd * sd)));
         let positive = self.belief.P.diagonal().iter().all(|p| *p >= 0.0);
-        if positive && self.belief.is_finite() {
+        let contradicted = self.contradicted_s > CONTRADICTED_S;
+        if positive && self.belief.is_finite() && !contradicted {
             return Some(());
         }
-        self.started = false;
+        (self.started, self.contradicted_s) = (false, 0.0);
         self.start(z, dt)
     }
 
@@ -462,7 +490,13 @@ impl AttitudeFilter {
         clippy::indexing_slicing,
         reason = "indices of states are constants below N"
     )]
-    fn find(&mut self, imu: &SoundImu, rates: &AttitudeRates, ballot: &Ballot, dt: Real) {
+    fn find(
+        &mut self,
+        (z, imu): (&Channels, &SoundImu),
+        rates: &AttitudeRates,
+        ballot: &Ballot,
+        dt: Real,
+    ) {
         let (x, P) = (self.belief.x, &self.belief.P);
         let speed = x[V] - self.model.lever.below_m * rates.theta_dot;
         match rates.body_radps {
@@ -479,6 +513,7 @@ impl AttitudeFilter {
         let [_, q, r] = rates.body_radps.unwrap_or_default();
         let yaw_rate_radps = (q * sin(x[PHI]) + r * cos(x[PHI])) / cos_theta;
         let least_sd = self.calibration.least_pitch_sd_rad();
+        let [_, force_age_s, _] = z.age_s;
         self.found = Attitude {
             speed_mps: speed,
             speed_sd_mps: sqrt(P[(V, V)]),
@@ -494,6 +529,7 @@ impl AttitudeFilter {
             curvature_per_m: self.curvature.per_m(),
             imu: imu.force_mps2.is_some() && (imu.rate_radps.is_some() || !self.has_gyro()),
             wheels: [ballot.used, ballot.slipping],
+            moved_on_rad: rates.theta_dot * within(force_age_s, 0.0, MAX_AGE_S),
         };
         self.heading.step(
             &HeadingInput {
@@ -508,7 +544,18 @@ impl AttitudeFilter {
 
     /// Returns true if there is a gyro that may be used.
     fn has_gyro(&self) -> bool {
-        self.supervision.gyro && self.gyro_out_s < NO_GYRO_S
+        self.supervision.gyro && self.gyro_sound && self.gyro_out_s < NO_GYRO_S
+    }
+
+    /// Returns true unless the gyro has been left out.
+    pub fn uses_gyro(&self) -> bool {
+        self.gyro_sound
+    }
+
+    /// Leaves the gyro out from now on. What it has taught is wrong, so the filter starts anew.
+    pub fn leave_gyro_out(&mut self) {
+        self.started &= !self.gyro_sound;
+        self.gyro_sound = false;
     }
 
     /// Standard deviation of the speed but for the scale of the wheels, m/s.
@@ -565,7 +612,7 @@ impl AttitudeFilter {
     }
 }
 
-state!(Attitude { speed_mps, speed_sd_mps, speed_noise_mps, acceleration_mps2, pitch_rad, pitch_sd_rad, roll_rad, bias_mps2, sum_sd, pitch_rate_radps, yaw_rate_radps, curvature_per_m, imu, wheels; });
+state!(Attitude { speed_mps, speed_sd_mps, speed_noise_mps, acceleration_mps2, pitch_rad, pitch_sd_rad, roll_rad, bias_mps2, sum_sd, pitch_rate_radps, yaw_rate_radps, curvature_per_m, imu, wheels, moved_on_rad; });
 impl State for AttitudeFilter {
     fn visit(&mut self, archive: &mut Archive) {
         let Self {
@@ -578,11 +625,14 @@ impl State for AttitudeFilter {
             road: _,
             turn_walk: _,
             started,
+            gyro_sound,
             starts,
             quiet_s,
+            standing_bias,
             coast_s,
             silent_s,
             gyro_out_s,
+            contradicted_s,
             opening_s,
             ahead,
             belief,
@@ -600,11 +650,14 @@ impl State for AttitudeFilter {
             status,
         } = self;
         started.visit(archive);
+        gyro_sound.visit(archive);
         starts.visit(archive);
         quiet_s.visit(archive);
+        standing_bias.visit(archive);
         coast_s.visit(archive);
         silent_s.visit(archive);
         gyro_out_s.visit(archive);
+        contradicted_s.visit(archive);
         opening_s.visit(archive);
         ahead.visit(archive);
         belief.visit_lower(archive);

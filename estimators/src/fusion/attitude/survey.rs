@@ -43,8 +43,9 @@ impl AttitudeFilter {
     pub fn grade_at_imu_sd_rad(&self) -> Real {
         let arm = self.arm.sd_rad(self.found.curvature_per_m);
         let pitch = self.found.pitch_sd_rad;
-        let mount = self.mount_sd_rad();
-        sqrt(pitch * pitch + arm * arm + mount * mount + MODEL_SD_RAD * MODEL_SD_RAD)
+        let (mount, moved) = (self.mount_sd_rad(), self.found.moved_on_rad);
+        let known = pitch * pitch + arm * arm + mount * mount + MODEL_SD_RAD * MODEL_SD_RAD;
+        sqrt(known + moved * moved)
     }
 
     /// Standard deviation of the IMU's mounting, rad: common to all grades.

@@ -1,0 +1,198 @@
+//! Laws of an IMU that is not what was told: a gyro with a wrong sign, axis, unit or bias, single samples that are wrong
+//! on both instruments, samples that come late, a speed that the accelerometer has carried away.
+#![allow(clippy::unwrap_used)] // a test's panic is its verdict
+
+mod common;
+
+use std::collections::VecDeque;
+
+use common::{Crane, Random, vehicle};
+use monorig_estimators::api::estimator::Estimator;
+use monorig_estimators::api::signals::{Command, Estimate, Measurements};
+use monorig_estimators::registry;
+
+const DT: f64 = 0.01;
+/// Estimators whose slope is that of the attitude filter on a rail.
+const NAMES: [&str; 3] = ["attitude", "rail_fusion", "dffrls_aekf_robust"];
+
+/// Stands for 4 s, then drives over hills of 0.1 rad; `change` sees time and samples, `see` the crane and the estimate.
+fn drive(
+    name: &str,
+    seconds: f64,
+    mut change: impl FnMut(f64, &mut Measurements),
+    mut see: impl FnMut(&Crane, &Estimate),
+) {
+    let mut estimator = registry::build(name, &vehicle(4), []).unwrap();
+    let mut crane = Crane::new(vehicle(4), 15_000.0, 7);
+    for k in 0..(seconds / DT) as usize {
+        let t = DT * k as f64;
+        crane.grade_rad = 0.1 * (crane.chainage_m / 4.0).sin();
+        let wanted = if t % 40.0 < 4.0 { 0.0 } else { 1.0 };
+        let before_rad = crane.last_grade_rad.unwrap_or(crane.grade_rad);
+        let mut z = crane.step(wanted, DT);
+        // the centripetal acceleration of the hill
+        let turned = (crane.grade_rad - before_rad) / DT;
+        z.specific_force_mps2.as_mut().unwrap().value[2] += crane.speed_mps * turned;
+        change(t, &mut z);
+        let estimate = estimator.step(&z, &Command::default(), DT).unwrap();
+        see(&crane, &estimate);
+    }
+}
+
+/// Share of the valid slopes from `from_s` on that are more than three standard deviations off, and the share valid.
+fn marks(
+    name: &str,
+    seconds: f64,
+    from_s: f64,
+    change: impl FnMut(f64, &mut Measurements),
+) -> [f64; 2] {
+    let (mut steps, mut valid, mut beyond) = (0.0, 0.0, 0.0);
+    drive(name, seconds, change, |crane, estimate| {
+        let grade = estimate.grade_rad;
+        if crane.t_s < from_s {
+            return;
+        }
+        steps += 1.0;
+        if grade.valid {
+            valid += 1.0;
+            beyond += f64::from((grade.value - crane.grade_rad).abs() > 3.0 * grade.sd);
+        }
+    });
+    [beyond / f64::max(valid, 1.0), valid / steps]
+}
+
+fn rates(z: &mut Measurements, change: impl Fn([f64; 3]) -> [f64; 3]) {
+    let sample = z.angular_rate_radps.as_mut().unwrap();
+    sample.value = change(sample.value);
+}
+
+/// Once the hills have shown it, the slope is found without the gyro, and the marks are worth what they say.
+#[test]
+fn a_gyro_of_a_wrong_sign_axis_or_unit_is_left_out() {
+    let faults: [(&str, fn([f64; 3]) -> [f64; 3]); 4] = [
+        ("sign", |[p, q, r]| [-p, -q, -r]),
+        ("axes", |[p, q, r]| [q, p, r]),
+        ("unit", |rates| rates.map(|w| 57.3 * w)),
+        ("dead", |[p, _, r]| [p, 0.0, r]),
+    ];
+    for name in NAMES {
+        for (fault, change) in faults {
+            let [beyond, valid] = marks(name, 100.0, 30.0, |_, z| rates(z, change));
+            assert!(
+                beyond < 0.01 && valid > 0.9,
+                "{name}, {fault}: {beyond} of {valid}"
+            );
+        }
+    }
+}
+
+/// A gyro that is right is never left out: the slope stays better than any without a gyro is.
+#[test]
+fn a_gyro_that_is_right_is_kept() {
+    for name in NAMES {
+        let mut worst: f64 = 0.0;
+        drive(
+            name,
+            100.0,
+            |_, _| (),
+            |crane, estimate| {
+                let off = (estimate.grade_rad.value - crane.grade_rad).abs();
+                worst = worst.max(if crane.t_s > 10.0 { off } else { 0.0 });
+            },
+        );
+        assert!(worst < 0.0015, "{name}: {worst}");
+    }
+}
+
+/// 0.3 °/s where the sheet promises 0.5 °/h: the first standstill shows it, and the slope is as good as without a bias.
+#[test]
+fn a_standstill_shows_a_bias_that_the_sheet_does_not_allow() {
+    let bias = [0.005, -0.005, 0.003];
+    for name in NAMES {
+        let mut worst: f64 = 0.0;
+        drive(
+            name,
+            60.0,
+            |_, z| rates(z, |[p, q, r]| [p + bias[0], q + bias[1], r + bias[2]]),
+            |crane, estimate| {
+                let off = (estimate.grade_rad.value - crane.grade_rad).abs();
+                worst = worst.max(if crane.t_s > 10.0 { off } else { 0.0 });
+            },
+        );
+        assert!(worst < 0.003, "{name}: {worst}");
+    }
+}
+
+/// A body that rocks while it stands reads rates of both signs, and none of them is a bias.
+#[test]
+fn a_body_that_rocks_at_a_standstill_shows_no_bias() {
+    for name in NAMES {
+        for hz in [0.3, 0.7, 1.5] {
+            let rock = |t: f64, z: &mut Measurements| {
+                if t % 40.0 < 4.0 {
+                    let rate = 0.02 * (std::f64::consts::TAU * hz * t).cos();
+                    rates(z, |[p, q, r]| [p, q + rate, r]);
+                }
+            };
+            let [beyond, valid] = marks(name, 100.0, 5.0, rock);
+            assert!(
+                beyond < 0.01 && valid > 0.95,
+                "{name}, {hz} Hz: {beyond} of {valid}"
+            );
+        }
+    }
+}
+
+/// One of fifty samples is wrong on both instruments: the standard deviation has what the wrong rates have turned.
+#[test]
+fn wrong_samples_of_both_instruments_are_in_the_standard_deviation() {
+    for name in ["attitude", "dffrls_aekf_robust"] {
+        let mut random = Random::new(11);
+        let spikes = |_: f64, z: &mut Measurements| {
+            let mut spike = |size: f64| match random.chance(0.02) {
+                true => size * random.normal(),
+                false => 0.0,
+            };
+            let (rate, force) = (spike(1.0), spike(10.0));
+            rates(z, |[p, q, r]| [p, q + rate, r]);
+            z.specific_force_mps2.as_mut().unwrap().value[0] += force;
+        };
+        let [beyond, _] = marks(name, 100.0, 10.0, spikes);
+        assert!(beyond < 0.02, "{name}: {beyond}");
+    }
+}
+
+/// Samples that are half a second old by their stamps: the grade of now is another where the rail bends.
+#[test]
+fn what_the_grade_moves_by_while_samples_are_under_way_is_in_the_standard_deviation() {
+    let mut under_way = VecDeque::new();
+    let late = |_: f64, z: &mut Measurements| {
+        under_way.push_back(*z);
+        let old = match under_way.len() > 50 {
+            true => under_way.pop_front().unwrap(),
+            false => Measurements::at(z.t),
+        };
+        *z = Measurements { t: z.t, ..old };
+    };
+    let [beyond, valid] = marks("attitude", 100.0, 10.0, late);
+    assert!(beyond < 0.01 && valid > 0.9, "{beyond} of {valid}");
+}
+
+/// An accelerometer that is wrong for 1.5 s on a climb carries the speed away, beyond the gate of every wheel. They agree
+/// and are slower than it while they drive, so it is the filter that is wrong: two seconds later its speed is theirs.
+#[test]
+fn wheels_that_agree_bring_back_a_speed_that_was_carried_away() {
+    for name in NAMES {
+        let push = |t: f64, z: &mut Measurements| {
+            if (29.0..30.5).contains(&t) {
+                z.specific_force_mps2.as_mut().unwrap().value[0] += 2.0;
+            }
+        };
+        let mut worst: f64 = 0.0;
+        drive(name, 39.0, push, |crane, estimate| {
+            let off = (estimate.speed_mps.value - crane.speed_mps).abs();
+            worst = worst.max(if crane.t_s > 33.0 { off } else { 0.0 });
+        });
+        assert!(worst < 0.05, "{name}: {worst}");
+    }
+}
