@@ -258,8 +258,7 @@ impl<const N: usize> Gaussian<N> {
     }
 
     /// P ← F P Fᵀ, where F is 1 but for its first `K` rows: `rows` holds the entries of F − 1 there, as place and
-    /// value; entries of 0 fill a row up. What is below the diagonal is then right ([`Gaussian::symmetrise`] does the
-    /// rest).
+    /// value; entries of 0 fill a row up. P must be symmetric to the last bit, and is so afterwards.
     #[inline]
     pub(crate) fn carry_sparse<const K: usize, const E: usize>(
         &mut self,
@@ -267,37 +266,43 @@ impl<const N: usize> Gaussian<N> {
     ) {
         let columns = &mut self.P.data.0;
         // (F − 1) P
-        let mut AP = [[0.0; N]; K];
-        for (sums, row) in AP.iter_mut().zip(rows) {
-            for (place, a) in row.iter().filter(|(_, a)| *a != 0.0) {
-                for (sum, p) in sums
-                    .iter_mut()
-                    .zip(columns.get(*place).into_iter().flatten())
+        let AP = rows.map(|row| {
+            let mut sums = [0.0; N];
+            for (place, a) in row {
+                if a != 0.0
+                    && let Some(column) = columns.get(place)
                 {
-                    *sum += p * a;
+                    for (sum, p) in sums.iter_mut().zip(column) {
+                        *sum += p * a;
+                    }
                 }
             }
-        }
-        // (F − 1) P (F − 1)ᵀ
-        let mut APA = [[0.0; K]; K];
-        for (sums, carried) in APA.iter_mut().zip(&AP) {
-            for (sum, row) in sums.iter_mut().zip(rows) {
-                for (place, a) in row.iter().filter(|(_, a)| *a != 0.0) {
-                    *sum += carried.get(*place).map_or(0.0, |ap| ap * a);
-                }
-            }
-        }
-        for (j, (column, own)) in columns.iter_mut().zip(&AP).enumerate() {
+            sums
+        });
+        for (j, (row, own)) in rows.iter().zip(&AP).enumerate() {
+            let Some(column) = columns.get_mut(j) else {
+                continue;
+            };
             let (changed, rest) = column.split_at_mut(K.min(N));
             let (own_changed, own_rest) = own.split_at(K.min(N));
-            let others = AP.iter().zip(&APA).zip(changed).zip(own_changed).skip(j);
-            for (((carried, twice), p), own) in others {
-                if let (Some(carried), Some(twice)) = (carried.get(j), twice.get(j)) {
-                    *p += carried + own + twice;
-                }
+            for ((carried, p), own) in AP.iter().zip(changed).zip(own_changed).skip(j) {
+                // of (F − 1) P (F − 1)ᵀ
+                let twice = row.iter().fold(0.0, |sum, (place, a)| {
+                    sum + carried.get(*place).map_or(0.0, |ap| ap * a)
+                });
+                *p += carried.get(j).map_or(0.0, |carried| carried + own + twice);
             }
             for (p, own) in rest.iter_mut().zip(own_rest) {
                 *p += own;
+            }
+        }
+        // The upper triangle has changed in the first rows alone.
+        for i in 0..K.min(N) {
+            let below = columns.get(i).copied().unwrap_or([0.0; N]);
+            for (column, p) in columns.iter_mut().zip(below).skip(i + 1) {
+                if let Some(above) = column.get_mut(i) {
+                    *above = p;
+                }
             }
         }
     }

@@ -15,7 +15,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::Real;
-use crate::api::real::{GRAVITY, cos, exp, sin};
+use crate::api::real::{GRAVITY, exp, sin_cos};
 use crate::filters::gaussian::Gaussian;
 use crate::filters::model::Process;
 
@@ -113,6 +113,48 @@ pub struct AttitudeRates {
     sin_cos: [[Real; 2]; 2],
 }
 
+/// Sines and cosines of pitch and roll, computed anew only where an angle has changed.
+///
+/// It holds nothing that does not follow from the angles: any two are equal, and no snapshot needs it.
+#[derive(Clone, Copy, Debug)]
+pub struct Angles {
+    angles: [Real; 2],
+    sin_cos: [[Real; 2]; 2],
+}
+
+impl Default for Angles {
+    fn default() -> Self {
+        let angles = [0.0; 2];
+        Self {
+            angles,
+            sin_cos: angles.map(sin_cos),
+        }
+    }
+}
+
+impl Angles {
+    /// Sine and cosine of the pitch and of the roll of a state.
+    #[inline]
+    pub fn of(&mut self, x: &SVector<Real, N>) -> [[Real; 2]; 2] {
+        let angles = [x[THETA], x[PHI]];
+        if angles.map(Real::to_bits) != self.angles.map(Real::to_bits) {
+            (self.angles, self.sin_cos) = (angles, angles.map(sin_cos));
+        }
+        self.sin_cos
+    }
+
+    /// Sine and cosine of the pitch asked for last, and of the roll.
+    pub fn last(&self) -> [[Real; 2]; 2] {
+        self.sin_cos
+    }
+}
+
+impl PartialEq for Angles {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
 /// A row of F − 1: places and what stands there; entries of 0 fill it up.
 type Row = [(usize, Real); 5];
 
@@ -151,7 +193,17 @@ const SCALE_MEMORY_S: Real = 300.0;
 impl AttitudeModel {
     /// Rates of the state `x` under an input.
     pub fn rates(&self, x: &SVector<Real, N>, u: &AttitudeInput) -> AttitudeRates {
-        let [[st, ct], [sp, cp]] = [x[THETA], x[PHI]].map(|angle| [sin(angle), cos(angle)]);
+        self.rates_at(x, Angles::default().of(x), u)
+    }
+
+    /// [`AttitudeModel::rates`] with the sines and cosines of pitch and roll known.
+    fn rates_at(
+        &self,
+        x: &SVector<Real, N>,
+        sin_cos: [[Real; 2]; 2],
+        u: &AttitudeInput,
+    ) -> AttitudeRates {
+        let [[st, ct], [sp, cp]] = sin_cos;
         let body_radps = u
             .rate_radps
             .map(|[p, q, r]| [p - x[GYRO_X], q - x[GYRO_Y], r - x[GYRO_Z]]);
@@ -167,7 +219,7 @@ impl AttitudeModel {
             phi_dot: p - st / ct * (q * sp + r * cp),
             body_radps,
             x: *x,
-            sin_cos: [[st, ct], [sp, cp]],
+            sin_cos,
         }
     }
 
@@ -263,13 +315,19 @@ impl AttitudeModel {
     }
 
     /// Time update over `dt`: that of an extended Kalman filter, with F P Fᵀ by the rows of F that are not those of 1.
-    /// Returns the rates.
+    /// Takes the sines and cosines of pitch and roll, and returns the rates.
     #[allow(
         clippy::indexing_slicing,
         reason = "indices of states are constants below N"
     )]
-    pub fn predict(&self, belief: &mut Gaussian<N>, u: &AttitudeInput, dt: Real) -> AttitudeRates {
-        let rates = self.rates(&belief.x, u);
+    pub fn predict(
+        &self,
+        belief: &mut Gaussian<N>,
+        sin_cos: [[Real; 2]; 2],
+        u: &AttitudeInput,
+        dt: Real,
+    ) -> AttitudeRates {
+        let rates = self.rates_at(&belief.x, sin_cos, u);
         let left = self.curvature_left(u, dt);
         belief.carry_sparse(&self.rows(&rates, u, dt));
         if left < 1.0 {
@@ -281,7 +339,6 @@ impl AttitudeModel {
         for (i, q) in Q.iter().enumerate() {
             belief.P[(i, i)] += q;
         }
-        belief.symmetrise();
         rates
     }
 }
@@ -378,7 +435,7 @@ mod tests {
             };
             full.symmetrise();
             let mut sparse = full;
-            model.predict(&mut sparse, &u, 0.1);
+            model.predict(&mut sparse, Angles::default().of(&x), &u, 0.1);
             let (F, Q) = (model.F(&x, &u, 0.1), model.Q(&u, 0.1));
             ekf::predict(&mut full, model.f(&x, &u, 0.1), &F, &Q);
             assert_eq!(sparse.x, full.x);
