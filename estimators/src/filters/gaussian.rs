@@ -258,7 +258,8 @@ impl<const N: usize> Gaussian<N> {
     }
 
     /// P ← F P Fᵀ, where F is 1 but for its first `K` rows: `rows` holds the entries of F − 1 there, as place and
-    /// value; entries of 0 fill a row up. P must be symmetric to the last bit, and is so afterwards.
+    /// value; entries of 0 fill a row up. What is below the diagonal is then right ([`Gaussian::symmetrise`] does the
+    /// rest).
     #[inline]
     pub(crate) fn carry_sparse<const K: usize, const E: usize>(
         &mut self,
@@ -294,15 +295,6 @@ impl<const N: usize> Gaussian<N> {
             }
             for (p, own) in rest.iter_mut().zip(own_rest) {
                 *p += own;
-            }
-        }
-        // The upper triangle has changed in the first rows alone.
-        for i in 0..K.min(N) {
-            let below = columns.get(i).copied().unwrap_or([0.0; N]);
-            for (column, p) in columns.iter_mut().zip(below).skip(i + 1) {
-                if let Some(above) = column.get_mut(i) {
-                    *above = p;
-                }
             }
         }
     }

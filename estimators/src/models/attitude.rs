@@ -155,28 +155,43 @@ impl PartialEq for Angles {
     }
 }
 
-/// A row of F − 1: places and what stands there; entries of 0 fill it up.
+/// A row of F − 1: places and what stands there. The places are always the same, so that the compiler knows them; what
+/// an instrument out of use would give is 0.
 type Row = [(usize, Real); 5];
+/// Places of the rows of v, θ and φ.
+const V_BY: [usize; 5] = [THETA, BIAS_X, GYRO_Y, GYRO_Z, KAPPA];
+const THETA_BY: [usize; 5] = [V, PHI, GYRO_Y, GYRO_Z, KAPPA];
+const PHI_BY: [usize; 5] = [THETA, PHI, GYRO_X, GYRO_Y, GYRO_Z];
+
+/// A row by its places and what stands there.
+#[inline]
+fn row(places: [usize; 5], values: [Real; 5]) -> Row {
+    let ([a, b, c, d, e], [u, v, w, x, y]) = (places, values);
+    [(a, u), (b, v), (c, w), (d, x), (e, y)]
+}
 
 /// Rate of the pitch as a linear function of the state about that of a step's start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LinearPitchRate {
     /// Rate there, rad/s.
     pub theta_dot: Real,
-    /// Index of a state, derivative by it, and the state there.
-    terms: [(usize, Real, Real); 3],
+    /// Derivatives by the states [`THETA_BY`], and the states there.
+    by: [Real; 5],
+    from: [Real; 5],
 }
 
 impl LinearPitchRate {
     /// The rate at `x`, rad/s.
     pub fn at(&self, x: &SVector<Real, N>) -> Real {
-        let change = |&(place, by, from): &(usize, Real, Real)| by * (x[place] - from);
-        self.theta_dot + self.terms.iter().map(change).sum::<Real>()
+        let terms = THETA_BY.iter().zip(&self.by).zip(&self.from);
+        let change = terms.map(|((place, by), from)| by * (x[*place] - from));
+        self.theta_dot + change.sum::<Real>()
     }
 
-    /// Its derivatives: index of a state and derivative by it; entries of 0 fill it up.
-    pub fn by_state(&self) -> [(usize, Real); 3] {
-        self.terms.map(|(place, by, _)| (place, by))
+    /// Its derivatives: index of a state and derivative by it.
+    #[inline]
+    pub fn by_state(&self) -> [(usize, Real); 5] {
+        row(THETA_BY, self.by)
     }
 }
 
@@ -227,33 +242,22 @@ impl AttitudeModel {
     fn rows(&self, rates: &AttitudeRates, u: &AttitudeInput, dt: Real) -> [Row; 3] {
         let [[st, ct], [sp, cp]] = rates.sin_cos;
         let tan = st / ct;
-        let (none, zero) = ([(0, 0.0); 5], (0, 0.0));
         let [_, q, r] = rates.body_radps.unwrap_or_default();
         let centripetal = -2.0 * self.lever.ahead_m;
         let v = match u.force_mps2 {
-            Some(_) => [
-                (THETA, -GRAVITY * ct),
-                (BIAS_X, -1.0),
-                (GYRO_Y, centripetal * q),
-                (GYRO_Z, centripetal * r),
-                zero,
-            ],
-            None => none,
+            Some(_) => [-GRAVITY * ct, -1.0, centripetal * q, centripetal * r, 0.0],
+            None => [0.0; 5],
         };
-        let [first, second, third] = rates.pitch_rate().by_state();
-        let theta = [first, second, third, zero, zero];
         let (turn, nod) = (q * sp + r * cp, q * cp - r * sp);
         let phi = match rates.body_radps {
-            Some(_) => [
-                (THETA, -turn / (ct * ct)),
-                (PHI, -tan * nod),
-                (GYRO_X, -1.0),
-                (GYRO_Y, tan * sp),
-                (GYRO_Z, tan * cp),
-            ],
-            None => none,
+            Some(_) => [-turn / (ct * ct), -tan * nod, -1.0, tan * sp, tan * cp],
+            None => [0.0; 5],
         };
-        [v, theta, phi].map(|row| row.map(|(place, a)| (place, a * dt)))
+        [
+            row(V_BY, v.map(|a| a * dt)),
+            row(THETA_BY, rates.pitch_rate().by.map(|a| a * dt)),
+            row(PHI_BY, phi.map(|a| a * dt)),
+        ]
     }
 
     /// Share of the curvature that is left after `dt`.
@@ -339,6 +343,7 @@ impl AttitudeModel {
         for (i, q) in Q.iter().enumerate() {
             belief.P[(i, i)] += q;
         }
+        belief.symmetrise();
         rates
     }
 }
@@ -352,13 +357,13 @@ impl AttitudeRates {
     /// The rate of the pitch as a linear function of the state about this one.
     pub fn pitch_rate(&self) -> LinearPitchRate {
         let (x, [_, [sp, cp]]) = (&self.x, self.sin_cos);
-        let places = match self.body_radps {
-            Some([_, q, r]) => [(PHI, q * sp + r * cp), (GYRO_Y, cp), (GYRO_Z, -sp)],
-            None => [(V, x[KAPPA]), (KAPPA, x[V]), (V, 0.0)],
-        };
         LinearPitchRate {
             theta_dot: self.theta_dot,
-            terms: places.map(|(place, by)| (place, by, x[place])),
+            by: match self.body_radps {
+                Some([_, q, r]) => [0.0, q * sp + r * cp, cp, -sp, 0.0],
+                None => [x[KAPPA], 0.0, 0.0, 0.0, x[V]],
+            },
+            from: THETA_BY.map(|place| x[place]),
         }
     }
 }
