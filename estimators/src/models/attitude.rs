@@ -399,9 +399,28 @@ impl Process<N> for AttitudeModel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::api::real::{cos, sin};
     use crate::filters::ekf;
     use crate::testing::Random;
     use nalgebra::SMatrix;
+
+    /// Whatever was asked before, sines and cosines are those of the angles, to the last bit.
+    #[test]
+    fn sines_and_cosines_are_those_of_the_angles() {
+        let mut angles = Angles::default();
+        let (mut random, mut x) = (Random::new(20), SVector::<Real, N>::zeros());
+        for k in 0..1000 {
+            match k % 4 {
+                0 => x[THETA] = 0.3 * random.normal(),
+                1 => x[PHI] = 1e-7 * random.normal(),
+                2 => x[THETA] = -x[THETA] * 0.0,
+                _ => {}
+            }
+            let expected = [x[THETA], x[PHI]].map(|angle| [sin(angle), cos(angle)]);
+            let bits = |both: [[Real; 2]; 2]| both.map(|pair| pair.map(Real::to_bits));
+            assert_eq!(bits(angles.of(&x)), bits(expected), "{x}");
+        }
+    }
 
     /// The sparse time update against F P Fᵀ + Q of full matrices.
     #[test]
