@@ -124,10 +124,9 @@ pub struct Angles {
 
 impl Default for Angles {
     fn default() -> Self {
-        let angles = [0.0; 2];
         Self {
-            angles,
-            sin_cos: angles.map(sin_cos),
+            angles: [0.0; 2],
+            sin_cos: [[0.0, 1.0]; 2],
         }
     }
 }
