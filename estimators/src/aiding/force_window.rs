@@ -4,15 +4,14 @@
 //! less than its sheet promises. It is learnt from the means of windows and not from samples, so that bounce, whose
 //! mean is small, counts for little.
 
-use nalgebra::Vector3;
+use nalgebra::{SVector, Vector3};
 
 use crate::Real;
 use crate::aiding::lateral::Lateral;
 use crate::aiding::vertical::Vertical;
-use crate::api::real::{GRAVITY, cos, sin, sqrt};
+use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
-use crate::filters::gaussian::Gaussian;
-use crate::models::attitude::{GYRO_X, GYRO_Y, GYRO_Z, Lever, N, PHI, THETA, V};
+use crate::models::attitude::{GYRO_X, GYRO_Y, GYRO_Z, Lever, N, V};
 use crate::preprocess::noise_learning::NoiseLearning;
 
 /// Length of a window, s.
@@ -89,29 +88,30 @@ impl ForceWindow {
         (factor * sheet * sheet).max(seen * seen) / T
     }
 
-    /// Takes one sample; at the end of a window the measurements across and up.
+    /// Takes one sample and the state with the sines and cosines of its pitch and roll; at the end of a window the
+    /// measurements across and up.
     pub fn step(
         &mut self,
-        belief: &Gaussian<N>,
+        (x, sin_cos): (&SVector<Real, N>, [[Real; 2]; 2]),
         force: [Real; 3],
         rate: [Real; 3],
         lever: Lever,
         dt: Real,
     ) -> Option<(Lateral, Vertical)> {
-        let x = &belief.x;
+        let [[_, cos_theta], [sin_phi, cos_phi]] = sin_cos;
         let raw = Vector3::from(rate);
         let rate = raw - Vector3::new(x[GYRO_X], x[GYRO_Y], x[GYRO_Z]);
         let [mut now, first] = self.rates.unwrap_or([rate; 2]);
         now += (rate - now) * (dt / (RATE_LAG_S + dt));
         self.rates = Some([now, first]);
         let [fx, fy, fz] = force;
-        let g_phi = GRAVITY * cos(x[THETA]);
+        let g_phi = GRAVITY * cos_theta;
         let [x_sum, y, z, turn_sum] = &mut self.sums;
         let q = rate.y;
         *x_sum += fx * dt;
         *turn_sum += q * dt;
-        *y += (fy - x[V] * rate.z - g_phi * sin(x[PHI])) * dt;
-        *z += (fz + x[V] * q - g_phi * cos(x[PHI]) - lever.below_m * q * q) * dt;
+        *y += (fy - x[V] * rate.z - g_phi * sin_phi) * dt;
+        *z += (fz + x[V] * q - g_phi * cos_phi - lever.below_m * q * q) * dt;
         self.length_s += dt;
         if self.length_s < WINDOW_S - 1e-6 {
             return None;

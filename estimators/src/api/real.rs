@@ -22,6 +22,13 @@ pub fn cos(x: Real) -> Real {
     Libm::<Real>::cos(x)
 }
 
+/// Sine and cosine of an angle in rad, the same bits as [`sin`] and [`cos`] in one call.
+#[inline]
+pub fn sin_cos(x: Real) -> [Real; 2] {
+    let (sine, cosine) = Libm::<Real>::sincos(x);
+    [sine, cosine]
+}
+
 /// Angle in rad whose sine is `x`; `x` is first limited to −1…1, so the answer is always finite for finite `x`.
 #[inline]
 pub(crate) fn asin(x: Real) -> Real {

@@ -27,15 +27,16 @@ impl<T, const N: usize> Ekf<T, N> {
         Self { model, belief }
     }
 
-    /// Carries the belief over `dt` seconds.
+    /// Carries the belief over `dt` seconds; returns the Jacobian F that it was carried by.
     #[inline]
-    pub fn predict<const M: usize>(&mut self, u: &T::Input, dt: Real)
+    pub fn predict<const M: usize>(&mut self, u: &T::Input, dt: Real) -> SMatrix<Real, N, N>
     where
         T: Model<N, M>,
     {
         let (model, x) = (&self.model, self.belief.x);
-        let (x_next, F, Q) = (model.f(&x, u, dt), model.F(&x, u, dt), model.Q(u, dt));
+        let ((x_next, F), Q) = (model.f_and_F(&x, u, dt), model.Q(u, dt));
         predict(&mut self.belief, x_next, &F, &Q);
+        F
     }
 
     /// Corrects the belief by a measurement `z` with noise `R`. `None`, and nothing changed, if the innovation
@@ -79,7 +80,7 @@ impl<T, const N: usize> Ekf<T, N> {
         T: Model<N, M>,
     {
         let (model, x) = (&self.model, self.belief.x);
-        let (x_next, F, Q) = (model.f(&x, u, dt), model.F(&x, u, dt), model.Q(u, dt));
+        let ((x_next, F), Q) = (model.f_and_F(&x, u, dt), model.Q(u, dt));
         let H = model.H(&x_next);
         let carried_P = F * self.belief.P * F.transpose();
         Preview {

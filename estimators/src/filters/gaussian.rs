@@ -148,6 +148,25 @@ fn times_sparse<const N: usize>(A: &SMatrix<Real, N, N>, h: &SVector<Real, N>) -
     SVector::from(product)
 }
 
+/// The sum of the columns at these places, each times its value; a value of 0 counts for nothing.
+#[inline(always)]
+fn columns_by<const N: usize, const E: usize>(
+    columns: &[[Real; N]; N],
+    row: &[(usize, Real); E],
+) -> [Real; N] {
+    let mut sums = [0.0; N];
+    for (place, a) in row {
+        if *a != 0.0
+            && let Some(column) = columns.get(*place)
+        {
+            for (sum, p) in sums.iter_mut().zip(column) {
+                *sum += p * a;
+            }
+        }
+    }
+    sums
+}
+
 /// Returns true if every number is finite: 0 times it is then 0, and four products run side by side.
 #[inline]
 pub(crate) fn finite<const R: usize, const C: usize>(numbers: &SMatrix<Real, R, C>) -> bool {
@@ -257,44 +276,31 @@ impl<const N: usize> Gaussian<N> {
         Some(())
     }
 
-    /// P ← F P Fᵀ, where F is 1 but for its first `K` rows: `rows` holds the entries of F − 1 there, as place and
-    /// value; entries of 0 fill a row up. What is below the diagonal is then right ([`Gaussian::symmetrise`] does the
-    /// rest).
+    /// P ← F P Fᵀ, where F is 1 but for its first three rows: `rows` holds the entries of F − 1 there, as place and
+    /// value; entries of 0 fill a row up. Where the compiler knows the places, no product asks for them. What is below
+    /// the diagonal is then right ([`Gaussian::symmetrise`] does the rest).
     #[inline]
-    pub(crate) fn carry_sparse<const K: usize, const E: usize>(
-        &mut self,
-        rows: &[[(usize, Real); E]; K],
-    ) {
+    pub(crate) fn carry_sparse<const E: usize>(&mut self, rows: &[[(usize, Real); E]; 3]) {
         let columns = &mut self.P.data.0;
         // (F − 1) P
-        let mut AP = [[0.0; N]; K];
-        for (sums, row) in AP.iter_mut().zip(rows) {
-            for (place, a) in row.iter().filter(|(_, a)| *a != 0.0) {
-                for (sum, p) in sums
-                    .iter_mut()
-                    .zip(columns.get(*place).into_iter().flatten())
-                {
-                    *sum += p * a;
-                }
-            }
-        }
-        // (F − 1) P (F − 1)ᵀ
-        let mut APA = [[0.0; K]; K];
-        for (sums, carried) in APA.iter_mut().zip(&AP) {
-            for (sum, row) in sums.iter_mut().zip(rows) {
-                for (place, a) in row.iter().filter(|(_, a)| *a != 0.0) {
-                    *sum += carried.get(*place).map_or(0.0, |ap| ap * a);
-                }
-            }
-        }
-        for (j, (column, own)) in columns.iter_mut().zip(&AP).enumerate() {
-            let (changed, rest) = column.split_at_mut(K.min(N));
-            let (own_changed, own_rest) = own.split_at(K.min(N));
-            let others = AP.iter().zip(&APA).zip(changed).zip(own_changed).skip(j);
-            for (((carried, twice), p), own) in others {
-                if let (Some(carried), Some(twice)) = (carried.get(j), twice.get(j)) {
-                    *p += carried + own + twice;
-                }
+        let [first, second, third] = rows;
+        let AP = [
+            columns_by(columns, first),
+            columns_by(columns, second),
+            columns_by(columns, third),
+        ];
+        for (j, (row, own)) in rows.iter().zip(&AP).enumerate() {
+            let Some(column) = columns.get_mut(j) else {
+                continue;
+            };
+            let (changed, rest) = column.split_at_mut(N.min(3));
+            let (own_changed, own_rest) = own.split_at(N.min(3));
+            for ((carried, p), own) in AP.iter().zip(changed).zip(own_changed).skip(j) {
+                // of (F − 1) P (F − 1)ᵀ
+                let twice = row.iter().fold(0.0, |sum, (place, a)| {
+                    sum + carried.get(*place).map_or(0.0, |ap| ap * a)
+                });
+                *p += carried.get(j).map_or(0.0, |carried| carried + own + twice);
             }
             for (p, own) in rest.iter_mut().zip(own_rest) {
                 *p += own;

@@ -25,6 +25,16 @@ pub trait Process<const N: usize> {
     /// Its Jacobian ∂f/∂x.
     fn F(&self, x: &SVector<Real, N>, u: &Self::Input, dt: Real) -> SMatrix<Real, N, N>;
 
+    /// Both at once, for a model in which they share work.
+    fn f_and_F(
+        &self,
+        x: &SVector<Real, N>,
+        u: &Self::Input,
+        dt: Real,
+    ) -> (SVector<Real, N>, SMatrix<Real, N, N>) {
+        (self.f(x, u, dt), self.F(x, u, dt))
+    }
+
     /// Covariance of the process noise of such a step.
     fn Q(&self, u: &Self::Input, dt: Real) -> SMatrix<Real, N, N>;
 }

@@ -4,7 +4,7 @@
 //! It uses no force for the grade, so no fault of a torque, of the load or of the running resistance can reach the
 //! slope.
 
-use crate::api::real::{GRAVITY, exp, sin, sqrt};
+use crate::api::real::{GRAVITY, exp, sqrt};
 use crate::api::signals::{Estimate, Value, Vehicle};
 use crate::api::snapshot::state;
 use crate::detect::plausibility::{Instruments, Plausibility};
@@ -208,7 +208,7 @@ impl TrainSource {
         } else {
             0.0
         };
-        let u = sin(attitude.pitch_rad) + attitude.bias_mps2 / GRAVITY;
+        let u = self.attitude.pitch_sine() + attitude.bias_mps2 / GRAVITY;
         let readable = attitude.sum_sd < READ_SUM_SD && attitude.speed_sd_mps < MAX_SPEED_SD_MPS;
         if readable {
             let kept = self.read_sd * exp(-v.abs() * dt / READ_M);

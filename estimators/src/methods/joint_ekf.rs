@@ -60,22 +60,24 @@ impl Process<3> for JointModel {
     type Input = NetForce;
 
     fn f(&self, x: &Vector3<Real>, u: &NetForce, dt: Real) -> Vector3<Real> {
-        let mass = SCALE / x.z; // M of eq. 23 is a state
-        let v_dot = self
-            .balance
-            .acceleration(u.traction_n, mass, x.y, u.resistance);
-        vector![x.x + dt * v_dot, x.y, x.z]
+        self.f_and_F(x, u, dt).0
     }
 
     fn F(&self, x: &Vector3<Real>, u: &NetForce, dt: Real) -> Matrix3<Real> {
-        let (mass, J) = (SCALE / x.z, self.balance.rotating_mass_kg);
-        let v_dot = self
+        self.f_and_F(x, u, dt).1
+    }
+
+    fn f_and_F(&self, x: &Vector3<Real>, u: &NetForce, dt: Real) -> (Vector3<Real>, Matrix3<Real>) {
+        let (mass, J) = (SCALE / x.z, self.balance.rotating_mass_kg); // M of eq. 23 is a state
+        let [v_dot, by_theta] = self
             .balance
             .acceleration(u.traction_n, mass, x.y, u.resistance);
-        let by_theta = self.balance.acceleration_by_theta(mass, x.y, u.resistance);
         // v̇ (1 + J w/S) = F w/S − g (sin θ + …)  ⇒  ∂v̇/∂w = (F − J v̇)/S / (1 + J w/S)
         let by_w = (u.traction_n - J * v_dot) / (SCALE + J * x.z);
-        matrix![1.0, dt * by_theta, dt * by_w; 0.0, 1.0, 0.0; 0.0, 0.0, 1.0]
+        (
+            vector![x.x + dt * v_dot, x.y, x.z],
+            matrix![1.0, dt * by_theta, dt * by_w; 0.0, 1.0, 0.0; 0.0, 0.0, 1.0],
+        )
     }
 
     fn Q(&self, _: &NetForce, dt: Real) -> Matrix3<Real> {

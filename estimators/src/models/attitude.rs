@@ -15,7 +15,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::Real;
-use crate::api::real::{GRAVITY, cos, exp, sin};
+use crate::api::real::{GRAVITY, exp, sin_cos};
 use crate::filters::gaussian::Gaussian;
 use crate::filters::model::Process;
 
@@ -113,28 +113,84 @@ pub struct AttitudeRates {
     sin_cos: [[Real; 2]; 2],
 }
 
-/// A row of F − 1: places and what stands there; entries of 0 fill it up.
+/// Sines and cosines of pitch and roll, computed anew only where an angle has changed.
+///
+/// It holds nothing that does not follow from the angles: any two are equal, and no snapshot needs it.
+#[derive(Clone, Copy, Debug)]
+pub struct Angles {
+    angles: [Real; 2],
+    sin_cos: [[Real; 2]; 2],
+}
+
+impl Default for Angles {
+    fn default() -> Self {
+        Self {
+            angles: [0.0; 2],
+            sin_cos: [[0.0, 1.0]; 2],
+        }
+    }
+}
+
+impl Angles {
+    /// Sine and cosine of the pitch and of the roll of a state.
+    #[inline]
+    pub fn of(&mut self, x: &SVector<Real, N>) -> [[Real; 2]; 2] {
+        let angles = [x[THETA], x[PHI]];
+        if angles.map(Real::to_bits) != self.angles.map(Real::to_bits) {
+            (self.angles, self.sin_cos) = (angles, angles.map(sin_cos));
+        }
+        self.sin_cos
+    }
+
+    /// Sine and cosine of the pitch asked for last, and of the roll.
+    pub fn last(&self) -> [[Real; 2]; 2] {
+        self.sin_cos
+    }
+}
+
+impl PartialEq for Angles {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+/// A row of F − 1: places and what stands there. The places are always the same, so that the compiler knows them; what
+/// an instrument out of use would give is 0.
 type Row = [(usize, Real); 5];
+/// Places of the rows of v, θ and φ.
+const V_BY: [usize; 5] = [THETA, BIAS_X, GYRO_Y, GYRO_Z, KAPPA];
+const THETA_BY: [usize; 5] = [V, PHI, GYRO_Y, GYRO_Z, KAPPA];
+const PHI_BY: [usize; 5] = [THETA, PHI, GYRO_X, GYRO_Y, GYRO_Z];
+
+/// A row by its places and what stands there.
+#[inline]
+fn row(places: [usize; 5], values: [Real; 5]) -> Row {
+    let ([a, b, c, d, e], [u, v, w, x, y]) = (places, values);
+    [(a, u), (b, v), (c, w), (d, x), (e, y)]
+}
 
 /// Rate of the pitch as a linear function of the state about that of a step's start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LinearPitchRate {
     /// Rate there, rad/s.
     pub theta_dot: Real,
-    /// Index of a state, derivative by it, and the state there.
-    terms: [(usize, Real, Real); 3],
+    /// Derivatives by the states [`THETA_BY`], and the states there.
+    by: [Real; 5],
+    from: [Real; 5],
 }
 
 impl LinearPitchRate {
     /// The rate at `x`, rad/s.
     pub fn at(&self, x: &SVector<Real, N>) -> Real {
-        let change = |&(place, by, from): &(usize, Real, Real)| by * (x[place] - from);
-        self.theta_dot + self.terms.iter().map(change).sum::<Real>()
+        let terms = THETA_BY.iter().zip(&self.by).zip(&self.from);
+        let change = terms.map(|((place, by), from)| by * (x[*place] - from));
+        self.theta_dot + change.sum::<Real>()
     }
 
-    /// Its derivatives: index of a state and derivative by it; entries of 0 fill it up.
-    pub fn by_state(&self) -> [(usize, Real); 3] {
-        self.terms.map(|(place, by, _)| (place, by))
+    /// Its derivatives: index of a state and derivative by it.
+    #[inline]
+    pub fn by_state(&self) -> [(usize, Real); 5] {
+        row(THETA_BY, self.by)
     }
 }
 
@@ -151,7 +207,17 @@ const SCALE_MEMORY_S: Real = 300.0;
 impl AttitudeModel {
     /// Rates of the state `x` under an input.
     pub fn rates(&self, x: &SVector<Real, N>, u: &AttitudeInput) -> AttitudeRates {
-        let [[st, ct], [sp, cp]] = [x[THETA], x[PHI]].map(|angle| [sin(angle), cos(angle)]);
+        self.rates_at(x, Angles::default().of(x), u)
+    }
+
+    /// [`AttitudeModel::rates`] with the sines and cosines of pitch and roll known.
+    fn rates_at(
+        &self,
+        x: &SVector<Real, N>,
+        sin_cos: [[Real; 2]; 2],
+        u: &AttitudeInput,
+    ) -> AttitudeRates {
+        let [[st, ct], [sp, cp]] = sin_cos;
         let body_radps = u
             .rate_radps
             .map(|[p, q, r]| [p - x[GYRO_X], q - x[GYRO_Y], r - x[GYRO_Z]]);
@@ -167,7 +233,7 @@ impl AttitudeModel {
             phi_dot: p - st / ct * (q * sp + r * cp),
             body_radps,
             x: *x,
-            sin_cos: [[st, ct], [sp, cp]],
+            sin_cos,
         }
     }
 
@@ -175,33 +241,22 @@ impl AttitudeModel {
     fn rows(&self, rates: &AttitudeRates, u: &AttitudeInput, dt: Real) -> [Row; 3] {
         let [[st, ct], [sp, cp]] = rates.sin_cos;
         let tan = st / ct;
-        let (none, zero) = ([(0, 0.0); 5], (0, 0.0));
         let [_, q, r] = rates.body_radps.unwrap_or_default();
         let centripetal = -2.0 * self.lever.ahead_m;
         let v = match u.force_mps2 {
-            Some(_) => [
-                (THETA, -GRAVITY * ct),
-                (BIAS_X, -1.0),
-                (GYRO_Y, centripetal * q),
-                (GYRO_Z, centripetal * r),
-                zero,
-            ],
-            None => none,
+            Some(_) => [-GRAVITY * ct, -1.0, centripetal * q, centripetal * r, 0.0],
+            None => [0.0; 5],
         };
-        let [first, second, third] = rates.pitch_rate().by_state();
-        let theta = [first, second, third, zero, zero];
         let (turn, nod) = (q * sp + r * cp, q * cp - r * sp);
         let phi = match rates.body_radps {
-            Some(_) => [
-                (THETA, -turn / (ct * ct)),
-                (PHI, -tan * nod),
-                (GYRO_X, -1.0),
-                (GYRO_Y, tan * sp),
-                (GYRO_Z, tan * cp),
-            ],
-            None => none,
+            Some(_) => [-turn / (ct * ct), -tan * nod, -1.0, tan * sp, tan * cp],
+            None => [0.0; 5],
         };
-        [v, theta, phi].map(|row| row.map(|(place, a)| (place, a * dt)))
+        [
+            row(V_BY, v.map(|a| a * dt)),
+            row(THETA_BY, rates.pitch_rate().by.map(|a| a * dt)),
+            row(PHI_BY, phi.map(|a| a * dt)),
+        ]
     }
 
     /// Share of the curvature that is left after `dt`.
@@ -263,13 +318,19 @@ impl AttitudeModel {
     }
 
     /// Time update over `dt`: that of an extended Kalman filter, with F P Fᵀ by the rows of F that are not those of 1.
-    /// Returns the rates.
+    /// Takes the sines and cosines of pitch and roll, and returns the rates.
     #[allow(
         clippy::indexing_slicing,
         reason = "indices of states are constants below N"
     )]
-    pub fn predict(&self, belief: &mut Gaussian<N>, u: &AttitudeInput, dt: Real) -> AttitudeRates {
-        let rates = self.rates(&belief.x, u);
+    pub fn predict(
+        &self,
+        belief: &mut Gaussian<N>,
+        sin_cos: [[Real; 2]; 2],
+        u: &AttitudeInput,
+        dt: Real,
+    ) -> AttitudeRates {
+        let rates = self.rates_at(&belief.x, sin_cos, u);
         let left = self.curvature_left(u, dt);
         belief.carry_sparse(&self.rows(&rates, u, dt));
         if left < 1.0 {
@@ -295,13 +356,13 @@ impl AttitudeRates {
     /// The rate of the pitch as a linear function of the state about this one.
     pub fn pitch_rate(&self) -> LinearPitchRate {
         let (x, [_, [sp, cp]]) = (&self.x, self.sin_cos);
-        let places = match self.body_radps {
-            Some([_, q, r]) => [(PHI, q * sp + r * cp), (GYRO_Y, cp), (GYRO_Z, -sp)],
-            None => [(V, x[KAPPA]), (KAPPA, x[V]), (V, 0.0)],
-        };
         LinearPitchRate {
             theta_dot: self.theta_dot,
-            terms: places.map(|(place, by)| (place, by, x[place])),
+            by: match self.body_radps {
+                Some([_, q, r]) => [0.0, q * sp + r * cp, cp, -sp, 0.0],
+                None => [x[KAPPA], 0.0, 0.0, 0.0, x[V]],
+            },
+            from: THETA_BY.map(|place| x[place]),
         }
     }
 }
@@ -337,9 +398,28 @@ impl Process<N> for AttitudeModel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::api::real::{cos, sin};
     use crate::filters::ekf;
     use crate::testing::Random;
     use nalgebra::SMatrix;
+
+    /// Whatever was asked before, sines and cosines are those of the angles, to the last bit.
+    #[test]
+    fn sines_and_cosines_are_those_of_the_angles() {
+        let mut angles = Angles::default();
+        let (mut random, mut x) = (Random::new(20), SVector::<Real, N>::zeros());
+        for k in 0..1000 {
+            match k % 4 {
+                0 => x[THETA] = 0.3 * random.normal(),
+                1 => x[PHI] = 1e-7 * random.normal(),
+                2 => x[THETA] = -x[THETA] * 0.0,
+                _ => {}
+            }
+            let expected = [x[THETA], x[PHI]].map(|angle| [sin(angle), cos(angle)]);
+            let bits = |both: [[Real; 2]; 2]| both.map(|pair| pair.map(Real::to_bits));
+            assert_eq!(bits(angles.of(&x)), bits(expected), "{x}");
+        }
+    }
 
     /// The sparse time update against F P Fᵀ + Q of full matrices.
     #[test]
@@ -378,7 +458,7 @@ mod tests {
             };
             full.symmetrise();
             let mut sparse = full;
-            model.predict(&mut sparse, &u, 0.1);
+            model.predict(&mut sparse, Angles::default().of(&x), &u, 0.1);
             let (F, Q) = (model.F(&x, &u, 0.1), model.Q(&u, 0.1));
             ekf::predict(&mut full, model.f(&x, &u, 0.1), &F, &Q);
             assert_eq!(sparse.x, full.x);

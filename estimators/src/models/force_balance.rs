@@ -13,7 +13,7 @@
 //! F − J v̇ = M f + sgn(v) μ M g cos θ.
 
 use crate::Real;
-use crate::api::real::{GRAVITY, PI, cos, sin, sqrt};
+use crate::api::real::{GRAVITY, PI, sin_cos, sqrt};
 use crate::api::signals::Vehicle;
 
 /// Largest grade angle of an estimate, rad: no monorail climbs more.
@@ -75,28 +75,20 @@ impl ForceBalance {
         self.drag_npm2s2 * speed_mps * speed_mps.abs()
     }
 
-    /// Acceleration v̇, m/s², under a net traction. `resistance` is sgn(v) μ.
+    /// Acceleration v̇, m/s², under a net traction, and ∂v̇/∂θ, m/s² per rad. `resistance` is sgn(v) μ.
     pub(crate) fn acceleration(
         &self,
         traction_n: Real,
         mass_kg: Real,
         theta: Real,
         resistance: Real,
-    ) -> Real {
-        let weight = mass_kg * GRAVITY;
-        (traction_n - weight * (sin(theta) + resistance * cos(theta)))
-            / (mass_kg + self.rotating_mass_kg)
-    }
-
-    /// ∂v̇/∂θ, m/s² per rad.
-    pub(crate) fn acceleration_by_theta(
-        &self,
-        mass_kg: Real,
-        theta: Real,
-        resistance: Real,
-    ) -> Real {
-        -mass_kg * GRAVITY * (cos(theta) - resistance * sin(theta))
-            / (mass_kg + self.rotating_mass_kg)
+    ) -> [Real; 2] {
+        let (weight, inertia) = (mass_kg * GRAVITY, mass_kg + self.rotating_mass_kg);
+        let [sine, cosine] = sin_cos(theta);
+        [
+            (traction_n - weight * (sine + resistance * cosine)) / inertia,
+            -weight * (cosine - resistance * sine) / inertia,
+        ]
     }
 
     /// cos θ from what accelerometer and wheels read, sin θ = (f − v̇)/g: exact enough for a cosine, and no loop
@@ -117,12 +109,12 @@ mod tests {
         let balance = ForceBalance::new(&vehicle());
         let (mass, theta, mu): (Real, Real, Real) = (15_000.0, 0.1, 0.02);
         let hold = mass * GRAVITY * (theta.sin() + mu * theta.cos());
-        assert!(balance.acceleration(hold, mass, theta, mu).abs() < 1e-12);
-        let surplus = balance.acceleration(hold + 1600.0, mass, theta, mu)
-            * (mass + balance.rotating_mass_kg);
+        let at = |traction| balance.acceleration(traction, mass, theta, mu)[0];
+        assert!(at(hold).abs() < 1e-12);
+        let surplus = at(hold + 1600.0) * (mass + balance.rotating_mass_kg);
         assert!((surplus - 1600.0).abs() < 1e-9);
         // F − J v̇ = M f + μ M g cos θ
-        let a = balance.acceleration(2e4, mass, theta, mu);
+        let a = at(2e4);
         let f = a + GRAVITY * theta.sin();
         assert!(
             (2e4 - balance.rotating_mass_kg * a
@@ -137,8 +129,8 @@ mod tests {
         let balance = ForceBalance::new(&vehicle());
         for theta in [-0.5, -0.1, 0.0, 0.2, 0.5] {
             let at = |theta| balance.acceleration(3e4, 2e4, theta, -0.03);
-            let difference = (at(theta + 1e-6) - at(theta - 1e-6)) / 2e-6;
-            assert!((difference - balance.acceleration_by_theta(2e4, theta, -0.03)).abs() < 1e-7);
+            let [[high, _], [_, by_theta], [low, _]] = [theta + 1e-6, theta, theta - 1e-6].map(at);
+            assert!(((high - low) / 2e-6 - by_theta).abs() < 1e-7);
         }
     }
 

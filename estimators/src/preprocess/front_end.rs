@@ -5,7 +5,7 @@ use crate::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
 use crate::api::snapshot::{Archive, State, visit_built};
 use crate::preprocess::conditioning::{Conditioning, ConditioningParams, LearntNoise};
 use crate::preprocess::drive_hold::{DriveHold, UnitMask};
-use crate::preprocess::input_check::{InputCheck, Stamps};
+use crate::preprocess::input_check::{InputCheck, Stamps, newest};
 use crate::preprocess::sample_hold::{SampleHold, VectorHold};
 use crate::preprocess::wheel_speed_vote::WheelSpeedVote;
 use crate::{Error, Real, Time};
@@ -163,7 +163,7 @@ impl FrontEnd {
     /// Checks one step's input and turns it into signals; on an error nothing is changed.
     #[inline]
     pub fn read(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<&Reading, Error> {
-        let stamps = self.own.check.accept(z, u, dt, self.drives)?;
+        let came = self.own.check.accept(z, u, dt, self.drives)?;
         let now = z.t;
         let before_s = self
             .own
@@ -174,7 +174,7 @@ impl FrontEnd {
         let new = self.take_imu(z);
         self.condition_imu(new, dt);
         self.own.steering.take(z.steering_angle_rad, now);
-        let new_speed = self.take_drives(z, dt, stamps);
+        let new_speed = self.take_drives(z, dt, came);
         self.read_imu(now, dt);
         self.read_speed(new_speed, now);
 
@@ -209,16 +209,22 @@ impl FrontEnd {
 
     /// Takes the samples of the drive units, and reads them; whether a wheel speed is new.
     #[inline]
-    fn take_drives(&mut self, z: &Measurements, dt: Real, [torques, speeds]: [Stamps; 2]) -> bool {
+    fn take_drives(
+        &mut self,
+        z: &Measurements,
+        dt: Real,
+        [torques, speeds]: [[Stamps; 2]; 2],
+    ) -> bool {
         let now = z.t;
-        if let Some(stamp) = z.motor_torque_nm.iter().flatten().map(|s| s.t).max() {
+        if let Some(stamp) = newest(&z.motor_torque_nm, torques) {
             let [torque, ..] = &mut self.output.reading.channels.age_s;
             *torque = now.since(stamp);
         }
-        if let Some(stamp) = z.wheel_speed_mps.iter().flatten().map(|s| s.t).max() {
+        if let Some(stamp) = newest(&z.wheel_speed_mps, speeds) {
             let [.., wheels] = &mut self.output.reading.channels.age_s;
             *wheels = now.since(stamp);
         }
+        let ([torques, _], [speeds, _]) = (torques, speeds);
         let new_torque = self.torque.take(&z.motor_torque_nm, torques, now);
         let new_speed = self.speed.take(&z.wheel_speed_mps, speeds, now);
         let fresh = [self.torque.fresh(now, dt), self.speed.fresh(now, dt)];

@@ -24,21 +24,21 @@ pub struct InputCheck {
 }
 
 impl InputCheck {
-    /// Checks one step's input and notes its instant; on an error nothing is changed. How the samples of the first
-    /// `drives` motor torques and wheel speeds have come.
+    /// Checks one step's input and notes its instant; on an error nothing is changed. How the motor torques and wheel
+    /// speeds have come: those of the first `drives` units, and those of the others.
     pub fn accept(
         &mut self,
         z: &Measurements,
         u: &Command,
         dt: Real,
         drives: usize,
-    ) -> Result<[Stamps; 2], Error> {
+    ) -> Result<[[Stamps; 2]; 2], Error> {
         self.clock(z.t, dt)?;
         let stamps = match all_possible(z, u, drives) {
             Some(stamps) => stamps,
             None => {
                 numbers(z, u)?;
-                [Stamps::Differ; 2]
+                [[Stamps::Differ; 2]; 2]
             }
         };
         self.last = Some(z.t);
@@ -92,6 +92,16 @@ pub enum Stamps {
     Differ,
 }
 
+/// The newest stamp of samples that have come so, own and others.
+#[inline]
+pub fn newest(samples: &[Option<Sample<Real>>], came: [Stamps; 2]) -> Option<Time> {
+    match came {
+        [Stamps::Missing, Stamps::Missing] => None,
+        [Stamps::Same(t), Stamps::Missing] => Some(t),
+        _ => samples.iter().flatten().map(|s| s.t).max(),
+    }
+}
+
 fn time_possible(t: Time) -> bool {
     (t <= MAX_TIME) & (t.ns() >= -MAX_TIME.ns())
 }
@@ -129,7 +139,7 @@ fn missing(samples: &[Option<Sample<Real>>]) -> bool {
 /// Compares the stamps of motor torques and of wheel speeds; `None` if any number is not finite or not possible.
 /// [`numbers`] finds which one.
 #[inline]
-fn all_possible(z: &Measurements, u: &Command, drives: usize) -> Option<[Stamps; 2]> {
+fn all_possible(z: &Measurements, u: &Command, drives: usize) -> Option<[[Stamps; 2]; 2]> {
     let vector = |s: &Option<Sample<[Real; 3]>>, limit: Real| match s {
         Some(s) => (s.value.iter()).fold(time_possible(s.t), |ok, v| ok & within(*v, limit)),
         None => true,
@@ -137,7 +147,7 @@ fn all_possible(z: &Measurements, u: &Command, drives: usize) -> Option<[Stamps;
     let drives = drives.min(MAX_DRIVES);
     let (torques, more_torques) = z.motor_torque_nm.split_at(drives);
     let (speeds, more_speeds) = z.wheel_speed_mps.split_at(drives);
-    let [torque, _, speed, _, _] = [
+    let [own_torques, other_torques, own_speeds, other_speeds, _] = [
         stamps(torques, MAX_TORQUE_NM)?,
         stamps(more_torques, MAX_TORQUE_NM)?,
         stamps(speeds, MAX_SPEED_MPS)?,
@@ -150,7 +160,7 @@ fn all_possible(z: &Measurements, u: &Command, drives: usize) -> Option<[Stamps;
         & vector(&z.angular_rate_radps, MAX_RATE_RADPS)
         & commands.fold(true, |ok, torque| ok & within(*torque, MAX_TORQUE_NM))
         & within(u.brake, MAX_BRAKE);
-    rest.then_some([torque, speed])
+    rest.then_some([[own_torques, other_torques], [own_speeds, other_speeds]])
 }
 
 /// Refuses the first number that is not finite, or not possible.
@@ -262,7 +272,8 @@ mod tests {
     #[test]
     fn how_samples_have_come() {
         let (mut z, u) = (with_speed(1.0, 1.0), Command::default());
-        let stamps = |z: &Measurements| InputCheck::default().accept(z, &u, 0.01, 2);
+        let came = |z: &Measurements| InputCheck::default().accept(z, &u, 0.01, 2);
+        let stamps = |z: &Measurements| came(z).map(|channels| channels.map(|[own, _]| own));
         assert_eq!(stamps(&z), Ok([Stamps::Missing, Stamps::Differ]));
         z.wheel_speed_mps[1] = z.wheel_speed_mps[0];
         assert_eq!(stamps(&z), Ok([Stamps::Missing, Stamps::Same(z.t)]));

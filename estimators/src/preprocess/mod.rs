@@ -9,4 +9,5 @@ pub(crate) mod input_check;
 pub(crate) mod noise_learning;
 pub(crate) mod resampler;
 pub(crate) mod sample_hold;
+pub(crate) mod sorted;
 pub mod wheel_speed_vote;

@@ -1,7 +1,7 @@
 //! One speed of the train out of the speeds of its wheels.
 
 use crate::Real;
-use crate::api::signals::MAX_DRIVES;
+use crate::preprocess::sorted::Sorted;
 
 /// Largest difference between the speeds of wheels that roll, beside their noise, as a share of the speed: worn wheels,
 /// errors of scale.
@@ -24,29 +24,17 @@ impl WheelSpeedVote {
         Self { tolerance_mps }
     }
 
-    /// The speed of the train, m/s, from at most [`MAX_DRIVES`] wheel speeds, m/s, and the sum of the motor torques, of
-    /// which only the sign matters; `None` without a wheel or where too many slip.
+    /// The speed of the train, m/s, from at most [`MAX_DRIVES`](crate::api::signals::MAX_DRIVES) wheel speeds, m/s, and
+    /// the sum of the motor torques, of which only the sign matters; `None` without a wheel or where too many slip.
     pub fn speed_mps(
         &self,
         wheels_mps: impl IntoIterator<Item = Real>,
         motor_torque_nm: Real,
     ) -> Option<Real> {
-        let mut room = [Real::INFINITY; MAX_DRIVES];
-        let mut count = 0_usize;
-        for (place, value) in room.iter_mut().zip(wheels_mps) {
-            *place = value;
-            count += 1;
-        }
-        match room.first_chunk_mut::<8>() {
-            Some(eight) if count <= 8 => sort_eight(eight),
-            _ => room.sort_unstable_by(Real::total_cmp),
-        }
+        let mut sorted = Sorted::of(wheels_mps);
+        let sorted = sorted.numbers_mut();
+        let count = sorted.len();
         let last = count.checked_sub(1)?;
-        let sorted = room.get_mut(..count)?;
-        // Zeros of either sign pass for equal above; which one wins must not depend on the order of the wheels.
-        if sorted.get(count / 2) == Some(&0.0) || sorted.get(last / 2) == Some(&0.0) {
-            sorted.sort_unstable_by(Real::total_cmp);
-        }
         if motor_torque_nm < 0.0 {
             sorted.reverse();
         }
@@ -65,24 +53,6 @@ impl WheelSpeedVote {
             _ => Some(middle),
         }
     }
-}
-
-/// Sorts eight numbers by a network of 19 comparisons in 6 layers (Knuth, The Art of Computer Programming 3, 5.3.4): no
-/// branch, and four comparisons side by side.
-fn sort_eight(numbers: &mut [Real; 8]) {
-    let [a, b, c, d, e, f, g, h] = *numbers;
-    let ((a, c), (b, d), (e, g), (f, h)) = (pair(a, c), pair(b, d), pair(e, g), pair(f, h));
-    let ((a, e), (b, f), (c, g), (d, h)) = (pair(a, e), pair(b, f), pair(c, g), pair(d, h));
-    let ((a, b), (c, d), (e, f), (g, h)) = (pair(a, b), pair(c, d), pair(e, f), pair(g, h));
-    let ((c, e), (d, f)) = (pair(c, e), pair(d, f));
-    let ((b, e), (d, g)) = (pair(b, e), pair(d, g));
-    let ((b, c), (d, e), (f, g)) = (pair(b, c), pair(d, e), pair(f, g));
-    *numbers = [a, b, c, d, e, f, g, h];
-}
-
-/// The smaller one, then the other.
-fn pair(a: Real, b: Real) -> (Real, Real) {
-    if a < b { (a, b) } else { (b, a) }
 }
 
 #[cfg(test)]
@@ -107,17 +77,6 @@ mod tests {
             let signs = [[-0.0, 0.0, -0.0], [-0.0, -0.0, 0.0], [0.0, -0.0, -0.0]]
                 .map(|wheels| speed(&wheels, torque).map(Real::is_sign_negative));
             assert_eq!(signs, [Some(true); 3], "{torque}");
-        }
-    }
-
-    /// A network sorts all numbers if it sorts all of zeros and ones (Knuth).
-    #[test]
-    fn eight_numbers_are_sorted() {
-        for bits in 0..256_u32 {
-            let mut numbers = core::array::from_fn(|i| Real::from((bits >> i) as u8 & 1));
-            sort_eight(&mut numbers);
-            assert!(numbers.is_sorted(), "{bits:b}");
-            assert_eq!(numbers.iter().sum::<Real>(), bits.count_ones() as Real);
         }
     }
 

@@ -12,7 +12,7 @@ use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 
 use crate::Real;
 use crate::api::params::params;
-use crate::api::real::{GRAVITY, PI, cos, sin, sqrt};
+use crate::api::real::{GRAVITY, PI, sin_cos, sqrt};
 use crate::api::snapshot::{Archive, State, visit_built};
 use crate::detect::gate::{Gate, Judgement};
 use crate::detect::innovation_gate::Passage;
@@ -54,17 +54,21 @@ impl Process<2> for ForceBalanceModel {
     type Input = Drive;
 
     fn f(&self, x: &Vector2<Real>, u: &Drive, dt: Real) -> Vector2<Real> {
-        let v_dot = self
-            .balance
-            .acceleration(u.traction_n, u.mass_kg, x.y, u.resistance);
-        vector![x.x + dt * v_dot, x.y]
+        self.f_and_F(x, u, dt).0
     }
 
     fn F(&self, x: &Vector2<Real>, u: &Drive, dt: Real) -> Matrix2<Real> {
-        let by_theta = self
-            .balance
-            .acceleration_by_theta(u.mass_kg, x.y, u.resistance);
-        matrix![1.0, dt * by_theta; 0.0, 1.0]
+        self.f_and_F(x, u, dt).1
+    }
+
+    fn f_and_F(&self, x: &Vector2<Real>, u: &Drive, dt: Real) -> (Vector2<Real>, Matrix2<Real>) {
+        let [v_dot, by_theta] =
+            self.balance
+                .acceleration(u.traction_n, u.mass_kg, x.y, u.resistance);
+        (
+            vector![x.x + dt * v_dot, x.y],
+            matrix![1.0, dt * by_theta; 0.0, 1.0],
+        )
     }
 
     fn Q(&self, _: &Drive, dt: Real) -> Matrix2<Real> {
@@ -212,9 +216,8 @@ impl ForceBalanceEkf {
             belief.P.m11 += dt; // any acceleration up to 1 m/s² or so
             return;
         };
-        self.carried = model.F(&belief.x, &drive, dt) * self.carried;
         self.process += model.Q(&drive, dt).m11;
-        self.aekf.filter.predict(&drive, dt);
+        self.carried = self.aekf.filter.predict(&drive, dt) * self.carried;
     }
 
     /// Dead reckoning: moving under the brake, or with torque unknown, the slope may become another; its variance
@@ -333,10 +336,12 @@ impl ForceBalanceEkf {
         self.saturated || self.aekf.noise.limited()
     }
 
-    /// Traction that keeps the speed at the estimated slope, N: what the slope's uncertainty is reckoned at.
-    pub fn steady_traction_n(&self, drive: &Drive) -> Real {
-        let theta = self.belief().x.y;
-        drive.mass_kg * GRAVITY * (sin(theta) + drive.resistance * cos(theta))
+    /// Traction that keeps the speed at the estimated slope, N, and sine and cosine of that: what the slope's
+    /// uncertainty is reckoned at.
+    pub fn steady_traction_n(&self, drive: &Drive) -> (Real, [Real; 2]) {
+        let [sine, cosine] = sin_cos(self.belief().x.y);
+        let traction_n = drive.mass_kg * GRAVITY * (sine + drive.resistance * cosine);
+        (traction_n, [sine, cosine])
     }
 }
 

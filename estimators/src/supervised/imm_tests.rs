@@ -57,7 +57,7 @@ fn the_dynamic_row_is_the_force_balance() {
             let x = vector![1.0, 7.0, sine];
             let next = model.f(&x, &Some(push), DT);
             let theta = Real::asin(sine);
-            let expected = balance.acceleration(4e4, 15_000.0, theta, direction * 0.02);
+            let [expected, _] = balance.acceleration(4e4, 15_000.0, theta, direction * 0.02);
             assert!((next.y - expected).abs() < 1e-9, "{} {expected}", next.y);
             assert!((next.x - 1.07).abs() < 1e-12 && next.z == sine);
             // What the balance leaves out, and a tenth of the mass, moved by F = M g …: in quadrature, over 1 + J/M.

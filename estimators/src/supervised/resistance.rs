@@ -283,7 +283,7 @@ impl SpeedPrediction {
     pub fn step(&mut self, motor_torque_nm: Real, grade_rad: Real, dt: Real) -> Real {
         let v = self.speed_mps;
         let traction = self.balance.net_traction(motor_torque_nm, v);
-        let free = self
+        let [free, _] = self
             .balance
             .acceleration(traction, self.mass_kg, grade_rad, 0.0);
         let inertia = 1.0 + self.balance.rotating_mass_kg / self.mass_kg;

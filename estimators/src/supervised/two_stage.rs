@@ -5,7 +5,7 @@ use crate::Real;
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
 use crate::api::params::params;
-use crate::api::real::{GRAVITY, cos, sin, sqrt};
+use crate::api::real::{GRAVITY, sqrt};
 use crate::api::signals::{Value, Vehicle};
 use crate::api::snapshot::{State, state};
 use crate::detect::control::{self, Control};
@@ -138,9 +138,10 @@ impl<M: MassEstimator> TwoStage<M> {
     fn found(&self, drive: Option<Drive>, direction: Real, mu: Real) -> Value {
         let belief = self.slope.belief();
         let parameters_sd = drive.map_or(0.0, |drive| {
+            let (traction_n, sin_cos) = self.slope.steady_traction_n(&drive);
             let steady = SteadyTraction {
-                traction_n: self.slope.steady_traction_n(&drive),
-                sin_cos: [sin(belief.x.y), cos(belief.x.y)],
+                traction_n,
+                sin_cos,
                 direction,
                 mu,
             };

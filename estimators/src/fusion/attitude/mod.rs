@@ -31,15 +31,15 @@ use crate::aiding::vertical::Vertical;
 use crate::aiding::wheels::{Ballot, WheelGate};
 use crate::aiding::{Aid, GateRule, fuse};
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
-use crate::api::real::{GRAVITY, cos, sin, sqrt, within};
+use crate::api::real::{GRAVITY, sqrt, within};
 use crate::api::signals::Vehicle;
 use crate::api::snapshot::{Archive, State, state};
 use crate::detect::control::Control;
 use crate::detect::validity::Integrity;
 use crate::filters::gaussian::Gaussian;
 use crate::models::attitude::{
-    AttitudeInput, AttitudeModel, AttitudeRates, BIAS_X, GYRO_Z, KAPPA, Lever, N, PHI, SCALE,
-    THETA, V,
+    Angles, AttitudeInput, AttitudeModel, AttitudeRates, BIAS_X, GYRO_Z, KAPPA, Lever, N, PHI,
+    SCALE, THETA, V,
 };
 use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::preprocess::front_end::Channels;
@@ -154,6 +154,7 @@ pub struct AttitudeFilter {
     opening_s: Real,
     ahead: WheelsAhead,
     belief: Gaussian<N>,
+    angles: Angles,
     health: ImuHealth,
     wheels: WheelGate,
     monitor: GyroMonitor,
@@ -210,6 +211,7 @@ impl AttitudeFilter {
             opening_s: 0.0,
             ahead: WheelsAhead::default(),
             belief: Gaussian::independent(SVector::zeros(), SVector::zeros()),
+            angles: Angles::default(),
             health: ImuHealth::new(supervision.accelerometer_gate, supervision.spike_gate),
             wheels: WheelGate::new(vehicle.drives, wheel_sd, integrity.gate_sd, gated),
             monitor: GyroMonitor::new(supervision.gyro_monitor, wheel_sd),
@@ -316,7 +318,8 @@ impl AttitudeFilter {
             seen_walk: [self.window.seen_walk(), seen_turn_walk],
             speed_mps: self.belief.x[V],
         };
-        let rates = self.model.predict(&mut self.belief, &input, dt);
+        let sin_cos = self.angles.of(&self.belief.x);
+        let rates = self.model.predict(&mut self.belief, sin_cos, &input, dt);
         if self.opening_s > 0.0 {
             self.opening_s -= dt;
             self.belief.P[(THETA, THETA)] += OPENING_RAD * OPENING_RAD * dt;
@@ -424,7 +427,9 @@ impl AttitudeFilter {
             return;
         };
         let lever = self.model.lever;
-        let Some((across, up)) = self.window.step(&self.belief, force, rate, lever, dt) else {
+        let sin_cos = self.angles.of(&self.belief.x);
+        let x = &self.belief.x;
+        let Some((across, up)) = self.window.step((x, sin_cos), force, rate, lever, dt) else {
             return;
         };
         // |f| = g does not separate the bias of an uncalibrated instrument from the pitch of its mount or its scale.
@@ -509,9 +514,9 @@ impl AttitudeFilter {
             known.then_some(x[THETA]),
             self.curvature.per_m(),
         );
-        let cos_theta = cos(x[THETA]);
+        let [[_, cos_theta], [sin_phi, cos_phi]] = self.angles.of(&x);
         let [_, q, r] = rates.body_radps.unwrap_or_default();
-        let yaw_rate_radps = (q * sin(x[PHI]) + r * cos(x[PHI])) / cos_theta;
+        let yaw_rate_radps = (q * sin_phi + r * cos_phi) / cos_theta;
         let least_sd = self.calibration.least_pitch_sd_rad();
         let [_, force_age_s, _] = z.age_s;
         self.found = Attitude {
@@ -576,6 +581,12 @@ impl AttitudeFilter {
         )
     }
 
+    /// Sine of the pitch of the last step.
+    pub fn pitch_sine(&self) -> Real {
+        let [[sine, _], _] = self.angles.last();
+        sine
+    }
+
     /// Attitude and speed of the last step.
     pub fn found(&self) -> &Attitude {
         &self.found
@@ -624,6 +635,7 @@ impl State for AttitudeFilter {
             standing_mps: _,
             road: _,
             turn_walk: _,
+            angles: _,
             started,
             gyro_sound,
             starts,

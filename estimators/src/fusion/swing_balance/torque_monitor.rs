@@ -5,6 +5,7 @@ use crate::api::real::{sqrt, within};
 use crate::api::signals::{MAX_DRIVES, Vehicle};
 use crate::api::snapshot::state;
 use crate::preprocess::front_end::Channels;
+use crate::preprocess::sorted::Sorted;
 
 use super::block::stored;
 use super::params::SwingBalanceParams;
@@ -74,17 +75,17 @@ impl TorqueMonitor {
     pub fn traction(&mut self, z: &Channels, speed_mps: Real, dt: Real) -> Option<[Real; 2]> {
         let share = dt / (LAG_S + dt);
         let drives = self.drives.max(1) as Real;
-        let commands = z.commanded_torque_nm.iter().take(self.drives);
+        let commands = z.commanded_torque_nm.get(..self.drives).unwrap_or_default();
+        let torques = z.motor_torque_nm.get(..self.drives).unwrap_or_default();
         let commanded = Real::from(self.commanded);
-        let change = commands.sum::<Real>() / drives - commanded;
+        let change = commands.iter().sum::<Real>() / drives - commanded;
         self.changing = stored(change.abs().max((1.0 - share) * Real::from(self.changing)));
         self.commanded = stored(commanded + share * change);
-        let torques = z.motor_torque_nm.iter().take(self.drives);
         for (smooth, torque) in self.smooth.iter_mut().zip(torques) {
             let last = Real::from(*smooth);
             *smooth = stored(last + share * (torque.unwrap_or(last) - last));
         }
-        let median = self.median(z);
+        let median = self.median(torques);
         let [torque_s, force_s, _] = z.age_s;
         self.age_s += dt / (AGE_MEMORY_S + dt) * (torque_s - force_s - self.age_s);
         self.observe_lag(median, (1.0 - share) * change / LAG_S, dt);
@@ -92,7 +93,7 @@ impl TorqueMonitor {
         let (mut count, mut force, mut variance) = (0u32, 0.0, 0.0);
         let [relative, constant] = self.noise;
         let [forward, backward] = [speed_mps, -speed_mps].map(|speed| self.gain(speed));
-        for (torque, smooth) in z.motor_torque_nm.iter().zip(&self.smooth).take(self.drives) {
+        for (torque, smooth) in torques.iter().zip(&self.smooth) {
             let Some(torque) = torque else { continue };
             if self.on && self.drives > 2 && (Real::from(*smooth) - median).abs() > limit {
                 continue;
@@ -159,21 +160,11 @@ impl TorqueMonitor {
         GATE_SD * sqrt(share * torque * torque + constant * constant)
     }
 
-    fn median(&self, z: &Channels) -> Real {
-        let mut known = [0.0; MAX_DRIVES];
-        let mut count = 0;
-        let drives = z.motor_torque_nm.iter().zip(&self.smooth).take(self.drives);
-        for ((_, smooth), place) in drives.filter(|(t, _)| t.is_some()).zip(&mut known) {
-            *place = Real::from(*smooth);
-            count += 1;
-        }
-        let Some(known) = known.get_mut(..count).filter(|k| !k.is_empty()) else {
-            return 0.0;
-        };
-        known.sort_unstable_by(Real::total_cmp);
-        let upper = known.get(count / 2).copied().unwrap_or(0.0);
-        let lower = known.get((count - 1) / 2).copied().unwrap_or(0.0);
-        0.5 * (lower + upper)
+    fn median(&self, torques: &[Option<Real>]) -> Real {
+        let known = self.smooth.iter().zip(torques);
+        let known = known.filter_map(|(smooth, torque)| torque.map(|_| Real::from(*smooth)));
+        let middle = Sorted::of(known).middle();
+        middle.map_or(0.0, |[lower, upper]| 0.5 * (lower + upper))
     }
 
     fn contradicts_command(&self, median: Real) -> bool {
