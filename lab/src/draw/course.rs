@@ -128,8 +128,8 @@ fn relative(from: &Path, to: &Path) -> Result<String, Error> {
     let (from, to) = (whole(from)?, whole(to)?);
     // up to the folder that both are in, then down
     let (from, to) = (from.components(), to.components());
-    let shared = from.clone().zip(to.clone()).take_while(|(a, b)| a == b);
-    let shared = shared.count();
+    let both = from.clone().zip(to.clone());
+    let shared = both.take_while(|(a, b)| a == b).count();
     let up = from.skip(shared).map(|_| Component::ParentDir);
     let way: PathBuf = up.chain(to.skip(shared)).collect();
     Ok(way.to_string_lossy().into_owned())

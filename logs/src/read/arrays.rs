@@ -1,5 +1,5 @@
-//! Columns of Arrow of any type as floats, whole numbers or texts. The package `arrow-cast` does this, too, and brings ten
-//! more for the types that no log has.
+//! Columns of Arrow of any type as floats, whole numbers or texts. The package `arrow-cast` does this, too, and brings
+//! eight more.
 
 use arrow_array::cast::AsArray;
 use arrow_array::types::{
@@ -39,8 +39,8 @@ pub(super) fn floats(column: &dyn Array) -> Option<Float64Array> {
     })
 }
 
-/// The whole numbers of a column, also the ticks of a time, none of those beyond 64 bits with a sign; none of a column of
-/// something else.
+/// The whole numbers of a column, and the ticks of a column of times; none of a column of something else. A number that
+/// an `i64` cannot hold is missing.
 pub(super) fn integers(column: &dyn Array) -> Option<Int64Array> {
     Some(match column.data_type() {
         DataType::Int64 => column.as_primitive::<Int64Type>().clone(),

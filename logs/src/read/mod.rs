@@ -7,7 +7,8 @@
 //! | `rows` | rows, tables, chunks: what a reader hands on |
 //! | `formats` | all formats, and which of them a file is of |
 //! | `csv` `parquet` `mcap` `mdf` `can` | the readers |
-//! | `time_column` `text` `arrays` | the column of time of a table; text that is not UTF-8; columns of Arrow of any type |
+//! | `time_column` `text` | the column of time of a table; text that is not UTF-8 |
+//! | `arrays` | columns of Arrow of any type |
 //! | `plausible` | the length of a log and the largest gap in it |
 //! | `merge` | rows of several files on one clock |
 
