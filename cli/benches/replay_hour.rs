@@ -4,8 +4,7 @@
 
 #![allow(clippy::unwrap_used)] // a bench
 
-use arrow::array::{ArrayRef, Float64Array, Int64Array};
-use arrow::record_batch::RecordBatch;
+use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch};
 use parquet::arrow::ArrowWriter;
 use std::fmt::Write as _;
 use std::path::Path;

@@ -1,8 +1,7 @@
 //! The channels of a run in memory, as Arrow.
 
-use arrow::array::{ArrayRef, Float64Array};
-use arrow::datatypes::SchemaRef;
-use arrow::record_batch::RecordBatch;
+use arrow_array::{ArrayRef, Float64Array, RecordBatch};
+use arrow_schema::SchemaRef;
 use monorig_sim::error::Error;
 use monorig_sim::record::parquet::{ParquetSink, column, schema};
 use monorig_sim::record::{Channel, Chunk, Emphasis, Layout, Sink};

@@ -4,10 +4,9 @@ use crate::errors::{defect, refused};
 use crate::signals::{Estimate, Measurements};
 use crate::table::Table;
 use crate::vehicle::Vehicle;
-use arrow::array::{ArrayRef, BooleanArray, Float64Array, Int64Array};
-use arrow::compute::concat_batches;
-use arrow::datatypes::{DataType, Field, Schema};
-use arrow::record_batch::RecordBatch;
+use arrow_array::{ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch};
+use arrow_schema::{DataType, Field, Schema};
+use arrow_select::concat::concat_batches;
 use monorig_estimators::api::params::{Key, KeyKind, Setting};
 use monorig_estimators::api::signals::{self, Measurand, Sample, Shape, Slot};
 use monorig_estimators::api::snapshot::MAX_SNAPSHOT_BYTES;
@@ -179,7 +178,7 @@ impl Estimates {
             for row in &self.refused {
                 there[*row] = false;
             }
-            arrow::buffer::NullBuffer::from(there)
+            arrow_buffer::NullBuffer::from(there)
         });
         let mut fields = vec![Field::new("t_ns", DataType::Int64, false)];
         let mut arrays: Vec<ArrayRef> = vec![Arc::new(Int64Array::from(self.t_ns))];

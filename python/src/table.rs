@@ -1,9 +1,10 @@
 //! A table of Arrow, as Python gets it: every library of Arrow takes it without a copy.
 
 use crate::errors::refused;
-use arrow::array::{Array, ArrayRef, AsArray};
-use arrow::datatypes::{DataType, Float64Type, Int64Type};
-use arrow::record_batch::RecordBatch;
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Float64Type, Int64Type};
+use arrow_array::{Array, ArrayRef, RecordBatch};
+use arrow_schema::DataType;
 use monorig_sim::config::file::nearest;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;

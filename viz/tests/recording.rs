@@ -4,7 +4,7 @@
 
 mod made_up;
 
-use arrow::array::{Array, Float64Array};
+use arrow_array::{Array, Float64Array};
 use made_up::Run;
 use monorig_sim::record::parquet::ParquetSink;
 use monorig_sim::record::{Channel, Chunk, Sink};

@@ -249,8 +249,9 @@ fn list(folder: &Path, names: &mut Vec<String>) {
 
 /// All columns by name; NaN = null.
 pub fn columns(folder: &Path) -> BTreeMap<String, Vec<f64>> {
-    use arrow::array::{Array, AsArray};
-    use arrow::datatypes::Float64Type;
+    use arrow_array::Array;
+    use arrow_array::cast::AsArray;
+    use arrow_array::types::Float64Type;
     let file = File::open(folder.join("channels.parquet")).unwrap();
     let mut all: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for batch in ParquetRecordBatchReaderBuilder::try_new(file)

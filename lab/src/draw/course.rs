@@ -10,7 +10,7 @@ use monorig_sim::error::Error;
 use monorig_sim::train::Train;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Share of the motors' force and power that the steepest climb takes at most.
 const SHARE: f64 = 0.7;
@@ -126,7 +126,12 @@ fn relative(from: &Path, to: &Path) -> Result<String, Error> {
         })
     };
     let (from, to) = (whole(from)?, whole(to)?);
-    let way = pathdiff::diff_paths(&to, &from).unwrap_or(to);
+    // up to the folder that both are in, then down
+    let (from, to) = (from.components(), to.components());
+    let both = from.clone().zip(to.clone());
+    let shared = both.take_while(|(a, b)| a == b).count();
+    let up = from.skip(shared).map(|_| Component::ParentDir);
+    let way: PathBuf = up.chain(to.skip(shared)).collect();
     Ok(way.to_string_lossy().into_owned())
 }
 

@@ -8,9 +8,11 @@
 //! | `formats` | all formats, and which of them a file is of |
 //! | `csv` `parquet` `mcap` `mdf` `can` | the readers |
 //! | `time_column` `text` | the column of time of a table; text that is not UTF-8 |
+//! | `arrays` | columns of Arrow of any type |
 //! | `plausible` | the length of a log and the largest gap in it |
 //! | `merge` | rows of several files on one clock |
 
+mod arrays;
 #[cfg(feature = "can")]
 mod can;
 mod csv;

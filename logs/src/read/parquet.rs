@@ -1,14 +1,14 @@
 //! Parquet: columns of numbers beside a column of time, by batches.
 
+use super::arrays::{floats, integers, words};
 use super::{LogColumn, LogReader, Out, ReadOptions, Row, Section, time_column};
 use crate::notation::TimeUnit;
 use crate::{io, wrong};
 use ::parquet::arrow::ProjectionMask;
 use ::parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use arrow::array::{Array, ArrayRef, AsArray};
-use arrow::buffer::NullBuffer;
-use arrow::compute::cast;
-use arrow::datatypes::{DataType, Field, FieldRef, Float64Type, Int64Type, TimeUnit as ArrowUnit};
+use arrow_array::{Array, Float64Array};
+use arrow_buffer::NullBuffer;
+use arrow_schema::{DataType, Field, FieldRef, TimeUnit as ArrowUnit};
 use monorig_sim::error::Error;
 use std::fs::File;
 use std::path::Path;
@@ -86,11 +86,11 @@ impl LogReader for ParquetReader {
             };
             let times = column(time)?;
             let unit = unit.get_or_insert_with(|| guessed(times.as_ref()));
-            let stamps = stamps(times, *unit).map_err(|e| broken(path, &e))?;
+            let stamps = stamps(times.as_ref(), *unit).map_err(|e| broken(path, &e))?;
             let mut values = Vec::with_capacity(wanted.len());
             for &i in &wanted {
-                let numbers = cast(column(i)?, &DataType::Float64);
-                values.push(numbers.map_err(|e| broken(path, &e))?);
+                let numbers = floats(column(i)?.as_ref());
+                values.push(numbers.ok_or_else(|| broken(path, &"a column holds no numbers"))?);
             }
             let values: Vec<_> = values.iter().map(numbers).collect();
             for (row, stamp) in stamps.into_iter().enumerate() {
@@ -123,56 +123,44 @@ fn broken(path: &Path, e: &dyn std::fmt::Display) -> Error {
 }
 
 /// The numbers of a column, and which of them are there; none where all are.
-fn numbers(column: &ArrayRef) -> (&[f64], Option<&NullBuffer>) {
-    let column = column.as_primitive::<Float64Type>();
+fn numbers(column: &Float64Array) -> (&[f64], Option<&NullBuffer>) {
     let nulls = column.nulls().filter(|n| n.null_count() > 0);
     (column.values().as_ref(), nulls)
 }
 
 /// The unit of a column of time by its first value.
 fn guessed(times: &dyn Array) -> TimeUnit {
-    let words = cast(times, &DataType::Utf8).ok();
-    let first = words
-        .as_ref()
-        .and_then(|w| w.as_string::<i32>().iter().flatten().next());
-    first.map_or(TimeUnit::Seconds, time_column::guessed)
+    let first = match words(times) {
+        Some(words) => words.into_iter().flatten().next().map(str::to_owned),
+        None => floats(times).and_then(|x| Some(x.iter().flatten().next()?.to_string())),
+    };
+    first.map_or(TimeUnit::Seconds, |first| time_column::guessed(&first))
 }
 
 /// The stamps of a column of time, ns.
-fn stamps(column: &ArrayRef, unit: TimeUnit) -> Result<Vec<Option<i64>>, String> {
-    let per_unit = |u: &ArrowUnit| match u {
-        ArrowUnit::Second => 1_000_000_000,
-        ArrowUnit::Millisecond => 1_000_000,
-        ArrowUnit::Microsecond => 1_000,
-        ArrowUnit::Nanosecond => 1,
+fn stamps(column: &dyn Array, unit: TimeUnit) -> Result<Vec<Option<i64>>, String> {
+    let kind = column.data_type();
+    let per_unit = match kind {
+        DataType::Timestamp(u, _) | DataType::Duration(u) => Some(match u {
+            ArrowUnit::Second => 1_000_000_000,
+            ArrowUnit::Millisecond => 1_000_000,
+            ArrowUnit::Microsecond => 1_000,
+            ArrowUnit::Nanosecond => 1,
+        }),
+        _ => None,
     };
-    let whole = |each: &dyn Fn(i64) -> Option<i64>| -> Result<Vec<Option<i64>>, String> {
-        let ints = cast(column, &DataType::Int64).map_err(|e| e.to_string())?;
-        Ok(ints
-            .as_primitive::<Int64Type>()
-            .iter()
-            .map(|x| each(x?))
-            .collect())
+    let of_integer = |x: i64| match per_unit {
+        Some(per_unit) => x.checked_mul(per_unit),
+        None => unit.of_i64(x),
     };
-    match column.data_type() {
-        DataType::Timestamp(u, _) | DataType::Duration(u) => whole(&|x| x.checked_mul(per_unit(u))),
-        t if t.is_integer() => whole(&|x| unit.of_i64(x)),
-        t if t.is_floating() => {
-            let floats = cast(column, &DataType::Float64).map_err(|e| e.to_string())?;
-            Ok(floats
-                .as_primitive::<Float64Type>()
-                .iter()
-                .map(|x| unit.of_f64(x?))
-                .collect())
-        }
-        DataType::Utf8 | DataType::LargeUtf8 | DataType::Utf8View => {
-            let words = cast(column, &DataType::Utf8).map_err(|e| e.to_string())?;
-            Ok(words
-                .as_string::<i32>()
-                .iter()
-                .map(|x| unit.parse(x?))
-                .collect())
-        }
-        other => Err(format!("its column of time is of the type {other}")),
+    if let Some(integers) = integers(column) {
+        return Ok(integers.iter().map(|x| of_integer(x?)).collect());
+    }
+    if let Some(words) = words(column) {
+        return Ok(words.into_iter().map(|x| unit.parse(x?)).collect());
+    }
+    match floats(column).filter(|_| kind.is_floating()) {
+        Some(floats) => Ok(floats.iter().map(|x| unit.of_f64(x?)).collect()),
+        None => Err(format!("its column of time is of the type {kind}")),
     }
 }

@@ -8,9 +8,8 @@
 
 use super::{Channel, Chunk, Layout, Sink, whole};
 use crate::error::Error;
-use arrow::array::{ArrayRef, Float64Array};
-use arrow::datatypes::{DataType, Field, Schema, SchemaRef};
-use arrow::record_batch::RecordBatch;
+use arrow_array::{ArrayRef, Float64Array, RecordBatch};
+use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use parquet::arrow::arrow_writer::ArrowWriterOptions;
 use parquet::arrow::{ARROW_SCHEMA_META_KEY, ArrowWriter, encode_arrow_schema};
 use parquet::basic::{Compression, Encoding, ZstdLevel};
@@ -210,7 +209,7 @@ fn not_begun(path: &Path) -> Error {
 mod tests {
     use super::*;
     use crate::record::testing::{layout_of, sample_chunk, sample_train};
-    use arrow::array::Array;
+    use arrow_array::Array;
     use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
     fn channels(n: usize) -> Vec<Channel> {
@@ -295,7 +294,7 @@ mod tests {
         );
 
         let batches: Vec<RecordBatch> = reader.build().unwrap().map(|b| b.unwrap()).collect();
-        let read = arrow::compute::concat_batches(&schema, &batches).unwrap();
+        let read = arrow_select::concat::concat_batches(&schema, &batches).unwrap();
         for c in 0..6 {
             let sent: Vec<f64> = chunks
                 .iter()

@@ -4,7 +4,7 @@ use super::parquet::{EVENTS, PANDAS};
 use crate::config::file::{nearest, regular};
 use crate::error::{Error, InputError};
 use crate::guarded::decoded;
-use arrow::array::{Array, Float64Array};
+use arrow_array::{Array, Float64Array};
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use serde_json::Value;

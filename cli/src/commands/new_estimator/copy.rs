@@ -1,5 +1,6 @@
 //! An estimator of one's own: a copy of an example in monorig's sources with its name and its way to them changed.
 
+use crate::files::report::link;
 use crate::ui::errors::CliError;
 use monorig_sim::config::file::read_text;
 use monorig_sim::error::Error;
@@ -125,13 +126,12 @@ fn sources(
 
 /// The way from a folder to monorig's sources with `/` at its end, as TOML, YAML and a shell can name it.
 fn way(from: &Path, sources: &Path) -> Result<String, CliError> {
-    let way = pathdiff::diff_paths(sources, from).unwrap_or_else(|| sources.into());
-    let way = way.to_string_lossy().replace('\\', "/");
+    let way = link(from, sources);
     match way
         .chars()
         .all(|c| c.is_alphanumeric() || "/._-:~+@".contains(c))
     {
-        true => Ok(format!("{way}/")),
+        true => Ok(way),
         false => Err(CliError::refused(
             format!("the way to monorig's sources, `{way}`, cannot be written in every file"),
             "move one of the folders: letters, digits and / . _ - : ~ + @ can be written",
