@@ -107,6 +107,36 @@ fn without_torques_the_force_of_before_fades() {
     assert!(valid > 1_000, "{valid}");
 }
 
+/// Weighed on a steady slope, the train goes back beyond its start with its torques: the force tells the slope of the
+/// rail that nothing has read, as well backwards as forwards, so that there is no more doubt than while it was weighed
+/// and half of that which there is without torques.
+#[test]
+fn with_torques_the_force_tells_the_slope_of_unread_rail() {
+    let wanted = |t: f64| match t {
+        t if t > 62.0 => -1.0,
+        t if t % 20.0 < 14.0 => 1.0,
+        _ => 0.4,
+    };
+    let mut sds = Vec::new();
+    for silent in [false, true] {
+        let change = |t: f64, z: &mut Measurements| {
+            if silent && t > 64.0 {
+                z.motor_torque_nm = Default::default();
+            }
+        };
+        let seen = drive("rail_fusion", &[], 0.06, 150.0, wanted, change);
+        for (k, (way_m, slope)) in seen.iter().enumerate() {
+            if k > 6_400 && !silent {
+                assert!(slope.valid, "{way_m} m");
+                let error = (slope.value - 0.06).abs();
+                assert!(error < (3.0 * slope.sd).min(0.01), "{way_m} m: {error} rad");
+            }
+        }
+        sds.push(seen.last().unwrap().1.sd);
+    }
+    assert!(sds[0] < 0.5 * sds[1], "{sds:?}");
+}
+
 /// Without a mount to doubt, over rail that it has read, the standard deviation of the effective slope is that of the
 /// bias over g and no more than twice it; on an instrument that shakes by 2 m/s², no more than six times it.
 #[test]
