@@ -356,4 +356,29 @@ mod tests {
         assert!(last(&mut health, 0.60, &right, 0.0).force_mps2.is_none());
         assert!(last(&mut health, 0.10, &right, 0.0).force_mps2.is_some());
     }
+
+    /// A coarse instrument that has repeated itself once in a hundred changes repeats itself again; one that has not
+    /// done so in a hundred, nor once in a hundred and one, is stuck from the third repetition on.
+    #[test]
+    fn an_instrument_that_repeats_itself_now_and_then_is_not_stuck() {
+        for (changes, repeats, stuck) in [
+            (99, 0, false),
+            (100, 0, true),
+            (100, 1, false),
+            (101, 1, true),
+            (200, 2, false),
+        ] {
+            let mut vector = StuckVector::default();
+            let at = |k: u32| [0.0, 0.0, Real::from(k)];
+            for k in 1..=changes {
+                assert!(!vector.take(at(k)));
+                if k <= repeats {
+                    vector.take(at(k));
+                }
+            }
+            let [first, second, third] = [0; 3].map(|_| vector.take(at(changes)));
+            assert!(!first && !second);
+            assert_eq!(third, stuck, "{changes} {repeats}");
+        }
+    }
 }

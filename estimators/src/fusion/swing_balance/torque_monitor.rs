@@ -313,9 +313,11 @@ mod tests {
         assert!((force(true, 100.0, 50.0) / right - 1.0).abs() < 1e-9);
         assert!((force(true, -20.0, 50.0) / right - 1.0).abs() < 1e-9);
         assert!((force(false, 100.0, 50.0) / right - 9.0 / 8.0).abs() < 1e-9);
-        let limit = new(true).limit(50.0);
-        assert!((force(true, 50.0 + 0.9 * limit, 50.0) - right) > 0.0);
-        assert!((force(true, 50.0 + 1.1 * limit, 50.0) / right - 1.0).abs() < 1e-9);
+        // six standard deviations: 1 % noise, 0.5 % scale, 2 % shared unequally, 0.2 N·m
+        let share: Real = 0.01 * 0.01 + 0.005 * 0.005 + 0.02 * 0.02;
+        let limit = 6.0 * (share * 50.0 * 50.0 + 0.2 * 0.2).sqrt();
+        assert!((force(true, 50.0 + 0.99 * limit, 50.0) - right) > 0.0);
+        assert!((force(true, 50.0 + 1.01 * limit, 50.0) / right - 1.0).abs() < 1e-9);
         let two = Vehicle::new(crate::api::signals::VehicleData {
             drives: 2,
             ..vehicle().data()
