@@ -159,3 +159,82 @@ fn on_read_rail_the_bias_is_left() {
     }
     assert!(found[1] > found[0], "{found:?}");
 }
+
+/// A train that is switched on while it runs reads its rail badly at first: what is more than 0.003 of the sum
+/// sin θ + b/g goes into the mean under the train. Its variance is added to that of the pitch, and fades over 20 m of
+/// way once the rail is read better.
+#[test]
+fn rail_that_was_read_badly_stays_in_doubt_for_its_way() {
+    let settings = [("mount_sd_deg", Setting::Number(0.0))];
+    let mut estimator = registry::build("rail_fusion", &vehicle(2), settings).unwrap();
+    let mut internals = estimator.internals().iter();
+    let place = internals.position(|i| i.name == "read_sd").unwrap();
+    let mut crane = Crane::new(vehicle(2), 15_000.0, 11);
+    (0..1_000).for_each(|_| {
+        crane.step(1.0, DT);
+    });
+    let (mut read, mut last, mut compared) = (0.0_f64, 0.0_f64, 0);
+    for _ in 0..6_000 {
+        let z = crane.step(1.0, DT);
+        let e = estimator.step(&z, &Command::default(), DT).unwrap();
+        let mut values = [0.0; 64];
+        estimator.internal_values(&mut values);
+        // of the pitch of the body against the rail, which is in both of what is told
+        let body = 0.0003_f64.powi(2);
+        let sum_sd = (values[place].powi(2) - body).sqrt();
+        if sum_sd < 0.02 {
+            let unusual = (sum_sd.powi(2) - 0.003_f64.powi(2)).max(0.0).sqrt();
+            read = (read * (-crane.speed_mps * DT / 20.0).exp()).max(unusual);
+        }
+        // the mean is looked at every tenth of a second, in which the pitch gets better, too
+        let (before, pitch) = (last, e.grade_rad.sd.powi(2) - body);
+        last = pitch;
+        if read > 0.001 && e.effective_grade_rad.valid && (before / pitch - 1.0).abs() < 0.002 {
+            compared += 1;
+            let found = (e.effective_grade_rad.sd.powi(2) - pitch).sqrt();
+            assert!((found / read - 1.0).abs() < 0.1, "{found} {read}");
+        }
+    }
+    assert!(compared > 2_000, "{compared}");
+}
+
+/// Without wheels the speed is that of the accelerometer: from the first second on its variance grows by 4e-4 m²/s² a
+/// second at least, and after eight by one, so that wheels that were right all along are let in again.
+#[test]
+fn without_wheels_the_speed_gets_uncertain() {
+    let mut estimator = registry::build("attitude", &vehicle(2), []).unwrap();
+    let mut crane = Crane::new(vehicle(2), 15_000.0, 3);
+    let (mut variances, mut last) = (Vec::new(), Estimate::default());
+    for k in 0..3_300 {
+        let t = DT * k as f64;
+        let mut z = crane.step(1.0, DT);
+        if (20.0..32.0).contains(&t) {
+            z.wheel_speed_mps = Default::default();
+        } else if t >= 32.0 {
+            // it has drifted by more than its accelerometer can
+            z.wheel_speed_mps
+                .iter_mut()
+                .flatten()
+                .for_each(|s| s.value += 2.0);
+        }
+        last = estimator.step(&z, &Command::default(), DT).unwrap();
+        variances.push(last.speed_mps.sd.powi(2));
+    }
+    let grown = |from_s: f64, to_s: f64| {
+        let at = |t_s: f64| variances[((20.0 + t_s) / DT) as usize];
+        at(to_s) - at(from_s)
+    };
+    let coasting = grown(1.5, 7.5);
+    assert!(
+        (4e-4 * 6.0..3.0 * 4e-4 * 6.0).contains(&coasting),
+        "{coasting}"
+    );
+    assert!(grown(0.0, 0.9) < 2e-4, "{}", grown(0.0, 0.9));
+    let open = grown(8.5, 11.5);
+    assert!((open / 3.0 - 1.0).abs() < 0.1, "{open}");
+    assert!(
+        (last.speed_mps.value - 3.0).abs() < 0.05,
+        "{}",
+        last.speed_mps.value
+    );
+}

@@ -665,12 +665,16 @@ mod tests {
     const DT: Real = 0.01;
     const MU: Real = 0.02;
 
-    /// A train of 5 t with a rigid load, evenly over a span, on a rail that is read where the IMU passes. Its force is
-    /// that of mechanics.
+    /// A train of 5 t with a load, rigid or on chains, evenly over a span, on a rail that is read where the IMU passes.
+    /// Its force is that of mechanics.
+    #[derive(Clone, Copy)]
     struct World {
         mass: SwingMass,
         rail: RailMemory,
         load_kg: Real,
+        chain_m: Real,
+        /// Angle of the chains against their rest, + forward, rad, and its rate.
+        swing: [Real; 2],
         speed_mps: Real,
         way_m: Real,
         /// Force beside that of mechanics, N.
@@ -691,6 +695,8 @@ mod tests {
                 mass: SwingMass::new(nominal, train, params, supervision, of.drives),
                 rail: RailMemory::new(rear - front),
                 load_kg: 10_000.0,
+                chain_m: 0.0,
+                swing: [0.0; 2],
                 speed_mps: 0.0,
                 way_m: 0.0,
                 extra_n: 0.0,
@@ -701,6 +707,20 @@ mod tests {
             Self::new(span_m, Default::default(), Default::default())
         }
 
+        /// The load hangs on chains of 0.6 m, and the running resistance is that of the tare, which does not weigh it.
+        fn swinging() -> Self {
+            let mut layout = MassLayout::even(5_000.0, [0.0; 2], [0.0; 2]);
+            (layout.load.chain_m, layout.load_share_of_resistance) = (0.6, 0.0);
+            let train = TrainOnRail::new(&layout, true);
+            let nominal = Nominal::new(&vehicle(), &layout, None, 0.01);
+            let (params, supervision) = (Default::default(), Default::default());
+            Self {
+                mass: SwingMass::new(nominal, train, params, supervision, 8),
+                chain_m: 0.6,
+                ..Self::by_default([0.0; 2])
+            }
+        }
+
         /// Goes on towards a speed for some seconds on the level; `see` looks at it after each step.
         fn go(&mut self, wanted_mps: Real, seconds: Real, mut see: impl FnMut(&Self)) {
             let of = vehicle();
@@ -708,11 +728,21 @@ mod tests {
                 let a = ((wanted_mps - self.speed_mps) / DT).clamp(-0.3, 0.3);
                 self.speed_mps += a * DT;
                 let total = of.tare_kg + self.load_kg;
+                let [angle, rate] = &mut self.swing;
+                let (rigid_kg, pull) = match self.chain_m > 0.0 {
+                    false => (total, 0.0),
+                    true => {
+                        *rate -= (GRAVITY * *angle + a) / self.chain_m * DT;
+                        *angle += *rate * DT;
+                        (of.tare_kg, -self.load_kg * GRAVITY * *angle)
+                    }
+                };
                 let rolling = match self.speed_mps == 0.0 {
                     true => 0.0,
-                    false => self.speed_mps.signum() * MU * total * GRAVITY,
+                    false => self.speed_mps.signum() * MU * rigid_kg * GRAVITY,
                 };
-                let force = (total + of.rotating_mass_kg) * a + rolling + self.extra_n;
+                let inertia = (rigid_kg + of.rotating_mass_kg) * a;
+                let force = inertia + pull + rolling + self.extra_n;
                 self.way_m += self.speed_mps * DT;
                 self.rail.step(self.speed_mps * DT, Some([0.0, 0.0]));
                 let z = BlockInput {
@@ -785,13 +815,7 @@ mod tests {
         for _ in 0..14 {
             let extra_n = 0.5 * (low + high);
             let mut known = true;
-            let World { mass, rail, .. } = weighed;
-            let mut world = World {
-                mass,
-                rail,
-                extra_n,
-                ..weighed
-            };
+            let mut world = World { extra_n, ..weighed };
             world.go(speed_mps, 1.1, |world| known &= world.mass.is_known());
             (low, high) = if known {
                 (extra_n, high)
@@ -918,6 +942,16 @@ mod tests {
             world.load_kg += 6_000.0;
             world.go(1.0, 1.2, |_| ());
             assert!(!world.mass.is_known());
+            // the blocks since the change are gone over again at once: a second after it is found it is weighed
+            let (mut since_s, mut soon_kg) = (0.0, 0.0);
+            world.go(0.2, 8.0, |world| {
+                since_s += if world.mass.changes() > 0 { DT } else { 0.0 };
+                if since_s < 1.0 {
+                    soon_kg = world.mass.found().x[MASS] + 5_000.0;
+                }
+            });
+            world.go(1.0, 8.0, |_| ());
+            assert_eq!((soon_kg / 21_000.0 - 1.0).abs() < 0.1, on, "{soon_kg}");
             for _ in 0..4 {
                 world.go(0.2, 8.0, |_| ());
                 world.go(1.0, 8.0, |_| ());
@@ -925,6 +959,47 @@ mod tests {
             assert_eq!(world.mass.changes(), u32::from(on));
             let mass_kg = world.mass.mass_kg();
             assert_eq!((mass_kg - 21_000.0).abs() < 400.0, on, "{mass_kg}");
+        }
+    }
+
+    /// A load that swings is weighed by its swing; the search for where to start takes its time, and what is published
+    /// stays as it was until it is over. Opened meanwhile, or at another place, the load is searched for anew.
+    #[test]
+    fn a_search_of_the_start_that_is_given_up_is_made_again() {
+        for given_up in [0, 1, 2] {
+            let mut world = World::swinging();
+            let mut seen = 0;
+            for k in 0..12 {
+                for (speed, seconds) in [(1.0, 6.0), (0.3, 6.0)] {
+                    for _ in 0..(seconds / DT) as usize {
+                        let (before, was) = (world.mass.published(), world.mass.search.is_active());
+                        world.go(speed, 1.5 * DT, |_| ());
+                        let now = world.mass.search.is_active();
+                        if was && now {
+                            assert_eq!(world.mass.published(), before);
+                            assert!(!world.mass.is_known() || seen > 1);
+                        }
+                        seen += usize::from(now && !was);
+                        if now && seen == 1 && given_up > 0 {
+                            match given_up {
+                                1 => world.mass.open_load(),
+                                _ => world.mass.lose_place(0.1),
+                            }
+                            assert!(!world.mass.search.is_active() && !world.mass.is_known());
+                            assert!(!world.mass.has_weighed());
+                            seen = 2;
+                        }
+                    }
+                }
+                assert!(k < 6 || world.mass.is_known(), "{given_up}");
+            }
+            let [mass_kg, sd_kg] = world.mass.published();
+            assert!(
+                (mass_kg - 15_000.0).abs() < 3.0 * sd_kg,
+                "{given_up}: {mass_kg} {sd_kg}"
+            );
+            assert!((mass_kg - 15_000.0).abs() < 750.0, "{given_up}: {mass_kg}");
+            assert!(seen > 1, "{given_up}");
         }
     }
 }
