@@ -137,6 +137,59 @@ fn with_torques_the_force_tells_the_slope_of_unread_rail() {
     assert!(sds[0] < 0.5 * sds[1], "{sds:?}");
 }
 
+/// A train of 12 m on a level rail that has been read, with a slope of 0.05 behind it that has not. It goes back onto
+/// the slope: the force tells of it. Then the torques are silent, and what the force has said of rail that has come to
+/// be read since fades with the way. All the way the effective slope is right within four standard deviations, valid or
+/// not, and 12 m behind the edge, where all is the slope that the IMU reads, to 0.015.
+#[test]
+fn what_the_force_said_of_rail_that_is_read_since_fades() {
+    let local = |s: f64| 0.05 * (-s).clamp(0.0, 1.0);
+    let mean = |s: f64| {
+        (0..24)
+            .map(|k| local(s - 0.25 - 0.5 * f64::from(k)))
+            .sum::<f64>()
+            / 24.0
+    };
+    let train = long_train();
+    let mut estimator = registry::build("rail_fusion", &train, []).unwrap();
+    let mut crane = Crane::new(train, 15_000.0, 11);
+    crane.chainage_m = 12.0;
+    let (mut last_rad, mut told, mut checked) = (0.0, 0.0_f64, 0);
+    for k in 0..14_000 {
+        let t = DT * k as f64;
+        let wanted = match t {
+            t if t > 62.0 => -1.5,
+            t if t % 20.0 < 14.0 => 1.0,
+            _ => 0.4,
+        };
+        let s = crane.chainage_m;
+        (crane.grade_rad, crane.last_grade_rad) = (mean(s), None);
+        let mut z = crane.step(if t < 2.0 { 0.0 } else { wanted }, DT);
+        // the force is that of the mean over the train, the IMU is at its front
+        let (force, rate) = (&mut z.specific_force_mps2, &mut z.angular_rate_radps);
+        force.as_mut().unwrap().value[0] += 9.81 * (local(s).sin() - mean(s).sin());
+        rate.as_mut().unwrap().value[1] -= (local(s) - last_rad) / DT;
+        last_rad = local(s);
+        if s < 6.0 && t > 62.0 {
+            z.motor_torque_nm = Default::default();
+        }
+        let e = estimator.step(&z, &Command::default(), DT).unwrap();
+        let error = (e.effective_grade_rad.value - mean(crane.chainage_m)).abs();
+        if t > 62.0 {
+            let sd = e.effective_grade_rad.sd;
+            assert!(error < 4.0 * sd, "{s} m: {error} rad, sd {sd}");
+            if (6.0..6.5).contains(&s) {
+                told = e.effective_grade_rad.value;
+            }
+            if s < -13.0 && s > -20.0 {
+                checked += 1;
+                assert!(error < 0.015, "{s} m: {error} rad");
+            }
+        }
+    }
+    assert!(told > 0.01 && checked > 500, "{told} {checked}");
+}
+
 /// Without a mount to doubt, over rail that it has read, the standard deviation of the effective slope is that of the
 /// bias over g and no more than twice it; on an instrument that shakes by 2 m/s², no more than six times it.
 #[test]
@@ -189,13 +242,13 @@ fn rail_that_was_read_badly_stays_in_doubt_for_its_way() {
         // the mean is looked at every tenth of a second, in which the pitch gets better, too
         let (before, pitch) = (last, e.grade_rad.sd.powi(2) - body);
         last = pitch;
-        if read > 0.001 && e.effective_grade_rad.valid && (before / pitch - 1.0).abs() < 0.002 {
+        if read > 0.004 && e.effective_grade_rad.valid && (before / pitch - 1.0).abs() < 0.002 {
             compared += 1;
             let found = (e.effective_grade_rad.sd.powi(2) - pitch).sqrt();
             assert!((found / read - 1.0).abs() < 0.1, "{found} {read}");
         }
     }
-    assert!(compared > 2_000, "{compared}");
+    assert!(compared > 1_500, "{compared}");
 }
 
 /// Without wheels the speed is that of the accelerometer: from the first second on its variance grows by 4e-4 m²/s² a

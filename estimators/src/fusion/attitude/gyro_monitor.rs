@@ -98,7 +98,7 @@ mod tests {
         used: 2,
         rejected: 0,
         slipping: 0,
-        speed_mps: 1.0,
+        speed_mps: 2.0,
         range_mps: 0.0,
         limit_mps: 1.0,
     };
@@ -159,7 +159,7 @@ mod tests {
             ..AGREED
         };
         let back = |ballot| Ballot {
-            speed_mps: -1.0,
+            speed_mps: -2.0,
             ..ballot
         };
         let rejected = Ballot {

@@ -259,6 +259,9 @@ mod tests {
         assert!((used(&after) - 0.1).abs() < 1e-2);
     }
 
+    /// Bias of the gyro about z, rad/s: large, so that a wrong one shows.
+    const YAW_BIAS_RADPS: Real = 0.5;
+
     /// What is in use of the IMU over a second of quiet samples and then another, made by `samples` from the number of
     /// the step: specific force and rate.
     fn last(
@@ -276,7 +279,7 @@ mod tests {
                 new: [true; 2],
                 ..Channels::default()
             };
-            last = health.step(&z, 0.01, speed, true, 0.005);
+            last = health.step(&z, YAW_BIAS_RADPS, speed, true, 0.005);
         }
         last
     }
@@ -318,7 +321,8 @@ mod tests {
         let along = |force: [Real; 3], yaw_rate: Real| {
             move |k: u32| {
                 let [x, y, z] = force;
-                ([x + noise(k), y, z], [noise(k), 0.0, yaw_rate + 0.01])
+                let rate = [noise(k), 0.0, yaw_rate + YAW_BIAS_RADPS];
+                ([x + noise(k), y, z], rate)
             }
         };
         let bend = [0.0, speed * yaw_rate, GRAVITY];
