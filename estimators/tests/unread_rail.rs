@@ -187,7 +187,7 @@ fn what_the_force_said_of_rail_that_is_read_since_fades() {
             }
         }
     }
-    assert!(told > 0.01 && checked > 500, "{told} {checked}");
+    assert!(told > 0.01 && checked > 400, "{told} {checked}");
 }
 
 /// Without a mount to doubt, over rail that it has read, the standard deviation of the effective slope is that of the
