@@ -353,12 +353,12 @@ mod tests {
             along([0.0, 0.0, GRAVITY], 0.0),
             along([0.0, 0.0, GRAVITY + 0.5], 0.0),
         );
-        last(&mut health, 1.0, &right, 0.0);
-        assert!(last(&mut health, 0.45, &wrong, 0.0).force_mps2.is_some());
-        assert!(last(&mut health, 0.10, &wrong, 0.0).force_mps2.is_none());
-        last(&mut health, 4.0, &wrong, 0.0);
-        assert!(last(&mut health, 0.60, &right, 0.0).force_mps2.is_none());
-        assert!(last(&mut health, 0.10, &right, 0.0).force_mps2.is_some());
+        last(&mut health, 1.0, right, 0.0);
+        assert!(last(&mut health, 0.45, wrong, 0.0).force_mps2.is_some());
+        assert!(last(&mut health, 0.10, wrong, 0.0).force_mps2.is_none());
+        last(&mut health, 4.0, wrong, 0.0);
+        assert!(last(&mut health, 0.60, right, 0.0).force_mps2.is_none());
+        assert!(last(&mut health, 0.10, right, 0.0).force_mps2.is_some());
     }
 
     /// A coarse instrument that has repeated itself once in a hundred changes repeats itself again; one that has not
