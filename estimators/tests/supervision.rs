@@ -280,3 +280,17 @@ fn without_a_gyro_the_mass_is_found() {
         assert!(error.abs() < 0.05, "{name}: {error}");
     }
 }
+
+/// Whatever an estimator finds, it is of the time of its step.
+#[test]
+fn each_estimate_has_the_time_of_its_step() {
+    for name in registry::NAMES {
+        let mut estimator = build(name, &[]);
+        let mut crane = Crane::new(vehicle(2), 15_000.0, 7);
+        for _ in 0..200 {
+            let z = crane.step(1.0, DT);
+            let estimate = estimator.step(&z, &Command::default(), DT).unwrap();
+            assert_eq!(estimate.t, z.t, "{name}");
+        }
+    }
+}

@@ -551,4 +551,30 @@ mod tests {
             }
         }
     }
+
+    /// On hills at steady speed for ten minutes, and then an instrument is exchanged: left for forward, or a gyro of the
+    /// other sign. What was right for so long does not hide it: it is found in a minute, and put right again in another.
+    #[test]
+    fn a_fault_after_a_long_time_is_found_as_soon_as_one_at_the_start() {
+        for (axes, sign) in [([0.0, 1.0], 1.0), ([1.0, 0.0], -1.0)] {
+            let mut consistency = KinematicConsistency::default();
+            for k in 0..72_000 {
+                let t = 0.01 * Real::from(k as f32);
+                let wrong = (600.0..660.0).contains(&t);
+                let (axes, sign) = if wrong {
+                    (axes, sign)
+                } else {
+                    ([1.0, 0.0], 1.0)
+                };
+                let (theta, rate) = (0.1 * (0.5 * t).sin(), 0.05 * (0.5 * t).cos());
+                let f = axes.map(|share| share * GRAVITY * theta);
+                consistency.observe(f, 0.9, Some(sign * rate), 0.01);
+                if [59_999, 65_999, 71_999].contains(&k) {
+                    let swapped = axes == [0.0, 1.0];
+                    assert_eq!(consistency.axes_swapped(), swapped, "{t}");
+                    assert_eq!(consistency.slope_consistent(), !wrong, "{t}");
+                }
+            }
+        }
+    }
 }
