@@ -294,3 +294,26 @@ fn each_estimate_has_the_time_of_its_step() {
         }
     }
 }
+
+/// Wheels that send ten times a second are in use between their samples too; half a second after the last one they are
+/// stale.
+#[test]
+fn wheels_are_stale_half_a_second_after_their_last_sample() {
+    let mut estimator = build("attitude", &[]);
+    let mut crane = Crane::new(vehicle(2), 15_000.0, 7);
+    for k in 0..2_000 {
+        let mut z = crane.step(1.0, DT);
+        if k % 10 > 0 || k > 1_500 {
+            z.wheel_speed_mps = Default::default();
+        }
+        estimator.step(&z, &Command::default(), DT).unwrap();
+        let mut status = [AidStatus::default(); 3];
+        estimator.aid_status(&mut status);
+        let expected = match k {
+            ..=1_540 => AidOutcome::Fused,
+            1_560.. => AidOutcome::Stale,
+            _ => continue,
+        };
+        assert_eq!(status[0].outcome, expected, "{k}");
+    }
+}
