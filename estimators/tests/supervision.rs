@@ -310,7 +310,7 @@ fn wheels_are_stale_half_a_second_after_their_last_sample() {
         let mut status = [AidStatus::default(); 3];
         estimator.aid_status(&mut status);
         let expected = match k {
-            ..=1_540 => AidOutcome::Fused,
+            1_000..=1_540 => AidOutcome::Fused,
             1_560.. => AidOutcome::Stale,
             _ => continue,
         };
