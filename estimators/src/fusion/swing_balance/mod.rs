@@ -808,10 +808,9 @@ mod tests {
     /// Largest jump of the force, N, up to which the mass stays known, by bisection.
     fn largest_jump(span_m: [Real; 2], speed_mps: Real) -> Real {
         let mut weighed = World::by_default(span_m);
-        weighed.weigh(speed_mps.abs());
-        // back beyond what is remembered, which is 36 m more than the train is long
-        let way_m = if speed_mps < 0.0 { 40.0 } else { 20.0 };
-        weighed.go(speed_mps, way_m / speed_mps.abs(), |_| ());
+        weighed.weigh(speed_mps);
+        // over the way that waits for its rail
+        weighed.go(speed_mps, 20.0 / speed_mps, |_| ());
         let (mut low, mut high) = (0.0, 100_000.0);
         for _ in 0..14 {
             let extra_n = 0.5 * (low + high);
