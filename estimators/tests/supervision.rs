@@ -5,6 +5,7 @@
 mod common;
 
 use common::{Crane, vehicle};
+use monorig_estimators::api::aid::{AidOutcome, AidStatus, Rejection};
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::Setting;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements};
@@ -178,5 +179,141 @@ fn a_load_that_nothing_moves_is_not_learnt() {
         // a percent: what is left of the excitation of the start
         let (then, now) = (sds[6_000], sds[11_999]);
         assert_eq!(now < 0.99 * then, learnt, "{then} kg, {now} kg");
+    }
+}
+
+/// A mount that is known to a degree and not to a fifth of one makes each grade uncertain by that degree: the variances
+/// differ by the squares, on the grade at the IMU and on the mean over the train.
+#[test]
+fn the_mount_of_the_imu_is_in_the_doubt_of_each_grade() {
+    for name in ["attitude", "rail_fusion", "dffrls_aukf_robust"] {
+        let mut variances = Vec::new();
+        for degrees in [0.2, 1.0] {
+            let mut estimator = build(name, &[("mount_sd_deg", Setting::Number(degrees))]);
+            let mut last = Estimate::default();
+            drive(&mut estimator, 30.0, |_, _| (), &mut |_, e| last = *e);
+            variances.push([last.grade_rad, last.effective_grade_rad].map(|v| v.sd * v.sd));
+        }
+        let more = (1.0_f64.to_radians().powi(2)) - (0.2_f64.to_radians().powi(2));
+        for (one, other) in variances[0].iter().zip(&variances[1]) {
+            assert!(
+                ((other - one) / more - 1.0).abs() < 0.1,
+                "{name}: {one} {other}"
+            );
+        }
+    }
+}
+
+/// The mean grade under a train with a length is another than that at its IMU, which is all that the attitude knows: it
+/// is valid for a point alone.
+#[test]
+fn without_a_mass_the_effective_grade_is_that_of_a_point() {
+    for (span_m, valid) in [([0.0; 2], true), ([0.0, 12.0], false)] {
+        let mut data = vehicle(2).data();
+        (data.tare_span_m, data.load_span_m) = (span_m, span_m);
+        let long = monorig_estimators::Vehicle::new(data).unwrap();
+        let mut estimator = registry::build("attitude", &long, []).unwrap();
+        let mut marks = [0; 2];
+        drive(&mut estimator, 30.0, |_, _| (), &mut |_, e| {
+            marks[0] += usize::from(e.grade_rad.valid);
+            marks[1] += usize::from(e.effective_grade_rad.valid);
+        });
+        assert!(marks[0] > 2_000);
+        assert_eq!(marks[1], if valid { marks[0] } else { 0 }, "{span_m:?}");
+    }
+}
+
+/// While all wheels are beyond the gate none of them enters: the innovation that is reported is the last that did, and
+/// the status says what they would have been.
+#[test]
+fn wheels_that_are_rejected_leave_the_innovation_as_it_was() {
+    let mut estimator = build("attitude", &[]);
+    let slips = |t: f64, z: &mut Measurements| {
+        if (20.0..20.3).contains(&t) {
+            let off = [0.5, 0.7];
+            for (sample, off) in z.wheel_speed_mps.iter_mut().flatten().zip(off) {
+                sample.value += off;
+            }
+        }
+    };
+    let mut before = (0.0, 0.0);
+    let mut crane = Crane::new(vehicle(2), 15_000.0, 7);
+    for k in 0..2_030 {
+        let t = DT * k as f64;
+        let mut z = crane.step(1.2, DT);
+        slips(t, &mut z);
+        let estimate = estimator.step(&z, &Command::default(), DT).unwrap();
+        if t >= 20.0 {
+            assert_eq!((estimate.innovation, estimate.nis), before, "{t}");
+            let mut status = [Default::default(); 3];
+            estimator.aid_status(&mut status);
+            let AidStatus {
+                innovation,
+                outcome,
+                ..
+            } = status[0];
+            assert_eq!(outcome, AidOutcome::Rejected(Rejection::Slip), "{t}");
+            // the nearest of the two
+            assert!((innovation - 0.5).abs() < 0.05, "{innovation}");
+        } else {
+            before = (estimate.innovation, estimate.nis);
+        }
+    }
+}
+
+/// A vehicle that has no gyro at all is weighed by its starts and stops all the same.
+#[test]
+fn without_a_gyro_the_mass_is_found() {
+    for name in ["rail_fusion", "dffrls_aekf_robust"] {
+        let mut estimator = build(name, &[]);
+        let mut crane = Crane::new(vehicle(2), 15_000.0, 7);
+        let (mut valid, mut last) = (0, Estimate::default());
+        for k in 0..12_000 {
+            let wanted = if k % 1_600 < 800 { 1.2 } else { 0.3 };
+            let mut z = crane.step(wanted, DT);
+            z.angular_rate_radps = None;
+            last = estimator.step(&z, &Command::default(), DT).unwrap();
+            valid += usize::from(k > 9_000 && last.total_mass_kg.valid);
+        }
+        assert!(valid > 2_000, "{name}: {valid}");
+        let error = last.total_mass_kg.value / 15_000.0 - 1.0;
+        assert!(error.abs() < 0.05, "{name}: {error}");
+    }
+}
+
+/// Whatever an estimator finds, it is of the time of its step.
+#[test]
+fn each_estimate_has_the_time_of_its_step() {
+    for name in registry::NAMES {
+        let mut estimator = build(name, &[]);
+        let mut crane = Crane::new(vehicle(2), 15_000.0, 7);
+        for _ in 0..200 {
+            let z = crane.step(1.0, DT);
+            let estimate = estimator.step(&z, &Command::default(), DT).unwrap();
+            assert_eq!(estimate.t, z.t, "{name}");
+        }
+    }
+}
+
+/// Wheels that send ten times a second are in use between their samples too; half a second after the last one they are
+/// stale.
+#[test]
+fn wheels_are_stale_half_a_second_after_their_last_sample() {
+    let mut estimator = build("attitude", &[]);
+    let mut crane = Crane::new(vehicle(2), 15_000.0, 7);
+    for k in 0..2_000 {
+        let mut z = crane.step(1.0, DT);
+        if k % 10 > 0 || k > 1_500 {
+            z.wheel_speed_mps = Default::default();
+        }
+        estimator.step(&z, &Command::default(), DT).unwrap();
+        let mut status = [AidStatus::default(); 3];
+        estimator.aid_status(&mut status);
+        let expected = match k {
+            1_000..=1_540 => AidOutcome::Fused,
+            1_560.. => AidOutcome::Stale,
+            _ => continue,
+        };
+        assert_eq!(status[0].outcome, expected, "{k}");
     }
 }

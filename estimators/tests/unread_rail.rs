@@ -107,6 +107,89 @@ fn without_torques_the_force_of_before_fades() {
     assert!(valid > 1_000, "{valid}");
 }
 
+/// Weighed on a steady slope, the train goes back beyond its start with its torques: the force tells the slope of the
+/// rail that nothing has read, as well backwards as forwards, so that there is no more doubt than while it was weighed
+/// and half of that which there is without torques.
+#[test]
+fn with_torques_the_force_tells_the_slope_of_unread_rail() {
+    let wanted = |t: f64| match t {
+        t if t > 62.0 => -1.0,
+        t if t % 20.0 < 14.0 => 1.0,
+        _ => 0.4,
+    };
+    let mut sds = Vec::new();
+    for silent in [false, true] {
+        let change = |t: f64, z: &mut Measurements| {
+            if silent && t > 64.0 {
+                z.motor_torque_nm = Default::default();
+            }
+        };
+        let seen = drive("rail_fusion", &[], 0.06, 150.0, wanted, change);
+        for (k, (way_m, slope)) in seen.iter().enumerate() {
+            if k > 6_400 && !silent {
+                assert!(slope.valid, "{way_m} m");
+                let error = (slope.value - 0.06).abs();
+                assert!(error < (3.0 * slope.sd).min(0.01), "{way_m} m: {error} rad");
+            }
+        }
+        sds.push(seen.last().unwrap().1.sd);
+    }
+    assert!(sds[0] < 0.5 * sds[1], "{sds:?}");
+}
+
+/// A train of 12 m on a level rail that has been read, with a slope of 0.05 behind it that has not. It goes back onto
+/// the slope: the force tells of it. Then the torques are silent, and what the force has said of rail that has come to
+/// be read since fades with the way. All the way the effective slope is right within four standard deviations, valid or
+/// not, and 12 m behind the edge, where all is the slope that the IMU reads, to 0.015.
+#[test]
+fn what_the_force_said_of_rail_that_is_read_since_fades() {
+    let local = |s: f64| 0.05 * (-s).clamp(0.0, 1.0);
+    let mean = |s: f64| {
+        (0..24)
+            .map(|k| local(s - 0.25 - 0.5 * f64::from(k)))
+            .sum::<f64>()
+            / 24.0
+    };
+    let train = long_train();
+    let mut estimator = registry::build("rail_fusion", &train, []).unwrap();
+    let mut crane = Crane::new(train, 15_000.0, 11);
+    crane.chainage_m = 12.0;
+    let (mut last_rad, mut told, mut checked) = (0.0, 0.0_f64, 0);
+    for k in 0..14_000 {
+        let t = DT * k as f64;
+        let wanted = match t {
+            t if t > 62.0 => -1.5,
+            t if t % 20.0 < 14.0 => 1.0,
+            _ => 0.4,
+        };
+        let s = crane.chainage_m;
+        (crane.grade_rad, crane.last_grade_rad) = (mean(s), None);
+        let mut z = crane.step(if t < 2.0 { 0.0 } else { wanted }, DT);
+        // the force is that of the mean over the train, the IMU is at its front
+        let (force, rate) = (&mut z.specific_force_mps2, &mut z.angular_rate_radps);
+        force.as_mut().unwrap().value[0] += 9.81 * (local(s).sin() - mean(s).sin());
+        rate.as_mut().unwrap().value[1] -= (local(s) - last_rad) / DT;
+        last_rad = local(s);
+        if s < 6.0 && t > 62.0 {
+            z.motor_torque_nm = Default::default();
+        }
+        let e = estimator.step(&z, &Command::default(), DT).unwrap();
+        let error = (e.effective_grade_rad.value - mean(crane.chainage_m)).abs();
+        if t > 62.0 {
+            let sd = e.effective_grade_rad.sd;
+            assert!(error < 4.0 * sd, "{s} m: {error} rad, sd {sd}");
+            if (6.0..6.5).contains(&s) {
+                told = e.effective_grade_rad.value;
+            }
+            if s < -13.0 && s > -20.0 {
+                checked += 1;
+                assert!(error < 0.015, "{s} m: {error} rad");
+            }
+        }
+    }
+    assert!(told > 0.01 && checked > 400, "{told} {checked}");
+}
+
 /// Without a mount to doubt, over rail that it has read, the standard deviation of the effective slope is that of the
 /// bias over g and no more than twice it; on an instrument that shakes by 2 m/s², no more than six times it.
 #[test]
@@ -128,4 +211,83 @@ fn on_read_rail_the_bias_is_left() {
         found.push(sd);
     }
     assert!(found[1] > found[0], "{found:?}");
+}
+
+/// A train that is switched on while it runs reads its rail badly at first: what is more than 0.003 of the sum
+/// sin θ + b/g goes into the mean under the train. Its variance is added to that of the pitch, and fades over 20 m of
+/// way once the rail is read better.
+#[test]
+fn rail_that_was_read_badly_stays_in_doubt_for_its_way() {
+    let settings = [("mount_sd_deg", Setting::Number(0.0))];
+    let mut estimator = registry::build("rail_fusion", &vehicle(2), settings).unwrap();
+    let mut internals = estimator.internals().iter();
+    let place = internals.position(|i| i.name == "read_sd").unwrap();
+    let mut crane = Crane::new(vehicle(2), 15_000.0, 11);
+    (0..1_000).for_each(|_| {
+        crane.step(1.0, DT);
+    });
+    let (mut read, mut last, mut compared) = (0.0_f64, 0.0_f64, 0);
+    for _ in 0..6_000 {
+        let z = crane.step(1.0, DT);
+        let e = estimator.step(&z, &Command::default(), DT).unwrap();
+        let mut values = [0.0; 64];
+        estimator.internal_values(&mut values);
+        // of the pitch of the body against the rail, which is in both of what is told
+        let body = 0.0003_f64.powi(2);
+        let sum_sd = (values[place].powi(2) - body).sqrt();
+        if sum_sd < 0.02 {
+            let unusual = (sum_sd.powi(2) - 0.003_f64.powi(2)).max(0.0).sqrt();
+            read = (read * (-crane.speed_mps * DT / 20.0).exp()).max(unusual);
+        }
+        // the mean is looked at every tenth of a second, in which the pitch gets better, too
+        let (before, pitch) = (last, e.grade_rad.sd.powi(2) - body);
+        last = pitch;
+        if read > 0.004 && e.effective_grade_rad.valid && (before / pitch - 1.0).abs() < 0.002 {
+            compared += 1;
+            let found = (e.effective_grade_rad.sd.powi(2) - pitch).sqrt();
+            assert!((found / read - 1.0).abs() < 0.1, "{found} {read}");
+        }
+    }
+    assert!(compared > 1_500, "{compared}");
+}
+
+/// Without wheels the speed is that of the accelerometer: from the first second on its variance grows by 4e-4 m²/s² a
+/// second at least, and after eight by one, so that wheels that were right all along are let in again.
+#[test]
+fn without_wheels_the_speed_gets_uncertain() {
+    let mut estimator = registry::build("attitude", &vehicle(2), []).unwrap();
+    let mut crane = Crane::new(vehicle(2), 15_000.0, 3);
+    let (mut variances, mut last) = (Vec::new(), Estimate::default());
+    for k in 0..3_300 {
+        let t = DT * k as f64;
+        let mut z = crane.step(1.0, DT);
+        if (20.0..32.0).contains(&t) {
+            z.wheel_speed_mps = Default::default();
+        } else if t >= 32.0 {
+            // it has drifted by more than its accelerometer can
+            z.wheel_speed_mps
+                .iter_mut()
+                .flatten()
+                .for_each(|s| s.value += 2.0);
+        }
+        last = estimator.step(&z, &Command::default(), DT).unwrap();
+        variances.push(last.speed_mps.sd.powi(2));
+    }
+    let grown = |from_s: f64, to_s: f64| {
+        let at = |t_s: f64| variances[((20.0 + t_s) / DT) as usize];
+        at(to_s) - at(from_s)
+    };
+    let coasting = grown(1.5, 7.5);
+    assert!(
+        (4e-4 * 6.0..3.0 * 4e-4 * 6.0).contains(&coasting),
+        "{coasting}"
+    );
+    assert!(grown(0.0, 0.9) < 2e-4, "{}", grown(0.0, 0.9));
+    let open = grown(8.5, 11.5);
+    assert!((open / 3.0 - 1.0).abs() < 0.1, "{open}");
+    assert!(
+        (last.speed_mps.value - 3.0).abs() < 0.05,
+        "{}",
+        last.speed_mps.value
+    );
 }

@@ -197,3 +197,104 @@ impl Aid<N> for BlockForce<'_> {
         self.variance
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::api::mass_layout::MassLayout;
+    use crate::models::swing_balance::Nominal;
+    use crate::testing::vehicles::vehicle;
+
+    /// Each source of noise adds its variance: torques, the model per mass, the grade ahead of what was read (0.032 rad
+    /// for each metre of the tare in the mean), the swing as a share of the load and the gear times the accelerations,
+    /// and the accelerometer's noise of the parts through the pendulum, which a rigid load does not have.
+    #[test]
+    fn the_noise_of_a_block_is_the_sum_of_its_sources() {
+        let mut layout = MassLayout::even(5_000.0, [0.0; 2], [0.0; 2]);
+        (layout.load.chain_m, layout.load.swinging_tare_kg) = (0.6, 500.0);
+        let nominal = Nominal::new(&vehicle(), &layout, None, 0.01);
+        let (mut x, swing_rad) = (SVector::<Real, N>::zeros(), 0.1);
+        (x[MASS], x[ANGLE]) = (9_000.0, swing_rad);
+        let means = TrainMeans {
+            load_cos: 1.0,
+            ahead_kgm: 2_500.0,
+            ..TrainMeans::default()
+        };
+        let none = BlockNoise {
+            model_sd_mps2: 0.0,
+            swing_model_sd: 0.0,
+            mass_kg: 14_000.0,
+            traction_variance: 0.0,
+            part_noise_mps2: 0.0,
+        };
+        for swings in [true, false] {
+            let model = SwingModel {
+                nominal,
+                swings,
+                depth_m: 0.0,
+                swing_damping: 0.0,
+                swing_walk: 0.0,
+                length_walk: 0.0,
+            };
+            let sd_n = |noise: BlockNoise, means: &TrainMeans, a: Real| {
+                let force = BlockForce {
+                    model: &model,
+                    means,
+                    traction_n: 0.0,
+                    speed_mps: 1.0,
+                    accelerations_mps2: [a; SUBSTEPS],
+                    substep_s: 1e-3,
+                    variance: 0.0,
+                };
+                force.with_noise(&noise, &x).R().sqrt()
+            };
+            let ahead_n = 0.032 * 0.5 * 14_000.0 * GRAVITY;
+            assert!((sd_n(none, &means, 0.0) / ahead_n - 1.0).abs() < 1e-9);
+            let read = TrainMeans {
+                ahead_kgm: 0.0,
+                ..means
+            };
+            assert_eq!(sd_n(none, &read, 0.0), 0.0);
+            // a block that is short against the swing: the load is where it was, and falls by g φ
+            let by_load = if swings { GRAVITY * swing_rad } else { 0.2 };
+            for (noise, expected) in [
+                (
+                    BlockNoise {
+                        traction_variance: 400.0,
+                        ..none
+                    },
+                    20.0,
+                ),
+                (
+                    BlockNoise {
+                        model_sd_mps2: 0.002,
+                        ..none
+                    },
+                    28.0,
+                ),
+                (
+                    BlockNoise {
+                        swing_model_sd: 0.01,
+                        ..none
+                    },
+                    0.01 * 9_500.0 * (0.2 + by_load),
+                ),
+            ] {
+                let found = sd_n(noise, &read, 0.2);
+                assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
+                let both = sd_n(noise, &means, 0.2);
+                assert!((both / ahead_n.hypot(found) - 1.0).abs() < 1e-9);
+            }
+            // a random walk of the rate n √τ/L makes an angle of √(T³/20) of it in the mean, which pulls by g
+            let noise = BlockNoise {
+                part_noise_mps2: 3.0,
+                ..none
+            };
+            let walk = 3.0 * (1e-3 as Real).sqrt() / 0.6;
+            let shaken =
+                9_500.0 * GRAVITY * walk * (5e-3 as Real).powi(3).sqrt() / (20.0 as Real).sqrt();
+            let expected = if swings { shaken } else { 0.0 };
+            assert!((sd_n(noise, &read, 0.2) - expected).abs() <= 1e-6 * expected);
+        }
+    }
+}

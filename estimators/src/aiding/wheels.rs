@@ -220,3 +220,193 @@ impl WheelGate {
 }
 
 state!(WheelGate { scale; drives, sd_mps, gate_sd, gated });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SD_MPS: Real = 0.01;
+    const GATE_SD: Real = 5.0;
+    const SPEED_MPS: Real = 2.0;
+    const SPEED_SD_MPS: Real = 0.02;
+
+    /// A belief of 2 m/s.
+    fn belief() -> Gaussian<N> {
+        let mut belief = Gaussian::independent(SVector::zeros(), SVector::zeros());
+        belief.set_independent(V, SPEED_MPS, SPEED_SD_MPS * SPEED_SD_MPS);
+        belief
+    }
+
+    fn samples(values: &[Real]) -> [Option<Real>; MAX_DRIVES] {
+        let mut samples = [None; MAX_DRIVES];
+        for (place, value) in samples.iter_mut().zip(values) {
+            *place = Some(*value);
+        }
+        samples
+    }
+
+    /// Vote and measurement of wheels that are off the belief by these speeds, with these torques.
+    fn vote(gated: bool, off_mps: &[Real], torques: &[Real]) -> (Control<Wheels>, Ballot) {
+        let mut gate = WheelGate::new(4, SD_MPS, GATE_SD, gated);
+        let mut new = samples(off_mps);
+        new.iter_mut().flatten().for_each(|v| *v += SPEED_MPS);
+        let lever = (0.0, LinearPitchRate::default());
+        gate.control(
+            &belief(),
+            (&new, &samples(torques)),
+            lever,
+            (0.0, 0.0),
+            0.01,
+        )
+    }
+
+    /// Deviation from 2 m/s beyond which a wheel is rejected: five standard deviations of the speed, the wheel and its
+    /// creep.
+    fn limit() -> Real {
+        let creep = SPREAD * SPEED_MPS;
+        GATE_SD * (SPEED_SD_MPS * SPEED_SD_MPS + SD_MPS * SD_MPS + creep * creep).sqrt()
+    }
+
+    /// The mean of the wheels within the limit is the measurement, with the variance of a mean; none beyond it has a
+    /// part in it. Without the gate all have.
+    #[test]
+    fn the_mean_of_the_wheels_within_the_gate_is_measured() {
+        let beyond = 1.01 * limit();
+        for (off, gated, used, mean) in [
+            (&[0.03, -0.01][..], true, 2, 0.01),
+            (&[0.03, -0.01, beyond, -beyond], true, 2, 0.01),
+            (&[0.03, -0.01, beyond, -beyond], false, 4, 0.005),
+            (&[0.99 * limit()], true, 1, 0.99 * limit()),
+        ] {
+            let (control, ballot) = vote(gated, off, &[1.0; 4]);
+            let Control::New(wheels) = control else {
+                panic!("{control:?}");
+            };
+            assert_eq!((ballot.used, ballot.rejected), (used, off.len() - used));
+            assert!((wheels.speed_mps - SPEED_MPS - mean).abs() < 1e-12);
+            assert!((wheels.R() * used as Real / (SD_MPS * SD_MPS) - 1.0).abs() < 1e-9);
+            let in_use = off.iter().filter(|off| !gated || off.abs() < beyond);
+            let [low, high] = in_use.fold([1.0, -1.0], |[low, high]: [Real; 2], off| {
+                [low.min(*off), high.max(*off)]
+            });
+            assert!((ballot.range_mps - (high - low)).abs() < 1e-12, "{off:?}");
+            assert!((ballot.limit_mps / limit() - 1.0).abs() < 1e-9);
+        }
+    }
+
+    /// If all are beyond the limit, the one nearest to what is expected is told; without any there is nothing new.
+    #[test]
+    fn without_a_wheel_in_use_the_nearest_is_told() {
+        let far = 2.0 * limit();
+        for off in [[far, 3.0 * far, -2.0 * far], [3.0 * far, -2.0 * far, far]] {
+            let (control, ballot) = vote(true, &off, &[]);
+            assert!(matches!(control, Control::New(_)));
+            assert_eq!(
+                (ballot.used, ballot.rejected, ballot.range_mps),
+                (0, 3, 0.0)
+            );
+            assert!(
+                (ballot.speed_mps - SPEED_MPS - far).abs() < 1e-12,
+                "{off:?}"
+            );
+        }
+        let (control, ballot) = vote(true, &[], &[]);
+        assert_eq!((control, ballot.speed_mps), (Control::Held, 0.0));
+    }
+
+    /// A wheel that is ahead while it drives, or behind while it brakes, slips; else, or if it stands against its torque,
+    /// it is broken. Without a torque it may slip.
+    #[test]
+    fn a_wheel_slips_where_its_torque_takes_it() {
+        let far = 2.0 * limit();
+        for (off, torques, slipping) in [
+            (far, &[50.0][..], 1),
+            (-far, &[-50.0], 1),
+            (far, &[-50.0], 0),
+            (-far, &[50.0], 0),
+            (far, &[], 1),
+            (-far, &[], 1),
+        ] {
+            let (_, ballot) = vote(true, &[off], torques);
+            assert_eq!(
+                (ballot.rejected, ballot.slipping),
+                (1, slipping),
+                "{off} {torques:?}"
+            );
+        }
+    }
+
+    /// What the vehicle gains by the time of the wheels, and how it pitches about its rail, is expected of them; how
+    /// well the gain is known widens gate and measurement.
+    #[test]
+    fn wheels_are_compared_at_their_time_and_place() {
+        let mut gate = WheelGate::new(1, SD_MPS, GATE_SD, true);
+        let mut rate = LinearPitchRate::default();
+        rate.theta_dot = 0.3;
+        let expected = SPEED_MPS + 0.2 - 0.5 * 0.3;
+        let new = samples(&[expected]);
+        let (control, ballot) = gate.control(
+            &belief(),
+            (&new, &[None; MAX_DRIVES]),
+            (0.5, rate),
+            (0.2, 0.01),
+            0.01,
+        );
+        let Control::New(wheels) = control else {
+            panic!("{control:?}");
+        };
+        assert!(wheels.innovation(&belief().x).abs() < 1e-12);
+        assert!((wheels.R() - SD_MPS * SD_MPS - 0.01).abs() < 1e-12);
+        let creep = SPREAD * expected;
+        let known = SPEED_SD_MPS * SPEED_SD_MPS + SD_MPS * SD_MPS + creep * creep;
+        let limit = GATE_SD * (known + 0.01).sqrt();
+        assert!((ballot.limit_mps / limit - 1.0).abs() < 1e-9);
+    }
+
+    /// Wheels of another size are told from the mean of all of them over 20 s, while all roll; then they agree. At a
+    /// crawl, and with a wheel missing, nothing is learnt.
+    #[test]
+    fn the_sizes_of_the_wheels_are_learnt_while_all_roll() {
+        for (speed, wheels, learnt) in [
+            (2.0, 4, true),
+            (-2.0, 4, true),
+            (0.1, 4, false),
+            (2.0, 3, false),
+        ] {
+            let mut gate = WheelGate::new(4, SD_MPS, GATE_SD, true);
+            let mut belief = belief();
+            belief.x[V] = speed;
+            let sizes = [1.02, 0.99, 1.0, 0.99];
+            let new = samples(&sizes.map(|size| size * speed)[..wheels]);
+            let mut range_after = |seconds: Real| {
+                let mut range_mps = 0.0;
+                for _ in 0..(seconds / 0.01) as usize {
+                    let lever = (0.0, LinearPitchRate::default());
+                    let (_, ballot) = gate.control(
+                        &belief,
+                        (&new, &[None; MAX_DRIVES]),
+                        lever,
+                        (0.0, 0.0),
+                        0.01,
+                    );
+                    range_mps = ballot.range_mps;
+                }
+                range_mps / (0.03 * speed.abs())
+            };
+            let (soon, late) = (range_after(20.0), range_after(200.0));
+            let expected = if learnt {
+                [(-1.0 as Real).exp(), 0.0]
+            } else {
+                [1.0, 1.0]
+            };
+            assert!(
+                (soon - expected[0]).abs() < 0.02,
+                "{speed} {wheels}: {soon}"
+            );
+            assert!(
+                (late - expected[1]).abs() < 0.02,
+                "{speed} {wheels}: {late}"
+            );
+        }
+    }
+}

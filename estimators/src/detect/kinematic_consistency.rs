@@ -471,4 +471,144 @@ mod tests {
         assert!(!found(|z| z[2] *= 57.3).1, "°/s");
         assert!(!found(|z| z[2] *= -1.0).1, "gyro sign");
     }
+
+    /// A minute on a wavy track with starts and stops, with noise: what `z` makes of force forward and to the left, speed
+    /// and pitch rate is observed `rate_hz` times a second.
+    fn wavy(
+        rate_hz: usize,
+        gyro: bool,
+        z: impl Fn([Real; 4]) -> [Real; 4],
+    ) -> KinematicConsistency {
+        let mut consistency = KinematicConsistency::default();
+        let mut random = Random::new(101);
+        let (dt, mut v, mut s): (Real, Real, Real) = (1.0 / rate_hz as Real, 0.0, 0.0);
+        for k in 0..60 * rate_hz {
+            let t = dt * k as Real;
+            let wanted = [0.0, 1.0, 0.0, -1.0][(t / 5.0) as usize % 4];
+            let a = ((wanted - v) / 0.2).clamp(-0.4, 0.4);
+            (v, s) = (v + a * dt, s + v * dt);
+            let (theta, rate) = (0.1 * (s / 3.0).sin(), 0.1 / 3.0 * (s / 3.0).cos() * v);
+            let mut noisy = |x: Real, sd: Real| x + sd * random.normal();
+            let [f, y, v, w] = z([
+                noisy(a + GRAVITY * theta.sin(), 0.05),
+                noisy(0.0, 0.05),
+                noisy(v, 0.005),
+                rate,
+            ]);
+            consistency.observe([f, y], v, gyro.then_some(w), dt);
+        }
+        consistency
+    }
+
+    /// The vehicle may look the other way, and left may be right: what is found of the gains is the same.
+    #[test]
+    fn the_gains_do_not_depend_on_where_forward_and_left_are() {
+        let mix = |[f, y, v, w]: [Real; 4]| [f, y + 0.5 * f, 1.2 * v, w];
+        for gyro in [true, false] {
+            let seen = wavy(100, gyro, mix);
+            let turned = wavy(100, gyro, |z| mix(z).map(|signal| -signal));
+            assert_eq!((seen.gains, seen.wrong), (turned.gains, turned.wrong));
+            assert_eq!((seen.cross, seen.swapped), (turned.cross, turned.swapped));
+            let mirrored = wavy(100, gyro, |z| {
+                let [f, y, v, w] = mix(z);
+                [f, -y, v, w]
+            });
+            let [gain, variance] = mirrored.cross;
+            assert_eq!(
+                (seen.gains, seen.cross),
+                (mirrored.gains, [-gain, variance])
+            );
+            assert_eq!(seen.swapped, mirrored.swapped);
+        }
+    }
+
+    /// Least squares on exact proportions find them: wheels that count 1.25 times what they should have the gain 1/1.25,
+    /// a gyro that reads 1.25 times the rate too, and an accelerometer turned by an angle has its sine on the left axis.
+    #[test]
+    fn the_gains_are_those_of_the_instruments() {
+        for factor in [0.8, 1.25] {
+            let wheels = wavy(100, true, |[f, y, v, w]| [f, y, factor * v, w])
+                .gains
+                .x;
+            assert!((wheels.x * factor - 1.0).abs() < 0.05, "{wheels}");
+            assert!((wheels.y - 1.0).abs() < 0.05, "{wheels}");
+            let gyro = wavy(100, true, |[f, y, v, w]| [f, y, v, factor * w])
+                .gains
+                .x;
+            assert!((gyro.y * factor - 1.0).abs() < 0.05, "{gyro}");
+            assert!((gyro.x - 1.0).abs() < 0.05, "{gyro}");
+        }
+        for sine in [0.3, -0.6] {
+            let [gain, _] = wavy(100, true, |[f, y, v, w]| [f, y + sine * f, v, w]).cross;
+            assert!((gain - sine).abs() < 0.05, "{gain}");
+        }
+    }
+
+    /// An instrument that sends more often tells no more: the noise of a sample is that of a fifth of a second.
+    #[test]
+    fn more_samples_are_no_more_information() {
+        let [slow, fast] = [100, 400].map(|rate_hz| wavy(rate_hz, true, |z| z));
+        for (slow, fast) in slow.gains.P.diagonal().iter().zip(&fast.gains.P.diagonal()) {
+            assert!((slow / fast - 1.0).abs() < 0.15, "{slow} {fast}");
+        }
+        let ([_, slow], [_, fast]) = (slow.cross, fast.cross);
+        assert!((slow / fast - 1.0).abs() < 0.15, "{slow} {fast}");
+        // without a gyro the slopes are noise, which grows with the speed
+        let [with, without] = [true, false].map(|gyro| wavy(100, gyro, |z| z).gains.P.m11);
+        assert!(without > 2.0 * with, "{without} {with}");
+    }
+
+    /// Of a step of the wheel speed a half is left behind the filters: one by more than 0.8 m/s and half the speed before
+    /// is none of a wheel that is right, to either side. While a gyro reads more than any track has, it is in doubt
+    /// itself.
+    #[test]
+    fn a_step_of_the_wheels_is_wrong_from_a_size_on() {
+        for before in [0.0, 1.0, -1.0, 3.0] as [Real; 4] {
+            let least = 0.8 + 0.5 * before.abs();
+            for (share, right) in [(0.8, true), (1.3, false)] {
+                for sign in [1.0, -1.0] {
+                    for rate in [0.0, 0.5] {
+                        let mut consistency = KinematicConsistency::default();
+                        let mut theta = 0.0;
+                        for k in 0..1_060 {
+                            let step = if k < 1_000 { 0.0 } else { sign * share * least };
+                            let w = if k < 900 { 0.0 } else { rate };
+                            theta += 0.01 * w;
+                            let f = [GRAVITY * theta, 0.0];
+                            consistency.observe(f, before + step, Some(w), 0.01);
+                        }
+                        let found = consistency.acceleration_consistent();
+                        let expected = right || rate > 0.0;
+                        assert_eq!(found, expected, "{before} {share} {sign} {rate}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// On hills at steady speed for ten minutes, and then an instrument is exchanged: left for forward, or a gyro of the
+    /// other sign. What was right for so long does not hide it: it is found in a minute, and put right again in another.
+    #[test]
+    fn a_fault_after_a_long_time_is_found_as_soon_as_one_at_the_start() {
+        for (axes, sign) in [([0.0, 1.0], 1.0), ([1.0, 0.0], -1.0)] {
+            let mut consistency = KinematicConsistency::default();
+            for k in 0..72_000 {
+                let t = 0.01 * Real::from(k as f32);
+                let wrong = (600.0..660.0).contains(&t);
+                let (axes, sign) = if wrong {
+                    (axes, sign)
+                } else {
+                    ([1.0, 0.0], 1.0)
+                };
+                let (theta, rate) = (0.1 * (0.5 * t).sin(), 0.05 * (0.5 * t).cos());
+                let f = axes.map(|share| share * GRAVITY * theta);
+                consistency.observe(f, 0.9, Some(sign * rate), 0.01);
+                if [59_999, 65_999, 71_999].contains(&k) {
+                    let swapped = axes == [0.0, 1.0];
+                    assert_eq!(consistency.axes_swapped(), swapped, "{t}");
+                    assert_eq!(consistency.slope_consistent(), !wrong, "{t}");
+                }
+            }
+        }
+    }
 }

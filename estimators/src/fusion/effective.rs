@@ -212,3 +212,109 @@ impl EffectiveGrade {
 }
 
 state!(EffectiveGrade { correction, age_s, way_m, sine, variance, looked, blind_m; });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::api::mass_layout::MassLayout;
+    use crate::fusion::swing_balance::block::{BlockBuilder, BlockInput};
+    use crate::testing::vehicles::vehicle;
+
+    const DT: Real = 0.01;
+    const SINE: Real = 0.02;
+    const BEND_PER_M: Real = 0.05;
+
+    /// A block of half a second from the speed `from_mps` on, with this acceleration and traction.
+    fn block(rail: &RailMemory, from_mps: Real, a: Real, traction_n: Real, sound: bool) -> Block {
+        let mut builder = BlockBuilder::default();
+        let take = |k: u16| {
+            let z = BlockInput {
+                speed_mps: from_mps + a * DT * Real::from(k),
+                acceleration_mps2: a,
+                traction: Some([traction_n, 100.0]),
+                sound,
+                ..BlockInput::default()
+            };
+            builder.take(&z, 10_000.0, rail, DT)
+        };
+        (0..60).find_map(take).unwrap()
+    }
+
+    /// A train of 12 m with its IMU in the middle, weighed on a slope in a bend, which has been read up to the IMU.
+    fn weighed() -> (RailMemory, SwingMass, Nominal) {
+        let of = vehicle();
+        let mut layout = MassLayout::even(of.tare_kg, [-6.0, 6.0], [-6.0, 6.0]);
+        layout.load_share_of_resistance = 0.6;
+        let train = TrainOnRail::new(&layout, true);
+        let nominal = Nominal::new(&of, &layout, None, 0.01);
+        let (params, supervision) = (Default::default(), Default::default());
+        let mut mass = SwingMass::new(nominal, train, params, supervision, of.drives);
+        let mut rail = RailMemory::new(12.0);
+        for k in 0..4_000 {
+            let a: Real = 0.2 * (0.02 * Real::from(k as f32)).sin();
+            let z = BlockInput {
+                speed_mps: 1.0 - 0.1 * (0.02 * Real::from(k as f32)).cos(),
+                acceleration_mps2: a,
+                traction: Some([15_000.0 * (9.81 * (SINE + 0.021) + 1.1 * a), 100.0]),
+                bend_per_m: BEND_PER_M,
+                sound: true,
+                ..BlockInput::default()
+            };
+            rail.step(z.speed_mps * DT, Some([SINE, BEND_PER_M]));
+            let mass_kg = mass.mass_kg();
+            mass.step(&z, mass_kg, &rail, DT);
+        }
+        assert!(mass.has_weighed());
+        (rail, mass, nominal)
+    }
+
+    /// Mechanics say what force takes the train up a grade that is another by 0.03 in the mean than the one read, to both
+    /// sides and while it gathers speed: the correction comes to that, weighed by how uncertain the rail ahead is
+    /// against the balance. It is added to the mean over the train less the bias. After blocks of no use it fades.
+    #[test]
+    fn the_force_tells_the_grade_of_rail_that_is_not_read() {
+        let (rail, mass, nominal) = weighed();
+        let (x, M, carried) = (mass.found().x, mass.mass_kg(), mass.carried());
+        let means = mass.train().at(&rail, rail.here());
+        let square = |value: Real| value * value;
+        for (from_mps, a, other) in [
+            (1.0, 0.0, 0.03),
+            (-1.0, 0.0, 0.03),
+            (0.5, 0.3, -0.03),
+            (-2.0, 0.1, 0.01),
+        ] {
+            let at_rest = block(&rail, from_mps, a, 0.0, true);
+            let (v, a) = (Real::from(at_rest.speed_mps), at_rest.mean_acceleration());
+            let against = 0.6 * nominal.mu * GRAVITY * M * means.load_cos
+                + x[R0] * (1.0 - 0.6 * (1.0 - means.load_cos))
+                + x[CV] * v.abs()
+                + x[QC] * BEND_PER_M;
+            let weight = GRAVITY * (means.tare_deep_kg + x[MASS] * means.load_deep + M * other);
+            let traction = (nominal.rotating_kg + M) * a + v.signum() * against - M * x[B] + weight;
+            let now = block(&rail, from_mps, a, traction, true);
+            let mut effective = EffectiveGrade::default();
+            (0..40).for_each(|_| effective.correct(&now, &mass, &nominal, &rail));
+            // 0.02 rad for each metre ahead on a rail of one gradient, against 0.001 rad and twice the acceleration over g
+            let ahead_m = means.ahead_kgm / M;
+            let unread = square(0.02 * ahead_m) + carried.behind_variance(&means);
+            let force = square(0.001) + square(2.0 * a / GRAVITY);
+            let eta = carried.eta_rad * carried.behind(&means);
+            let expected = unread / (unread + force) * (other - eta);
+            let found = effective.correction;
+            assert!(
+                (found - expected).abs() < 2e-4,
+                "{from_mps} {a}: {found} {expected}"
+            );
+            let unit = UnitGrade {
+                bias_mps2: 0.1,
+                ..UnitGrade::default()
+            };
+            effective.step(&unit, mass.train(), &carried, &rail, DT);
+            let sine = SINE - 0.1 / GRAVITY + found + eta;
+            assert!((effective.value(true).value.sin() - sine).abs() < 1e-4);
+            let useless = block(&rail, from_mps, a, traction, false);
+            effective.correct(&useless, &mass, &nominal, &rail);
+            assert!((effective.correction / found - LEFT).abs() < 1e-9);
+        }
+    }
+}

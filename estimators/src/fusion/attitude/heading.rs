@@ -78,19 +78,25 @@ mod tests {
         speed_mps: 1.0,
     };
 
-    /// 10 s at 0.5 rad/s are 5 rad, which is 5 − 2π; bias 1e-3 and scale 5e-3 rad add up, the walk is 1e-3 √10: the
-    /// standard deviation is between the root of their squares and their sum.
+    /// 10 s at 0.5 rad/s are 5 rad, which is 5 − 2π, to the right as to the left; bias 1e-3 and scale 5e-3 rad add up,
+    /// the walk is 1e-3 √10: the standard deviation is between the root of their squares and their sum.
     #[test]
     fn it_is_the_integral_of_the_rate_and_wraps() {
-        let mut heading = Heading::default();
-        (0..1000).for_each(|_| heading.step(&LEFT, 0.01));
-        assert!((heading.angle_rad() - (5.0 - 2.0 * PI)).abs() < 1e-9);
-        let (drift, walk): (Real, Real) = (6e-3, sqrt(1e-5));
-        let sd = heading.sd_rad();
-        assert!(
-            sd >= sqrt(drift * drift + walk * walk) && sd <= drift + walk,
-            "{sd}"
-        );
+        for sign in [1.0, -1.0] {
+            let mut heading = Heading::default();
+            let turn = HeadingInput {
+                rate_radps: Some(sign * 0.5),
+                ..LEFT
+            };
+            (0..1000).for_each(|_| heading.step(&turn, 0.01));
+            assert!((heading.angle_rad() - sign * (5.0 - 2.0 * PI)).abs() < 1e-9);
+            let (drift, walk): (Real, Real) = (6e-3, sqrt(1e-5));
+            let sd = heading.sd_rad();
+            assert!(
+                sd >= sqrt(drift * drift + walk * walk) && sd <= drift + walk,
+                "{sd}"
+            );
+        }
     }
 
     /// Without a gyro for 4 m a bend of 4 m radius may have been gone round: 1 rad.

@@ -271,4 +271,131 @@ mod tests {
         assert!((used(&before) - 0.1).abs() < 1e-2);
         assert!((used(&after) - 0.1).abs() < 1e-2);
     }
+
+    /// Bias of the gyro about z, rad/s: large, so that a wrong one shows.
+    const YAW_BIAS_RADPS: Real = 0.5;
+
+    /// What is in use of the IMU over a second of quiet samples and then another, made by `samples` from the number of
+    /// the step: specific force and rate.
+    fn last(
+        health: &mut ImuHealth,
+        seconds: Real,
+        samples: impl Fn(u32) -> ([Real; 3], [Real; 3]),
+        speed: Real,
+    ) -> SoundImu {
+        let mut last = SoundImu::default();
+        for k in 0..(seconds / 0.005) as u32 {
+            let (force, rate) = samples(k);
+            let z = Channels {
+                specific_force_mps2: Some(force),
+                angular_rate_radps: Some(rate),
+                new: [true; 2],
+                ..Channels::default()
+            };
+            last = health.step(&z, YAW_BIAS_RADPS, speed, true, 0.005);
+        }
+        last
+    }
+
+    fn noise(k: u32) -> Real {
+        1e-4 * Real::from(k % 7)
+    }
+
+    /// One of the two instruments that repeats itself is out of use and is called stuck, whichever it is; the other
+    /// one stays in use. Both that go on are in use.
+    #[test]
+    fn an_instrument_that_is_stuck_is_named_whichever_it_is() {
+        for (force_stuck, rate_stuck) in
+            [(true, false), (false, true), (true, true), (false, false)]
+        {
+            let mut health = ImuHealth::new(true, true);
+            let at = |k: u32, stuck: bool| if stuck { noise(3) } else { noise(k) };
+            let quiet = |k: u32| ([noise(k), 0.0, GRAVITY], [noise(k), 0.0, 0.0]);
+            last(&mut health, 1.0, quiet, 1.0);
+            let samples = |k: u32| {
+                (
+                    [at(k, force_stuck), 0.0, GRAVITY],
+                    [at(k, rate_stuck), 0.0, 0.0],
+                )
+            };
+            let imu = last(&mut health, 0.5, samples, 1.0);
+            assert_eq!(imu.stuck, force_stuck || rate_stuck);
+            assert_eq!(imu.force_mps2.is_some(), !force_stuck);
+            assert_eq!(imu.rate_radps.is_some(), !rate_stuck);
+        }
+    }
+
+    /// The length of the specific force is g, and in a bend √(g² + (v r)²) with the yaw rate r less the bias of the
+    /// gyro: by more than 0.35 m/s² off for longer than its lag, the accelerometer is out of use, and in use again half
+    /// a second after it is right. Without the gate it is always in use.
+    #[test]
+    fn an_accelerometer_that_does_not_read_g_is_out_of_use() {
+        let (speed, yaw_rate): (Real, Real) = (2.0, 1.5);
+        let along = |force: [Real; 3], yaw_rate: Real| {
+            move |k: u32| {
+                let [x, y, z] = force;
+                let rate = [noise(k), 0.0, yaw_rate + YAW_BIAS_RADPS];
+                ([x + noise(k), y, z], rate)
+            }
+        };
+        let bend = [0.0, speed * yaw_rate, GRAVITY];
+        for (force, rate, sound) in [
+            ([0.0, 0.0, GRAVITY], 0.0, true),
+            ([0.0, 0.0, GRAVITY + 0.3], 0.0, true),
+            ([0.0, 0.0, GRAVITY - 0.4], 0.0, false),
+            ([0.0, 0.0, GRAVITY + 0.4], 0.0, false),
+            ([3.0, 0.0, GRAVITY], 0.0, false),
+            (bend, 0.0, false),
+            (bend, yaw_rate, true),
+            ([0.0, 0.0, GRAVITY], yaw_rate, false),
+        ] {
+            for gated in [true, false] {
+                let mut health = ImuHealth::new(gated, true);
+                let imu = last(&mut health, 4.0, along(force, rate), speed);
+                assert_eq!(
+                    imu.force_mps2.is_some(),
+                    sound || !gated,
+                    "{force:?} {rate}"
+                );
+            }
+        }
+        // 0.5 m/s² more: beyond the gate after 0.4 ln(0.5/0.15) = 0.48 s, and 0.4 ln(0.5/0.35) + 0.5 = 0.64 s after it
+        // is right again, in use
+        let mut health = ImuHealth::new(true, true);
+        let (right, wrong) = (
+            along([0.0, 0.0, GRAVITY], 0.0),
+            along([0.0, 0.0, GRAVITY + 0.5], 0.0),
+        );
+        last(&mut health, 1.0, right, 0.0);
+        assert!(last(&mut health, 0.45, wrong, 0.0).force_mps2.is_some());
+        assert!(last(&mut health, 0.10, wrong, 0.0).force_mps2.is_none());
+        last(&mut health, 4.0, wrong, 0.0);
+        assert!(last(&mut health, 0.60, right, 0.0).force_mps2.is_none());
+        assert!(last(&mut health, 0.10, right, 0.0).force_mps2.is_some());
+    }
+
+    /// A coarse instrument that has repeated itself once in a hundred changes repeats itself again; one that has not
+    /// done so in a hundred, nor once in a hundred and one, is stuck from the third repetition on.
+    #[test]
+    fn an_instrument_that_repeats_itself_now_and_then_is_not_stuck() {
+        for (changes, repeats, stuck) in [
+            (99, 0, false),
+            (100, 0, true),
+            (100, 1, false),
+            (101, 1, true),
+            (200, 2, false),
+        ] {
+            let mut vector = StuckVector::default();
+            let at = |k: u32| [0.0, 0.0, Real::from(k)];
+            for k in 1..=changes {
+                assert!(!vector.take(at(k)));
+                if k <= repeats {
+                    vector.take(at(k));
+                }
+            }
+            let [first, second, third] = [0; 3].map(|_| vector.take(at(changes)));
+            assert!(!first && !second);
+            assert_eq!(third, stuck, "{changes} {repeats}");
+        }
+    }
 }

@@ -68,3 +68,115 @@ pub fn first_belief(
     }
     Some(belief)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::attitude::{GYRO_Y, SCALE, V};
+
+    const BIAS_SD: [Real; 2] = [0.05, 0.002];
+    const STANDING_MPS: Real = 0.02;
+
+    /// The belief by a first step of 10 ms on this pitch and roll, rad, with these wheel speeds, m/s.
+    fn belief([pitch, roll]: [Real; 2], wheels_mps: &[Real], road: bool) -> Gaussian<N> {
+        let mut z = Channels {
+            specific_force_mps2: Some([
+                GRAVITY * pitch.sin(),
+                GRAVITY * roll.sin() * pitch.cos(),
+                GRAVITY * roll.cos() * pitch.cos(),
+            ]),
+            ..Channels::default()
+        };
+        for (place, v) in z.new_wheel_speed_mps.iter_mut().zip(wheels_mps) {
+            *place = Some(*v);
+        }
+        let params = AttitudeParams::default();
+        first_belief(&z, 0.01, &params, BIAS_SD, (STANDING_MPS, road)).unwrap()
+    }
+
+    #[test]
+    fn pitch_and_roll_are_those_that_the_specific_force_shows() {
+        for angles in [[0.0, 0.0], [0.3, -0.1], [-0.2, 0.2]] {
+            let x = belief(angles, &[0.0], false).x;
+            assert!((x[THETA] - angles[0]).abs() < 1e-9 && (x[PHI] - angles[1]).abs() < 1e-9);
+        }
+        // nothing is steeper than 0.6, nor leans by more than 0.3
+        for sign in [1.0, -1.0] {
+            let x = belief([sign * 1.2, 0.0], &[0.0], false).x;
+            assert!((x[THETA].sin() - sign * 0.6).abs() < 1e-9);
+            let x = belief([0.0, sign * 1.2], &[0.0], false).x;
+            assert!((x[PHI].sin() - sign * 0.3).abs() < 1e-9);
+        }
+    }
+
+    /// The reading v̇ + g sin θ + b is known but for its noise and v̇: pitch and bias are uncertain, and wholly
+    /// correlated. A vehicle that stands has a v̇ of 0.02 m/s², one that runs of 1 m/s², on a road of 2.5 m/s².
+    #[test]
+    fn what_the_accelerometer_reads_is_known_to_its_noise_and_the_acceleration() {
+        let params = AttitudeParams::default();
+        let noise = params.velocity_random_walk * params.velocity_random_walk / 0.01;
+        for (speed, road, v_dot) in [
+            (0.0, false, 0.02),
+            (0.019, true, 0.02),
+            (-0.5, false, 1.0),
+            (0.5, true, 2.5),
+        ] {
+            for pitch in [0.0, 0.4] {
+                let Gaussian { P, .. } = belief([pitch, 0.1], &[speed], road);
+                for (angle, bias) in [(THETA, BIAS_X), (PHI, BIAS_Y)] {
+                    let by_angle = GRAVITY * pitch.cos();
+                    let read = by_angle * by_angle * P[(angle, angle)]
+                        + 2.0 * by_angle * P[(angle, bias)]
+                        + P[(bias, bias)];
+                    let expected = v_dot * v_dot + noise;
+                    assert!((read / expected - 1.0).abs() < 1e-6, "{speed}: {read}");
+                    assert_eq!(P[(angle, bias)], P[(bias, angle)]);
+                }
+                let [bias, gyro] = BIAS_SD;
+                assert!((P[(BIAS_X, BIAS_X)] - bias * bias).abs() < 1e-12);
+                assert!((P[(GYRO_Y, GYRO_Y)] - gyro * gyro).abs() < 1e-12);
+            }
+        }
+    }
+
+    /// The speed is the mean of the wheels. Its standard deviation is that of two samples and of the scale, which n
+    /// wheels have 1/√n of; wheels further apart than seven standard deviations slip by what is beyond.
+    #[test]
+    fn the_speed_is_as_uncertain_as_its_wheels() {
+        let params = AttitudeParams::default();
+        let (noise, scale) = (params.wheel_speed_sd_mps, params.wheel_scale_sd);
+        for (wheels, expected) in [
+            (&[2.0][..], 2.0 * noise + 2.0 * scale),
+            (&[-2.0; 4], 2.0 * noise + 2.0 * scale / 2.0),
+            (
+                &[2.0, 2.0 + 6.9 * noise, 2.0, 2.0],
+                2.0 * noise + 2.0 * scale / 2.0,
+            ),
+            (
+                &[1.8, 2.2, 2.0, 2.0],
+                2.0 * noise + scale + 0.4 - 7.0 * noise,
+            ),
+        ] {
+            let Gaussian { x, P } = belief([0.0; 2], wheels, false);
+            let mean = wheels.iter().sum::<Real>() / wheels.len() as Real;
+            assert!((x[V] - mean).abs() < 1e-12);
+            let sd = P[(V, V)].sqrt();
+            assert!((sd / expected - 1.0).abs() < 0.01, "{wheels:?}: {sd}");
+            let of_scale = P[(SCALE, SCALE)].sqrt();
+            assert!((of_scale * (wheels.len() as Real).sqrt() / scale - 1.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn without_a_wheel_or_an_accelerometer_there_is_none() {
+        let params = AttitudeParams::default();
+        let begin = |z: &Channels| first_belief(z, 0.01, &params, BIAS_SD, (0.02, false)).is_some();
+        let mut z = Channels::default();
+        z.new_wheel_speed_mps[1] = Some(0.0);
+        assert!(!begin(&z));
+        z.specific_force_mps2 = Some([0.0, 0.0, GRAVITY]);
+        assert!(begin(&z));
+        z.new_wheel_speed_mps[1] = None;
+        assert!(!begin(&z));
+    }
+}

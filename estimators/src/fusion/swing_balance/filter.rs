@@ -427,3 +427,128 @@ impl State for SwingBalance {
         last_behind_m.visit(archive);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::api::mass_layout::MassLayout;
+    use crate::testing::vehicles::vehicle;
+
+    /// A filter of a train of 5 t with up to 22 t on chains, whose load is correlated with all else.
+    fn filter() -> SwingBalance {
+        let mut layout = MassLayout::even(5_000.0, [0.0, 12.0], [0.0, 12.0]);
+        layout.load.chain_m = 0.6;
+        let nominal = Nominal::new(&vehicle(), &layout, None, 0.01);
+        let mut filter = SwingBalance::new(nominal, &Default::default(), &Default::default());
+        for i in 0..N {
+            for j in 0..N {
+                let P = &filter.belief.P;
+                let sds = P[(i, i)].sqrt() * P[(j, j)].sqrt();
+                filter.belief.P[(i, j)] = if i == j { sds } else { 0.3 * sds };
+            }
+        }
+        filter
+    }
+
+    fn correlation(filter: &SwingBalance, i: usize) -> Real {
+        let P = &filter.belief.P;
+        P[(MASS, i)] / (P[(MASS, MASS)] * P[(i, i)]).sqrt()
+    }
+
+    #[test]
+    fn a_start_is_a_share_of_the_largest_load_and_depends_on_nothing() {
+        let mut filter = filter();
+        filter.start_from([0.25, 0.05]);
+        let [load, variance] = filter.load_share();
+        assert!((load - 0.25).abs() < 1e-12 && (variance - 0.0025).abs() < 1e-12);
+        assert!((filter.mass_kg() - (5_000.0 + 0.25 * 22_000.0)).abs() < 1e-6);
+        assert!((1..N).all(|i| correlation(&filter, i) == 0.0));
+    }
+
+    /// Widened, the load has that variance and its correlations; one that is wider already stays.
+    #[test]
+    fn widening_sets_the_variance_and_keeps_the_correlations() {
+        let of = filter();
+        let [load, variance] = of.load_share();
+        for (factor, expected) in [(4.0, 4.0), (1.5, 1.5), (0.5, 1.0)] {
+            let mut wider = of;
+            wider.widen(factor * variance);
+            let [same, found] = wider.load_share();
+            assert!(
+                (found / (expected * variance) - 1.0).abs() < 1e-9,
+                "{factor}"
+            );
+            assert_eq!(same, load);
+            assert!((1..N).all(|i| (correlation(&wider, i) - 0.3).abs() < 1e-9));
+        }
+    }
+
+    /// A mass that is recalled is a second measurement of it: precisions add up, and each mean has its share.
+    #[test]
+    fn a_mass_recalled_is_weighed_against_the_one_found() {
+        let mut filter = filter();
+        let (found, before) = (filter.mass_kg(), filter.belief.P[(MASS, MASS)]);
+        let (recalled, variance) = (found + 900.0, 0.5 * before);
+        filter.recall(recalled, variance);
+        let expected = (found / before + recalled / variance) / (1.0 / before + 1.0 / variance);
+        assert!((filter.mass_kg() / expected - 1.0).abs() < 1e-9);
+        let after = filter.belief.P[(MASS, MASS)];
+        assert!((after * (1.0 / before + 1.0 / variance) - 1.0).abs() < 1e-9);
+    }
+
+    /// Another load is as uncertain as the first, its swing is open, and the resistance is a hundredth of its first
+    /// variance less certain. Opened, the mass keeps its value; reset, it is that of the start.
+    #[test]
+    fn another_load_opens_mass_and_swing() {
+        let first = prior(&filter().model.nominal, &Default::default());
+        for reset in [false, true] {
+            let mut other = filter();
+            other.start_from([0.9, 0.01]);
+            other.belief.x[ANGLE] = 0.1;
+            other.inflation = 3.0;
+            let (kept, resistance) = (other.mass_kg(), other.belief.P[(R0, R0)]);
+            if reset {
+                other.reset_load();
+            } else {
+                other.open_load();
+            }
+            let expected = if reset { 5_000.0 + first.x[MASS] } else { kept };
+            assert_eq!(other.mass_kg(), expected);
+            let P = &other.belief.P;
+            assert_eq!(P[(MASS, MASS)], first.P[(MASS, MASS)]);
+            assert_eq!(other.belief.x[ANGLE], 0.0);
+            for (i, sd) in [(ANGLE, 0.06 as Real), (RATE, 0.25)] {
+                assert!((P[(i, i)].sqrt() / sd - 1.0).abs() < 1e-9);
+                assert!((0..N).all(|j| j == i || P[(i, j)] == 0.0));
+            }
+            let more = (P[(R0, R0)] - resistance) / first.P[(R0, R0)];
+            assert!((more - 0.01).abs() < 1e-9, "{more}");
+            assert_eq!(other.inflation, 1.0);
+        }
+    }
+
+    #[test]
+    fn another_place_opens_the_grade_behind_and_the_swing_and_keeps_the_load() {
+        let mut other = filter();
+        (other.belief.x[ETA], other.belief.x[RATE]) = (0.05, 0.2);
+        let load = other.load_share();
+        other.lose_place(0.3);
+        assert_eq!(other.load_share(), load);
+        for (i, sd) in [(ETA, 0.3 as Real), (ANGLE, 0.06), (RATE, 0.25)] {
+            assert_eq!(other.belief.x[i], 0.0);
+            assert!((other.belief.P[(i, i)].sqrt() / sd - 1.0).abs() < 1e-9);
+        }
+    }
+
+    /// The problem is not linear where a load swings on chains and the running resistance does not weigh it first.
+    #[test]
+    fn a_load_that_swings_and_rolls_lightly_is_not_linear() {
+        let mut filter = filter();
+        assert!(filter.is_nonlinear());
+        filter.model.nominal.mu_load = 0.06;
+        assert!(!filter.is_nonlinear());
+        filter.model.nominal.mu_load = 0.0;
+        filter.model.swings = false;
+        assert!(!filter.is_nonlinear());
+    }
+}

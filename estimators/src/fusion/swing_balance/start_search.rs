@@ -165,8 +165,25 @@ mod tests {
     fn an_outlier_counts_linearly() {
         let mut search = StartSearch::default();
         search.begin();
+        search.take(7.0);
         search.take(9.0);
         search.take(100.0);
-        assert!((search.square - (9.0 + 51.0)).abs() < 1e-4);
+        assert!((search.square - (7.0 + 9.0 + 51.0)).abs() < 1e-4);
+    }
+
+    /// Stopped, no pass is left; begun again, it is as new.
+    #[test]
+    fn a_search_that_is_stopped_has_no_pass_left() {
+        let mut search = StartSearch::default();
+        assert!(!search.is_active());
+        search.begin();
+        let new = search;
+        search.take(4.0);
+        search.close(0.5, 0.01);
+        assert!(search.is_active() && search.start() == LOADS[1]);
+        search.stop();
+        assert!(!search.is_active());
+        search.begin();
+        assert_eq!(search, new);
     }
 }

@@ -236,4 +236,137 @@ mod tests {
             assert_eq!(monitor.doubt(), expected);
         }
     }
+
+    /// Traction, N, and its variance of these torques of the first drives, at this speed.
+    fn traction(monitor: &mut TorqueMonitor, torques: &[Real], speed: Real) -> Option<[Real; 2]> {
+        let mut z = Channels::default();
+        for (place, torque) in z.motor_torque_nm.iter_mut().zip(torques) {
+            *place = Some(*torque);
+        }
+        monitor.traction(&z, speed, DT)
+    }
+
+    fn new(on: bool) -> TorqueMonitor {
+        TorqueMonitor::new(&vehicle(), &SwingBalanceParams::default(), on)
+    }
+
+    /// The power at the rims is that of the motors times the efficiency where they drive, and over it where they brake,
+    /// to both sides; at standstill it is half-way between. Each torque has its own noise.
+    #[test]
+    fn the_traction_is_that_of_the_power_of_the_motors() {
+        let (nm, of) = (50.0, vehicle());
+        let ratio = of.gear_ratio / of.wheel_radius_m;
+        let params = SwingBalanceParams::default();
+        let noise = sqrt((params.torque_noise * nm).powi(2) + params.torque_noise_nm.powi(2));
+        for (torque, speed, gain) in [
+            (nm, 1.0, of.efficiency),
+            (-nm, -1.0, of.efficiency),
+            (nm, -1.0, 1.0 / of.efficiency),
+            (-nm, 1.0, 1.0 / of.efficiency),
+            (nm, 0.0, 0.5 * (of.efficiency + 1.0 / of.efficiency)),
+            (
+                nm,
+                0.5 * BLEND_MPS,
+                0.75 * of.efficiency + 0.25 / of.efficiency,
+            ),
+        ] {
+            let [force, variance] = traction(&mut new(true), &[torque; 8], speed).unwrap();
+            let expected = 8.0 * torque * ratio * gain;
+            assert!((force / expected - 1.0).abs() < 1e-9, "{torque} {speed}");
+            let sd = (8.0 as Real).sqrt() * noise * ratio * gain;
+            assert!(
+                (variance.sqrt() / sd - 1.0).abs() < 1e-9,
+                "{torque} {speed}"
+            );
+        }
+    }
+
+    /// Half of the drives stand for all of them, with twice the noise of their sum; fewer tell nothing.
+    #[test]
+    fn half_of_the_drives_stand_for_all() {
+        let known = |count: usize| traction(&mut new(true), &[50.0; 8][..count], 1.0);
+        let [all, variance] = known(8).unwrap();
+        let [half, twice] = known(4).unwrap();
+        assert!((half / all - 1.0).abs() < 1e-9 && (twice / variance - 2.0).abs() < 1e-9);
+        assert_eq!((known(3), known(0)), (None, None));
+    }
+
+    /// A sensor that reads twice what seven others read is left out once it has shown; one that is not monitored, or
+    /// one of two that disagree, is not. One that differs by its noise stays in.
+    #[test]
+    fn a_torque_that_the_others_contradict_is_left_out() {
+        let force = |on: bool, first: Real, others: Real| {
+            let mut monitor = new(on);
+            let mut torques = [others; 8];
+            torques[0] = first;
+            let step = |_| traction(&mut monitor, &torques, 1.0).unwrap()[0];
+            (0..1_000).map(step).last().unwrap()
+        };
+        let right = force(true, 50.0, 50.0);
+        assert!((force(true, 100.0, 50.0) / right - 1.0).abs() < 1e-9);
+        assert!((force(true, -20.0, 50.0) / right - 1.0).abs() < 1e-9);
+        assert!((force(false, 100.0, 50.0) / right - 9.0 / 8.0).abs() < 1e-9);
+        // six standard deviations: 1 % noise, 0.5 % scale, 2 % shared unequally, 0.2 N·m
+        let share: Real = 0.01 * 0.01 + 0.005 * 0.005 + 0.02 * 0.02;
+        let limit = 6.0 * (share * 50.0 * 50.0 + 0.2 * 0.2).sqrt();
+        assert!((force(true, 50.0 + 0.99 * limit, 50.0) - right) > 0.0);
+        assert!((force(true, 50.0 + 1.01 * limit, 50.0) / right - 1.0).abs() < 1e-9);
+        let two = Vehicle::new(crate::api::signals::VehicleData {
+            drives: 2,
+            ..vehicle().data()
+        });
+        let mut pair = TorqueMonitor::new(&two.unwrap(), &SwingBalanceParams::default(), true);
+        let step = |_| traction(&mut pair, &[100.0, 50.0], 1.0).unwrap()[0];
+        let both = (0..1_000).map(step).last().unwrap();
+        assert!((both / right - 150.0 / 400.0).abs() < 1e-9);
+    }
+
+    /// Time that the torques may be late when motors follow a command, which changes all the time, with a lag, or when
+    /// their stamps differ from those of the force by `age_s`.
+    fn late_s(lag_s: Real, age_s: Real, on: bool) -> Real {
+        let (mut monitor, mut torque) = (new(on), 0.0);
+        for k in 0..12_000 {
+            let command = 40.0 * (1.5 * DT * k as Real).sin() + 20.0;
+            torque += DT / (lag_s + DT) * (command - torque);
+            let z = Channels {
+                motor_torque_nm: [Some(torque); MAX_DRIVES],
+                commanded_torque_nm: [command; MAX_DRIVES],
+                age_s: [0.1 + age_s, 0.1, 0.0],
+                ..Channels::default()
+            };
+            let _ = monitor.traction(&z, 1.0, DT);
+        }
+        monitor.lag_s()
+    }
+
+    /// A motor may have a lag of 0.1 s; what is beyond it is a delay of the torques. Behind the low-pass of 0.3 s a sine
+    /// of 1.5 rad/s is late by nearly as much.
+    #[test]
+    fn torques_that_are_late_are_told_by_the_command_or_by_their_stamps() {
+        assert_eq!(late_s(0.05, 0.0, true), 0.0);
+        let found = late_s(0.3, 0.0, true);
+        assert!((0.15..0.25).contains(&found), "{found}");
+        assert_eq!(late_s(0.3, 0.4, false), 0.0);
+        for age_s in [0.4, -0.09] {
+            let found = late_s(0.05, age_s, true);
+            assert!((found / age_s.abs() - 1.0).abs() < 0.01, "{found}");
+        }
+        // clocks that are set differently tell nothing
+        assert_eq!(late_s(0.05, 1.5, true), 0.0);
+        assert!(late_s(5.0, 0.0, true) <= 1.0);
+    }
+
+    #[test]
+    fn unmonitored_torques_are_never_doubted() {
+        let mut monitor = new(false);
+        let z = Channels {
+            motor_torque_nm: [Some(10.0); MAX_DRIVES],
+            commanded_torque_nm: [60.0; MAX_DRIVES],
+            ..Channels::default()
+        };
+        (0..1_000).for_each(|_| {
+            let _ = monitor.traction(&z, 1.0, DT);
+        });
+        assert!(!monitor.doubt());
+    }
 }
