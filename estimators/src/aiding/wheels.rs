@@ -16,8 +16,9 @@ use crate::models::attitude::{LinearPitchRate, N, SCALE, V};
 
 /// Share of the speed by which wheels may differ beyond their noise (creep, scale).
 pub const SPREAD: Real = 0.004;
-/// Standard deviations within which wheels agree.
+/// Standard deviations within which wheels agree, and wheels whose agreement tells more than that they slip alike.
 pub const AGREE_SD: Real = 7.0;
+const MIN_AGREED: usize = 3;
 /// Memory of the scale of one wheel against the mean of all, s, and the speed from which it is learnt, m/s.
 const SCALE_MEMORY_S: Real = 20.0;
 const SCALE_SPEED_MPS: Real = 0.2;
@@ -91,7 +92,7 @@ pub struct Ballot {
     pub range_mps: Real,
     /// Deviation from the prediction beyond which a wheel is rejected, m/s.
     pub limit_mps: Real,
-    /// True if several wheels, all there are, agree with each other beyond the gate and do not slip.
+    /// True if three wheels or more, all there are, agree with each other beyond the gate and do not slip.
     pub contradicts: bool,
 }
 
@@ -203,7 +204,7 @@ impl WheelGate {
             range_mps: if used > 0 { high - low } else { 0.0 },
             limit_mps: limit,
             contradicts: used == 0
-                && rejected > 1
+                && rejected >= MIN_AGREED
                 && slipping == 0
                 && most - least < AGREE_SD * self.sd_mps + SPREAD * most.abs(),
         }

@@ -21,8 +21,11 @@
 //! A gain b of 0 means that the forward axis, or the gyro's axis, is a wrong one. The left axis decides: its reading
 //! less the centripetal acceleration is regressed on v̇ + g Θ, and the gain must be 0.
 //!
-//! A gyro that reads no pitch rate at all excites nothing in this regression. So what it turns by is regressed on what
-//! the accelerometer sees of the slope, f − v̇, too: the gain must be 1.
+//! A gyro that reads no pitch rate at all excites nothing in this regression. So it is turned round, too:
+//!
+//! g Θ = c f − d v̇
+//!
+//! A gyro of a wrong sign, axis or unit makes both gains wrong; wheels make d wrong and the accelerometer c.
 //!
 //! Beside it a step of the wheel speed is compared with the specific force over the same 0.6 s: at steady speed the
 //! unit of the wheels shows in nothing else. What is beyond 0.8 m/s and half the speed before is no scale error; the
@@ -74,8 +77,8 @@ const CROSS_NOISE_MPS2: Real = 0.05;
 /// Standard deviations that the gain of the left axis must exceed.
 const CROSS_SIGNIFICANT: Real = 2.0;
 
-/// Share of the slope by the accelerometer that is noise where the gyro is regressed on it: a slip, or a nod, is shorter
-/// than a ramp and must not decide.
+/// Share of the regressors that is noise where the gyro is regressed on them: a slip, or a nod, is shorter than a ramp and
+/// must not decide.
 const TURN_NOISE: Real = 0.6;
 
 /// Memory of the step of the wheel speed, s, of which it leaves a half behind the low-pass; memory of the speed before,
@@ -155,8 +158,12 @@ pub struct KinematicConsistency {
     /// Gain of the left axis on the acceleration forward, its variance, and whether it has been found to be there.
     cross: [Real; 2],
     swapped: bool,
-    /// Gain of the slope by the gyro on that by the accelerometer, and its variance.
-    turn: [Real; 2],
+    /// True if a step of their speed has found the wheels wrong.
+    stepped: bool,
+    /// Gains c and d of what the gyro turns by.
+    turn: Gaussian<2>,
+    /// Mean square of the specific force beside the low-pass, m²/s⁴: a body that shakes.
+    shake: Real,
     since_s: Real,
     /// Change of the wheel speed that the accelerometer does not have, m/s.
     step_mps: Real,
@@ -182,7 +189,9 @@ impl Default for KinematicConsistency {
             wrong: [false; 2],
             cross: [0.0, GAIN_SD * GAIN_SD],
             swapped: false,
-            turn: [1.0, GAIN_SD * GAIN_SD],
+            stepped: false,
+            shake: 0.0,
+            turn: Gaussian::independent(vector![1.0, 1.0], vector![GAIN_SD, GAIN_SD]),
             since_s: 0.0,
             step_mps: 0.0,
             before_mps: 0.0,
@@ -209,7 +218,9 @@ impl KinematicConsistency {
         let first = [force_mps2, speed_mps, across_mps2];
         let [force, speed, across] = self.low.unwrap_or(first);
         let moved = shares.low * (speed_mps - speed);
-        let force = force + shares.low * (force_mps2 - force);
+        let beside = force_mps2 - force;
+        let force = force + shares.low * beside;
+        self.shake += shares.before * (beside * beside - self.shake);
         let across = across + shares.low * (across_mps2 - across);
         self.low = Some([force, speed + moved, across]);
         self.pitch_rate += shares.low * (rate - self.pitch_rate);
@@ -247,7 +258,7 @@ impl KinematicConsistency {
         self.regress(f, vector![a, slope], unseen);
         self.regress_across(cross, unseen);
         if pitch_rate_radps.is_some() {
-            self.regress_turn(slope, f - a);
+            self.regress_turn(slope, vector![f, -a]);
         }
     }
 
@@ -261,27 +272,26 @@ impl KinematicConsistency {
     /// The wheels are wrong until their gain has been found right again.
     fn disown_wheels(&mut self) {
         let [wheels, _] = &mut self.wrong;
-        *wheels = true;
+        (*wheels, self.stepped) = (true, true);
         self.step_mps = 0.0;
-        self.gains.x.x = 0.0;
-        self.gains.P.m12 = 0.0;
-        self.gains.P.m21 = 0.0;
-        self.gains.P.m11 = GAIN_SD * GAIN_SD;
+        self.gains.set_independent(0, 0.0, GAIN_SD * GAIN_SD);
     }
 
-    fn regress_turn(&mut self, turned: Real, seen: Real) {
-        let [gain, variance] = self.turn;
-        let size = seen * seen;
-        if size < NOISE_MPS2 * NOISE_MPS2 {
-            return;
+    /// The gyro is left out: a step of the wheels that rests on it is none.
+    pub fn leave_gyro_out(&mut self) {
+        if self.stepped {
+            let [wheels, _] = &mut self.wrong;
+            (*wheels, self.stepped) = (false, false);
+            self.gains.set_independent(0, 1.0, GAIN_SD * GAIN_SD);
         }
+    }
+
+    fn regress_turn(&mut self, turned: Real, h: Vector2<Real>) {
+        let size = h.dot(&h);
         let r = NOISE_MPS2 * NOISE_MPS2 + TURN_NOISE * TURN_NOISE * size;
-        let variance = (variance / FORGETTING).min(GAIN_SD * GAIN_SD);
-        let k = variance * seen / (size * variance + r);
-        self.turn = [
-            gain + k * (turned - seen * gain),
-            variance * (1.0 - k * seen),
-        ];
+        if size > NOISE_MPS2 * NOISE_MPS2 + self.shake {
+            learn(&mut self.turn, turned, &h, r);
+        }
     }
 
     fn regress_across(&mut self, [y, h]: [Real; 2], unseen: Real) {
@@ -311,15 +321,7 @@ impl KinematicConsistency {
         if size < r {
             return;
         }
-        // Forgets along the regressor alone (Kulhavý 1987 in its simplest form): what is not excited is kept.
-        let along =
-            Matrix2::identity() + (h * h.transpose() / size) * (1.0 / sqrt(FORGETTING) - 1.0);
-        let mut gains = self.gains;
-        gains.P = along * gains.P * along;
-        gains.symmetrise();
-        gains.limit_variance(&Vector2::repeat(GAIN_SD * GAIN_SD));
-        if gains.correct_scalar(f - h.dot(&gains.x), &h, r).is_some() && gains.is_finite() {
-            self.gains = gains;
+        if learn(&mut self.gains, f, &h, r) {
             let variances = self.gains.P.diagonal();
             let found = self.gains.x.iter().zip(variances.iter());
             for (wrong, (gain, variance)) in self.wrong.iter_mut().zip(found) {
@@ -330,6 +332,8 @@ impl KinematicConsistency {
                     *wrong = false;
                 }
             }
+            let [wheels, _] = self.wrong;
+            self.stepped &= wheels;
         }
     }
 
@@ -345,10 +349,14 @@ impl KinematicConsistency {
         self.swapped
     }
 
-    /// Returns true if the gyro turns otherwise than the slope by the accelerometer.
+    /// Returns true if the gyro turns otherwise than the slope by accelerometer and wheels, and neither of these is what
+    /// is wrong.
     pub fn turns_otherwise(&self) -> bool {
-        let [gain, variance] = self.turn;
-        (gain - 1.0).abs() > TOLERANCE + SIGNIFICANT * sqrt(variance)
+        let error = self.turn.x.map(|gain| (gain - 1.0).abs());
+        let sd = self.turn.P.diagonal().map(sqrt);
+        let [wheels, _] = self.wrong;
+        let others = wheels && !self.stepped;
+        error.x > TOLERANCE + SIGNIFICANT * sd.x && error.y + sd.y > TOLERANCE && !others
     }
 
     /// Returns true if gyro and accelerometer agree on changes of slope.
@@ -358,7 +366,23 @@ impl KinematicConsistency {
     }
 }
 
-state!(KinematicConsistency { low, force, acceleration, across, cross_slow, pitch_rate, pitch, pitch_leaked, gains, wrong, cross, swapped, turn, since_s, step_mps, before_mps, heard_s; shares });
+/// Corrects gains by the sample y = h·gains of the variance `r`; returns false if the numbers do not allow it.
+fn learn(gains: &mut Gaussian<2>, y: Real, h: &Vector2<Real>, r: Real) -> bool {
+    // Forgets along the regressor alone (Kulhavý 1987 in its simplest form): what is not excited is kept.
+    let along =
+        Matrix2::identity() + (h * h.transpose() / h.dot(h)) * (1.0 / sqrt(FORGETTING) - 1.0);
+    let mut next = *gains;
+    next.P = along * next.P * along;
+    next.symmetrise();
+    next.limit_variance(&Vector2::repeat(GAIN_SD * GAIN_SD));
+    let learnt = next.correct_scalar(y - h.dot(&next.x), h, r).is_some() && next.is_finite();
+    if learnt {
+        *gains = next;
+    }
+    learnt
+}
+
+state!(KinematicConsistency { low, force, acceleration, across, cross_slow, pitch_rate, pitch, pitch_leaked, gains, wrong, cross, swapped, stepped, turn, shake, since_s, step_mps, before_mps, heard_s; shares });
 
 #[cfg(test)]
 mod tests {

@@ -47,11 +47,14 @@ impl Plausibility {
     /// One step of `dt` seconds, with the rate of the grade, rad/s; whether the instruments are plausible.
     pub fn step(&mut self, reading: &Reading, grade_rate: Option<Real>, dt: Real) -> bool {
         self.observe(reading, grade_rate, dt);
-        let wrong = !self.gyro.plausible() || self.kinematics.turns_otherwise();
-        if wrong && !self.gyro_wrong {
+        if !self.gyro_wrong && !self.gyro.plausible() {
             self.gyro_wrong = true;
-            // what has been found of the wheels rests on that gyro
+            // nothing that such rates have been compared with counts
             self.kinematics = KinematicConsistency::default();
+        } else if !self.gyro_wrong && self.gravity.plausible() && self.kinematics.turns_otherwise()
+        {
+            self.gyro_wrong = true;
+            self.kinematics.leave_gyro_out();
         }
         self.plausible()
     }

@@ -99,6 +99,7 @@ mod tests {
         speed_mps: 2.0,
         range_mps: 0.0,
         limit_mps: 1.0,
+        contradicts: false,
     };
 
     /// The variance that `monitor` adds over these seconds of innovations of `y` with the variance 1e-4.

@@ -63,8 +63,6 @@ pub struct SpikeGate {
     last: Option<[Real; 3]>,
     pending: Option<[Real; 3]>,
     jump: Real,
-    /// Jump of the last sample that nothing but a shock confirms, rad/s; else 0.
-    unconfirmed: Real,
 }
 
 /// Largest difference of two vectors on an axis.
@@ -87,13 +85,8 @@ impl SpikeGate {
         let confirmed = pending.filter(|before| shaken || apart(sample, *before) <= limit);
         if jump > limit && !shaken && confirmed.is_none() {
             self.pending = Some(sample);
-            self.unconfirmed = 0.0;
             return last;
         }
-        self.unconfirmed = match jump > limit && confirmed.is_none() {
-            true => jump,
-            false => 0.0,
-        };
         if !shaken {
             self.jump += (jump - self.jump) / JUMP_MEMORY;
         }
@@ -115,8 +108,6 @@ pub struct SoundImu {
     pub stuck: bool,
     /// True if the accelerometer jumps: an outlier, or a rail joint.
     pub shock: bool,
-    /// Jump of the rate that is used because of a shock alone, rad/s; else 0.
-    pub unconfirmed_radps: Real,
 }
 
 /// Health of accelerometer and gyro: freshness by the front end, stuck detectors, and the length of the specific force.
@@ -167,11 +158,7 @@ impl ImuHealth {
         if let Some(raw) = z.angular_rate_radps.filter(|_| gyro) {
             let despiked = match (self.spike_gate, new_rate) {
                 (false, _) => raw,
-                (true, true) => {
-                    let used = self.spikes.take(raw, self.ring_s > 0.0);
-                    imu.unconfirmed_radps = self.spikes.unconfirmed;
-                    used
-                }
+                (true, true) => self.spikes.take(raw, self.ring_s > 0.0),
                 (true, false) => self.spikes.last.unwrap_or(raw),
             };
             let stuck = match new_rate {
@@ -222,7 +209,7 @@ impl ImuHealth {
 }
 
 state!(StuckVector { last, run, changes, repeats; });
-state!(SpikeGate { last, pending, jump, unconfirmed; });
+state!(SpikeGate { last, pending, jump; });
 state!(ImuHealth { spikes, last_force, force, rate, norm_error_mps2, out_s, ring_s; gate, spike_gate });
 
 #[cfg(test)]

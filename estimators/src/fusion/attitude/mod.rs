@@ -326,8 +326,6 @@ impl AttitudeFilter {
         }
         let [_, _, yaw_rate] = rates.body_radps.unwrap_or_default();
         self.belief.P[(THETA, THETA)] += self.turn_walk * yaw_rate * yaw_rate * dt;
-        let spiked = imu.unconfirmed_radps * dt;
-        self.belief.P[(THETA, THETA)] += spiked * spiked;
         self.calibration
             .doubt(&mut self.belief, rates.theta_dot * dt, yaw_rate, dt);
         rates

@@ -125,7 +125,7 @@ impl TorqueMonitor {
     }
 
     /// Time that the torques may be late against the rest, s: by their stamps, or by how far they are behind the
-    /// command where that is beyond what a motor is.
+    /// command beyond what a motor is.
     pub fn lag_s(&self) -> Real {
         if !self.on {
             return 0.0;
@@ -133,9 +133,7 @@ impl TorqueMonitor {
         let [product, square] = self.behind.map(Real::from);
         let constant = self.noise[1];
         let floor = constant * constant;
-        // Beyond what a motor is behind, all of it may be lateness.
-        let behind_s = product / (square + floor);
-        let by_command = behind_s.min(2.0 * (behind_s - MOTOR_LAG_S));
+        let by_command = product / (square + floor) - MOTOR_LAG_S;
         // Clocks that are further apart are set differently.
         let age_s = self.age_s.abs();
         let by_stamp = if age_s <= MAX_LAG_S { age_s } else { 0.0 };
