@@ -81,6 +81,10 @@ const CROSS_SIGNIFICANT: Real = 2.0;
 /// must not decide.
 const TURN_NOISE: Real = 0.6;
 
+/// Sharpest curvature of a rail, rad/m: a slope that changes faster is that of an accelerometer or of wheels that jump, and
+/// the gyro is not compared with it until that has died out.
+const MAX_TURN_RADPM: Real = 0.2;
+
 /// Memory of the step of the wheel speed, s, of which it leaves a half behind the low-pass; memory of the speed before,
 /// s; and the smallest step that is wrong: in m/s, and as a share of the speed before.
 const STEP_MEMORY_S: Real = 0.6;
@@ -162,6 +166,9 @@ pub struct KinematicConsistency {
     stepped: bool,
     /// Gains c and d of what the gyro turns by.
     turn: Gaussian<2>,
+    /// Slope by accelerometer and wheels of the last sample, m/s², and time left in which the gyro is not compared, s.
+    seen: Real,
+    jumped_s: Real,
     /// Mean square of the specific force beside the low-pass, m²/s⁴: a body that shakes.
     shake: Real,
     since_s: Real,
@@ -185,13 +192,15 @@ impl Default for KinematicConsistency {
             pitch_rate: 0.0,
             pitch: 0.0,
             pitch_leaked: 0.0,
-            gains: Gaussian::independent(vector![1.0, 1.0], vector![GAIN_SD, GAIN_SD]),
+            gains: right_gains(),
             wrong: [false; 2],
             cross: [0.0, GAIN_SD * GAIN_SD],
             swapped: false,
             stepped: false,
+            seen: 0.0,
+            jumped_s: 0.0,
             shake: 0.0,
-            turn: Gaussian::independent(vector![1.0, 1.0], vector![GAIN_SD, GAIN_SD]),
+            turn: right_gains(),
             since_s: 0.0,
             step_mps: 0.0,
             before_mps: 0.0,
@@ -258,7 +267,7 @@ impl KinematicConsistency {
         self.regress(f, vector![a, slope], unseen);
         self.regress_across(cross, unseen);
         if pitch_rate_radps.is_some() {
-            self.regress_turn(slope, vector![f, -a]);
+            self.regress_turn(slope, vector![f, -a], speed_mps);
         }
     }
 
@@ -286,10 +295,21 @@ impl KinematicConsistency {
         }
     }
 
-    fn regress_turn(&mut self, turned: Real, h: Vector2<Real>) {
-        let size = h.dot(&h);
-        let r = NOISE_MPS2 * NOISE_MPS2 + TURN_NOISE * TURN_NOISE * size;
-        if size > NOISE_MPS2 * NOISE_MPS2 + self.shake {
+    /// The accelerometer is wrong: the gyro is not compared with it until what it has read has died out.
+    pub fn doubt_slope(&mut self) {
+        (self.turn, self.jumped_s) = (right_gains(), LEAK_S);
+    }
+
+    fn regress_turn(&mut self, turned: Real, h: Vector2<Real>, speed_mps: Real) {
+        let (seen, size) = (h.sum(), h.dot(&h));
+        let most = MAX_TURN_RADPM * GRAVITY * speed_mps.abs() / RATE_HZ + NOISE_MPS2;
+        let jumps = (seen - self.seen).abs() > most;
+        self.jumped_s = (self.jumped_s - 1.0 / RATE_HZ).max(0.0);
+        self.seen = seen;
+        if jumps {
+            self.doubt_slope();
+        } else if self.jumped_s == 0.0 && size > NOISE_MPS2 * NOISE_MPS2 + self.shake {
+            let r = NOISE_MPS2 * NOISE_MPS2 + TURN_NOISE * TURN_NOISE * size;
             learn(&mut self.turn, turned, &h, r);
         }
     }
@@ -366,6 +386,11 @@ impl KinematicConsistency {
     }
 }
 
+/// Gains of instruments that are right, before any sample.
+fn right_gains() -> Gaussian<2> {
+    Gaussian::independent(vector![1.0, 1.0], vector![GAIN_SD, GAIN_SD])
+}
+
 /// Corrects gains by the sample y = h·gains of the variance `r`; returns false if the numbers do not allow it.
 fn learn(gains: &mut Gaussian<2>, y: Real, h: &Vector2<Real>, r: Real) -> bool {
     // Forgets along the regressor alone (Kulhavý 1987 in its simplest form): what is not excited is kept.
@@ -382,7 +407,7 @@ fn learn(gains: &mut Gaussian<2>, y: Real, h: &Vector2<Real>, r: Real) -> bool {
     learnt
 }
 
-state!(KinematicConsistency { low, force, acceleration, across, cross_slow, pitch_rate, pitch, pitch_leaked, gains, wrong, cross, swapped, stepped, turn, shake, since_s, step_mps, before_mps, heard_s; shares });
+state!(KinematicConsistency { low, force, acceleration, across, cross_slow, pitch_rate, pitch, pitch_leaked, gains, wrong, cross, swapped, stepped, turn, seen, jumped_s, shake, since_s, step_mps, before_mps, heard_s; shares });
 
 #[cfg(test)]
 mod tests {

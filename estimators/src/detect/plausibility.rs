@@ -51,8 +51,9 @@ impl Plausibility {
             self.gyro_wrong = true;
             // nothing that such rates have been compared with counts
             self.kinematics = KinematicConsistency::default();
-        } else if !self.gyro_wrong && self.gravity.plausible() && self.kinematics.turns_otherwise()
-        {
+        } else if !self.axes_are_right() {
+            self.kinematics.doubt_slope();
+        } else if !self.gyro_wrong && self.kinematics.turns_otherwise() {
             self.gyro_wrong = true;
             self.kinematics.leave_gyro_out();
         }
@@ -86,6 +87,11 @@ impl Plausibility {
         }
     }
 
+    /// Returns true if nothing speaks against the accelerometer alone.
+    fn axes_are_right(&self) -> bool {
+        self.gravity.plausible() && !self.kinematics.axes_swapped()
+    }
+
     /// Returns true if the wheels, and the instruments used beside them, are plausible. Wheels and accelerometer are
     /// compared with each other. The comparison does not show which of the two is wrong, so an estimate without the
     /// accelerometer is marked too.
@@ -94,8 +100,7 @@ impl Plausibility {
             return true;
         }
         let wheels = self.kinematics.acceleration_consistent();
-        let axes = self.gravity.plausible() && !self.kinematics.axes_swapped();
-        let accelerometer = !self.uses.accelerometer || axes;
+        let accelerometer = !self.uses.accelerometer || self.axes_are_right();
         let gyro = !self.uses.gyro || (self.gyro.plausible() && self.kinematics.slope_consistent());
         wheels && accelerometer && gyro
     }

@@ -83,7 +83,9 @@ const PAUSE_S: Real = 2.0;
 /// makes, rad/√s.
 const OPENING_S: Real = 3.0;
 const OPENING_RAD: Real = 0.06;
-/// Time for which wheels that agree may contradict the speed of the filter and do not slip, s: then the filter is wrong.
+/// Time after a start in motion in which the filter is wrong if wheels that agree and do not slip contradict its speed, and
+/// for how long they must, s. Later it has shown that it is right.
+const YOUNG_S: Real = 20.0;
 const CONTRADICTED_S: Real = 1.0;
 /// Time without a gyro after which there is none, s.
 const NO_GYRO_S: Real = 5.0;
@@ -148,7 +150,8 @@ pub struct AttitudeFilter {
     /// Time without a sample of accelerometer and wheels, and without one of the gyro, s.
     silent_s: Real,
     gyro_out_s: Real,
-    /// Time for which all wheels have contradicted the speed alike, s.
+    /// Time left in which wheels may contradict a start in motion, and for which all have done so alike, s.
+    young_s: Real,
     contradicted_s: Real,
     /// Time for which the pitch stays open after a start in motion, s.
     opening_s: Real,
@@ -207,6 +210,7 @@ impl AttitudeFilter {
             coast_s: 0.0,
             silent_s: 0.0,
             gyro_out_s: NO_GYRO_S,
+            young_s: 0.0,
             contradicted_s: 0.0,
             opening_s: 0.0,
             ahead: WheelsAhead::default(),
@@ -299,7 +303,10 @@ impl AttitudeFilter {
         )?;
         (self.started, self.starts) = (true, true);
         let moves = self.belief.x[V].abs() > self.standing_mps;
-        self.opening_s = if moves { OPENING_S } else { 0.0 };
+        [self.opening_s, self.young_s] = match moves {
+            true => [OPENING_S, YOUNG_S],
+            false => [0.0; 2],
+        };
         Some(())
     }
 
@@ -371,7 +378,8 @@ impl AttitudeFilter {
         } else {
             self.coast(dt);
         }
-        self.contradicted_s = match ballot.contradicts {
+        self.young_s = (self.young_s - dt).max(0.0);
+        self.contradicted_s = match ballot.contradicts && self.young_s > 0.0 {
             true => self.contradicted_s + dt,
             false if ballot.used > 0 => 0.0,
             false => self.contradicted_s,
@@ -464,8 +472,8 @@ impl AttitudeFilter {
         }
     }
 
-    /// Keeps the state within what a vehicle can do. Without a finite state or a covariance, or while all wheels contradict
-    /// the speed, it starts anew.
+    /// Keeps the state within what a vehicle can do. Without a finite state or a covariance, or when all wheels contradict
+    /// a start in motion, it starts anew.
     fn limit(&mut self, z: &Channels, dt: Real) -> Option<()> {
         let x = &mut self.belief.x;
         let limits = [
@@ -642,6 +650,7 @@ impl State for AttitudeFilter {
             coast_s,
             silent_s,
             gyro_out_s,
+            young_s,
             contradicted_s,
             opening_s,
             ahead,
@@ -667,6 +676,7 @@ impl State for AttitudeFilter {
         coast_s.visit(archive);
         silent_s.visit(archive);
         gyro_out_s.visit(archive);
+        young_s.visit(archive);
         contradicted_s.visit(archive);
         opening_s.visit(archive);
         ahead.visit(archive);
