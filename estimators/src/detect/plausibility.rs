@@ -15,6 +15,8 @@ pub struct Instruments {
     pub accelerometer: bool,
     /// Pitch gyro; yaw rates only widen or weigh and count as no use.
     pub gyro: bool,
+    /// Pitch gyro that is left out once it has been found to be wrong.
+    pub spare_gyro: bool,
 }
 
 /// The plausibility checks of one estimator.
@@ -47,17 +49,23 @@ impl Plausibility {
     /// One step of `dt` seconds, with the rate of the grade, rad/s; whether the instruments are plausible.
     pub fn step(&mut self, reading: &Reading, grade_rate: Option<Real>, dt: Real) -> bool {
         self.observe(reading, grade_rate, dt);
-        if !self.gyro_wrong && !self.gyro.plausible() {
+        if self.uses.spare_gyro && !self.gyro_wrong {
+            self.judge_gyro();
+        }
+        self.plausible()
+    }
+
+    fn judge_gyro(&mut self) {
+        if !self.gyro.plausible() {
             self.gyro_wrong = true;
             // nothing that such rates have been compared with counts
             self.kinematics = KinematicConsistency::default();
         } else if !self.axes_are_right() {
             self.kinematics.doubt_slope();
-        } else if !self.gyro_wrong && self.kinematics.turns_otherwise() {
+        } else if self.kinematics.turns_otherwise() {
             self.gyro_wrong = true;
             self.kinematics.leave_gyro_out();
         }
-        self.plausible()
     }
 
     /// Returns true until the gyro has turned faster than a vehicle can, or otherwise than the slope by the accelerometer:
@@ -119,6 +127,7 @@ mod tests {
             Instruments {
                 accelerometer,
                 gyro,
+                spare_gyro: false,
             },
             0.05,
         );
@@ -128,6 +137,7 @@ mod tests {
             Instruments {
                 accelerometer,
                 gyro,
+                spare_gyro: false,
             },
             0.05,
         );

@@ -41,7 +41,6 @@ pub struct AttitudePipeline {
     mass: Value,
     standstill_mps: Real,
     point: bool,
-    road: bool,
     plausibility: Plausibility,
     validity: Validity,
     filter: AttitudeFilter,
@@ -55,13 +54,13 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> AttitudePipeline {
         mass: no_mass(vehicle),
         standstill_mps: vehicle.standstill_mps(None),
         point: vehicle.is_point(),
-        road: vehicle.road.is_some(),
         plausibility: Plausibility::new(
             params.integrity.plausibility,
             Instruments {
                 accelerometer: true,
                 // As in rail_fusion.
                 gyro: vehicle.road.is_some(),
+                spare_gyro: vehicle.road.is_none(),
             },
             vehicle.standstill_mps(None),
         ),
@@ -98,8 +97,7 @@ impl Pipeline for AttitudePipeline {
         let pitch_rate = reading.pitch_rate_radps.filter(|_| self.filter.uses_gyro());
         let plausible = self.plausibility.step(reading, pitch_rate, dt);
         self.validity.observe(plausible, dt);
-        // On a rail the slope can be found without a gyro.
-        if !(self.road || self.plausibility.gyro_is_sound()) {
+        if !self.plausibility.gyro_is_sound() {
             self.filter.leave_gyro_out();
         }
         let found = self.filter.step(&reading.channels, dt);
@@ -192,4 +190,4 @@ impl AttitudePipeline {
     }
 }
 
-state!(AttitudePipeline { plausibility, validity, filter, acceleration_mps2; lean, mass, standstill_mps, point, road });
+state!(AttitudePipeline { plausibility, validity, filter, acceleration_mps2; lean, mass, standstill_mps, point });

@@ -135,8 +135,9 @@ impl TrainSource {
     ) -> Self {
         let uses = Instruments {
             accelerometer: true,
-            // On a rail a wrong gyro is left out, and what is found without it is marked.
             gyro: signals.gyro_check && vehicle.road.is_some(),
+            // On a rail the slope can be found without a gyro.
+            spare_gyro: vehicle.road.is_none(),
         };
         let standstill_mps = vehicle.standstill_mps(None);
         Self {
@@ -156,8 +157,7 @@ impl TrainSource {
     /// of a road alone.
     pub fn step(&mut self, reading: &Reading, mass_kg: Real, t: Time, dt: Real) -> TrainInput {
         self.bends.step(reading, &self.air, mass_kg, dt);
-        // On a rail the slope can be found without a gyro.
-        if !(self.bends.on_road() || self.plausibility.gyro_is_sound()) {
+        if !self.plausibility.gyro_is_sound() {
             self.attitude.leave_gyro_out();
         }
         let attitude = if self.bends.on_road() {

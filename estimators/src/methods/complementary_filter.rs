@@ -78,6 +78,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> ComplementaryFilter {
     let uses = Instruments {
         accelerometer: true,
         gyro: true,
+        spare_gyro: false,
     };
     ComplementaryFilter {
         params: own,

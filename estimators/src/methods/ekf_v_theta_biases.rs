@@ -155,6 +155,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> EkfVThetaBiases {
     let uses = Instruments {
         accelerometer: true,
         gyro: true,
+        spare_gyro: false,
     };
     EkfVThetaBiases {
         params: own,
