@@ -12,6 +12,11 @@ use monorig_estimators::api::signals::{Command, Estimate, Measurements};
 use monorig_estimators::registry;
 
 const DT: f64 = 0.01;
+
+/// Rates about x, y and z, rad/s, and what a wrong gyro makes of them.
+type Rates = [f64; 3];
+type Fault = fn(Rates) -> Rates;
+
 /// Estimators whose slope is that of the attitude filter on a rail.
 const NAMES: [&str; 3] = ["attitude", "rail_fusion", "dffrls_aekf_robust"];
 
@@ -61,7 +66,7 @@ fn marks(
     [beyond / f64::max(valid, 1.0), valid / steps]
 }
 
-fn rates(z: &mut Measurements, change: impl Fn([f64; 3]) -> [f64; 3]) {
+fn rates(z: &mut Measurements, change: impl Fn(Rates) -> Rates) {
     let sample = z.angular_rate_radps.as_mut().unwrap();
     sample.value = change(sample.value);
 }
@@ -69,7 +74,7 @@ fn rates(z: &mut Measurements, change: impl Fn([f64; 3]) -> [f64; 3]) {
 /// Once the hills have shown it, the slope is found without the gyro, and the marks are worth what they say.
 #[test]
 fn a_gyro_of_a_wrong_sign_axis_or_unit_is_left_out() {
-    let faults: [(&str, fn([f64; 3]) -> [f64; 3]); 4] = [
+    let faults: [(&str, Fault); 4] = [
         ("sign", |[p, q, r]| [-p, -q, -r]),
         ("axes", |[p, q, r]| [q, p, r]),
         ("unit", |rates| rates.map(|w| 57.3 * w)),
