@@ -13,7 +13,8 @@ const DT: Real = 0.01;
 const G: Real = 9.81;
 
 /// A minute of starts and stops, to both directions, on a rail with slopes, bends to both sides and a roll in them; one
-/// wheel slips for a second, the gyro is silent for another, and there are blows. `change` sees what the instruments read.
+/// wheel slips for a second, the gyro is silent for another, and there are blows. `change` sees what the instruments
+/// read.
 fn drive(name: &str, change: impl Fn(&mut Measurements)) -> Vec<Estimate> {
     let train = vehicle(4);
     let mut estimator = registry::build(name, &train, []).unwrap();
@@ -76,7 +77,7 @@ fn negate(sample: &mut Option<Sample<[Real; 3]>>, axes: &[usize]) {
     }
 }
 
-/// What is seen in a mirror along the rail: forces to the left, and rates of roll and yaw, have the other sign.
+/// In a mirror along the rail forces to the left, and rates of roll and yaw, have the other sign.
 /// Every estimator that says what it is worth says the same, to the last bit.
 #[test]
 fn left_is_as_right() {

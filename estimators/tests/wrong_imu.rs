@@ -164,9 +164,9 @@ fn what_the_grade_moves_by_while_samples_are_under_way_is_in_the_standard_deviat
     assert!(beyond < 0.01 && valid > 0.9, "{beyond} of {valid}");
 }
 
-/// Switched on in motion on a climb, with an accelerometer that is wrong for its first seconds and carries the speed away
-/// beyond the gate of every wheel. They agree and are slower than it while they drive, so it is the filter that is wrong:
-/// two seconds later its speed is theirs.
+/// Switched on in motion on a climb, with an accelerometer that is wrong for its first seconds and carries the speed
+/// away beyond the gate of every wheel. They agree and are slower than it while they drive, so it is the filter that is
+/// wrong: two seconds later its speed is theirs.
 #[test]
 fn wheels_that_agree_bring_back_a_speed_that_was_carried_away() {
     for name in NAMES {

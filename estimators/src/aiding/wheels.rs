@@ -315,8 +315,8 @@ mod tests {
         assert_eq!((control, ballot.speed_mps), (Control::Held, 0.0));
     }
 
-    /// A wheel that is ahead while it drives, or behind while it brakes, slips; else, or if it stands against its torque,
-    /// it is broken. Without a torque it may slip.
+    /// A wheel that is ahead while it drives, or behind while it brakes, slips; else, or if it stands against its
+    /// torque, it is broken. Without a torque it may slip.
     #[test]
     fn a_wheel_slips_where_its_torque_takes_it() {
         let far = 2.0 * limit();
@@ -337,8 +337,8 @@ mod tests {
         }
     }
 
-    /// What the vehicle gains by the time of the wheels, and how it pitches about its rail, is expected of them; how
-    /// well the gain is known widens gate and measurement.
+    /// Wheels are expected to show the speed gained by their time and the pitch about the rail; how well the gain is
+    /// known widens gate and measurement.
     #[test]
     fn wheels_are_compared_at_their_time_and_place() {
         let mut gate = WheelGate::new(1, SD_MPS, GATE_SD, true);

@@ -84,8 +84,8 @@ fn wrong_wheels_and_accelerometers_end_validity_in_every_supervised_estimator() 
     }
 }
 
-/// The baselines are not valid with a wrong gyro. The others go on without it, and what they mark is right: within three
-/// standard deviations, once they have had a second or two of a changing grade.
+/// The baselines are not valid with a wrong gyro. The others go on without it, and what they mark is right: within
+/// three standard deviations, once they have had a second or two of a changing grade.
 #[test]
 fn what_is_marked_with_a_wrong_gyro_is_right() {
     for name in supervised() {

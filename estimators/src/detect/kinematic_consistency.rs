@@ -77,12 +77,12 @@ const CROSS_NOISE_MPS2: Real = 0.05;
 /// Standard deviations that the gain of the left axis must exceed.
 const CROSS_SIGNIFICANT: Real = 2.0;
 
-/// Share of the regressors that is noise where the gyro is regressed on them: a slip, or a nod, is shorter than a ramp and
-/// must not decide.
+/// Share of the regressors that is noise where the gyro is regressed on them: a slip, or a nod, is shorter than a ramp
+/// and must not decide.
 const TURN_NOISE: Real = 0.6;
 
-/// Sharpest curvature of a rail, rad/m: a slope that changes faster is that of an accelerometer or of wheels that jump, and
-/// the gyro is not compared with it until that has died out.
+/// Sharpest curvature of a rail, rad/m: a slope that changes faster is that of an accelerometer or of wheels that jump,
+/// and the gyro is not compared with it until that has died out.
 const MAX_TURN_RADPM: Real = 0.2;
 
 /// Memory of the step of the wheel speed, s, of which it leaves a half behind the low-pass; memory of the speed before,
@@ -369,8 +369,8 @@ impl KinematicConsistency {
         self.swapped
     }
 
-    /// Returns true if the gyro turns otherwise than the slope by accelerometer and wheels, and neither of these is what
-    /// is wrong.
+    /// Returns true if the gyro turns otherwise than the slope by accelerometer and wheels, and neither of these is
+    /// what is wrong.
     pub fn turns_otherwise(&self) -> bool {
         let error = self.turn.x.map(|gain| (gain - 1.0).abs());
         let sd = self.turn.P.diagonal().map(sqrt);
@@ -521,8 +521,8 @@ mod tests {
         assert!(!found(|z| z[2] *= -1.0).1, "gyro sign");
     }
 
-    /// A minute on a wavy track with starts and stops, with noise: what `z` makes of force forward and to the left, speed
-    /// and pitch rate is observed `rate_hz` times a second.
+    /// A minute on a wavy track with starts and stops, with noise: what `z` makes of force forward and to the left,
+    /// speed and pitch rate is observed `rate_hz` times a second.
     fn wavy(
         rate_hz: usize,
         gyro: bool,
@@ -571,8 +571,9 @@ mod tests {
         }
     }
 
-    /// Least squares on exact proportions find them: wheels that count 1.25 times what they should have the gain 1/1.25,
-    /// a gyro that reads 1.25 times the rate too, and an accelerometer turned by an angle has its sine on the left axis.
+    /// Least squares on exact proportions find them: wheels that count 1.25 times what they should have the gain
+    /// 1/1.25, a gyro that reads 1.25 times the rate too, and an accelerometer turned by an angle has its sine on the
+    /// left axis.
     #[test]
     fn the_gains_are_those_of_the_instruments() {
         for factor in [0.8, 1.25] {
@@ -607,9 +608,9 @@ mod tests {
         assert!(without > 2.0 * with, "{without} {with}");
     }
 
-    /// Of a step of the wheel speed a half is left behind the filters: one by more than 0.8 m/s and half the speed before
-    /// is none of a wheel that is right, to either side. While a gyro reads more than any track has, it is in doubt
-    /// itself.
+    /// Of a step of the wheel speed a half is left behind the filters: one by more than 0.8 m/s and half the speed
+    /// before is none of a wheel that is right, to either side. While a gyro reads more than any track has, it is in
+    /// doubt itself.
     #[test]
     fn a_step_of_the_wheels_is_wrong_from_a_size_on() {
         for before in [0.0, 1.0, -1.0, 3.0] as [Real; 4] {
@@ -635,8 +636,9 @@ mod tests {
         }
     }
 
-    /// On hills at steady speed for ten minutes, and then an instrument is exchanged: left for forward, or a gyro of the
-    /// other sign. What was right for so long does not hide it: it is found in a minute, and put right again in another.
+    /// On hills at steady speed for ten minutes, and then an instrument is exchanged: left for forward, or a gyro of
+    /// the other sign. What was right for so long does not hide it: it is found in a minute, and put right again in
+    /// another.
     #[test]
     fn a_fault_after_a_long_time_is_found_as_soon_as_one_at_the_start() {
         for (axes, sign) in [([0.0, 1.0], 1.0), ([1.0, 0.0], -1.0)] {

@@ -68,8 +68,8 @@ impl Plausibility {
         }
     }
 
-    /// Returns true until the gyro has turned faster than a vehicle can, or otherwise than the slope by the accelerometer:
-    /// a wrong unit, sign or axis stays.
+    /// Returns true until the gyro has turned faster than a vehicle can, or otherwise than the slope by the
+    /// accelerometer: a wrong unit, sign or axis stays.
     pub fn gyro_is_sound(&self) -> bool {
         !self.gyro_wrong
     }

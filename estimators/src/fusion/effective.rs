@@ -268,8 +268,8 @@ mod tests {
         (rail, mass, nominal)
     }
 
-    /// Mechanics say what force takes the train up a grade that is another by 0.03 in the mean than the one read, to both
-    /// sides and while it gathers speed: the correction comes to that, weighed by how uncertain the rail ahead is
+    /// Mechanics say what force takes the train up a grade that is another by 0.03 in the mean than the one read, to
+    /// both sides and while it gathers speed: the correction comes to that, weighed by how uncertain the rail ahead is
     /// against the balance. It is added to the mean over the train less the bias. After blocks of no use it fades.
     #[test]
     fn the_force_tells_the_grade_of_rail_that_is_not_read() {
@@ -294,7 +294,8 @@ mod tests {
             let now = block(&rail, from_mps, a, traction, true);
             let mut effective = EffectiveGrade::default();
             (0..40).for_each(|_| effective.correct(&now, &mass, &nominal, &rail));
-            // 0.02 rad for each metre ahead on a rail of one gradient, against 0.001 rad and twice the acceleration over g
+            // 0.02 rad for each metre ahead on a rail of one gradient, against 0.001 rad and twice the acceleration
+            // over g
             let ahead_m = means.ahead_kgm / M;
             let unread = square(0.02 * ahead_m) + carried.behind_variance(&means);
             let force = square(0.001) + square(2.0 * a / GRAVITY);

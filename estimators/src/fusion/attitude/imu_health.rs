@@ -262,7 +262,7 @@ mod tests {
     /// Bias of the gyro about z, rad/s: large, so that a wrong one shows.
     const YAW_BIAS_RADPS: Real = 0.5;
 
-    /// What is in use of the IMU over a second of quiet samples and then another, made by `samples` from the number of
+    /// The IMU in use over a second of quiet samples and then another, made by `samples` from the number of
     /// the step: specific force and rate.
     fn last(
         health: &mut ImuHealth,

@@ -83,8 +83,8 @@ const PAUSE_S: Real = 2.0;
 /// makes, rad/√s.
 const OPENING_S: Real = 3.0;
 const OPENING_RAD: Real = 0.06;
-/// Time after a start in motion in which the filter is wrong if wheels that agree and do not slip contradict its speed, and
-/// for how long they must, s. Later it has shown that it is right.
+/// Time after a start in motion in which the filter is wrong if wheels that agree and do not slip contradict its speed,
+/// and for how long they must, s. Later it has shown that it is right.
 const YOUNG_S: Real = 20.0;
 const CONTRADICTED_S: Real = 1.0;
 /// Time without a gyro after which there is none, s.
@@ -472,8 +472,8 @@ impl AttitudeFilter {
         }
     }
 
-    /// Keeps the state within what a vehicle can do. Without a finite state or a covariance, or when all wheels contradict
-    /// a start in motion, it starts anew.
+    /// Keeps the state within what a vehicle can do. Without a finite state or a covariance, or when all wheels
+    /// contradict a start in motion, it starts anew.
     fn limit(&mut self, z: &Channels, dt: Real) -> Option<()> {
         let x = &mut self.belief.x;
         let limits = [

@@ -1,8 +1,8 @@
 //! Biases of a gyro at a standstill that its sheet does not allow.
 //!
-//! The Kalman filter cannot follow them: with the standard deviation of a good sheet it has no gain left. A vehicle that
-//! stands does not turn, so that what six windows in a row read alike is the bias, whatever the sheet says. A body that
-//! rocks reads differently in them.
+//! The Kalman filter cannot follow them: with the standard deviation of a good sheet it has no gain left. A vehicle
+//! that stands does not turn, so that what six windows in a row read alike is the bias, whatever the sheet says. A body
+//! that rocks reads differently in them.
 
 use crate::Real;
 use crate::aiding::standstill::STANDING_NOISE;
@@ -14,8 +14,8 @@ use crate::models::attitude::{GYRO_X, GYRO_Y, GYRO_Z, N, PHI, THETA};
 /// Length of a window, s, and windows in a row that must be alike.
 const WINDOW_S: Real = 0.25;
 const WINDOWS: u32 = 6;
-/// Standard deviations beyond which a window contradicts the bias of the filter, and the largest difference of two windows
-/// as a share of what they contradict it by.
+/// Standard deviations beyond which a window contradicts the bias of the filter, and the largest difference of two
+/// windows as a share of what they contradict it by.
 const CONTRADICTION_SD: Real = 5.0;
 const MAX_DIFFERENCE: Real = 0.25;
 

@@ -826,9 +826,9 @@ mod tests {
         low
     }
 
-    /// A force may jump from one block to the next by eight standard deviations of the balance, which is of 1.6 mm/s² on
-    /// the mass, and by as much as the masses ahead of what was read may weigh more on a rail that turns as sharply as
-    /// one can: it turns by 0.12 rad/m of the way of a block, and what was read is taken to go on by that.
+    /// A force may jump from one block to the next by eight standard deviations of the balance, which is of 1.6 mm/s²
+    /// on the mass, and by as much as the masses ahead of what was read may weigh more on a rail that turns as sharply
+    /// as one can: it turns by 0.12 rad/m of the way of a block, and what was read is taken to go on by that.
     #[test]
     fn a_jump_of_the_force_that_no_rail_explains_takes_the_mark() {
         let balance = 8.0 * (2.0 as Real).sqrt() * 0.0016 * 15_000.0;
@@ -903,7 +903,8 @@ mod tests {
     }
 
     /// A force that is off by 150 N to one side and the other, ten times what the balance is known to: the noise of the
-    /// filter follows, and the load is known less well by a third at least. Where there is no such force, it is nominal.
+    /// filter follows, and the load is known less well by a third at least. Where there is no such force, it is
+    /// nominal.
     #[test]
     fn the_noise_follows_the_residuals() {
         let mut ratios = Vec::new();

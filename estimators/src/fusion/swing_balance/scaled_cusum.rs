@@ -88,8 +88,8 @@ mod tests {
     }
 
     /// Residuals of 1.2 standard deviations are allowed. Those of 3.4 are beyond it until their spread has been learnt,
-    /// and add up to 20 in some ten seconds. However large they are, one of them counts for no more than 5, which is 3.8
-    /// beyond: six make an alarm.
+    /// and add up to 20 in some ten seconds. However large they are, one of them counts for no more than 5, which is
+    /// 3.8 beyond: six make an alarm.
     #[test]
     fn residuals_that_keep_to_one_side_are_an_alarm() {
         let new = ScaledCusum::default();

@@ -337,8 +337,8 @@ mod tests {
         monitor.lag_s()
     }
 
-    /// A motor may have a lag of 0.1 s; what is beyond it is a delay of the torques. Behind the low-pass of 0.3 s a sine
-    /// of 1.5 rad/s is late by nearly as much.
+    /// A motor may have a lag of 0.1 s; what is beyond it is a delay of the torques. Behind the low-pass of 0.3 s a
+    /// sine of 1.5 rad/s is late by nearly as much.
     #[test]
     fn torques_that_are_late_are_told_by_the_command_or_by_their_stamps() {
         assert_eq!(late_s(0.05, 0.0, true), 0.0);
