@@ -66,6 +66,11 @@ fn marks(
     [beyond / f64::max(valid, 1.0), valid / steps]
 }
 
+fn force(z: &mut Measurements, change: fn(Rates) -> Rates) {
+    let sample = z.specific_force_mps2.as_mut().unwrap();
+    sample.value = change(sample.value);
+}
+
 fn rates(z: &mut Measurements, change: impl Fn(Rates) -> Rates) {
     let sample = z.angular_rate_radps.as_mut().unwrap();
     sample.value = change(sample.value);
@@ -106,6 +111,42 @@ fn a_gyro_that_is_right_is_kept() {
             },
         );
         assert!(worst < 0.0015, "{name}: {worst}");
+    }
+}
+
+/// An accelerometer that is wrong for a quarter of a minute, or wheels that are, do not cost the gyro: half a minute later
+/// the slope is as good as with a gyro that nobody doubted.
+#[test]
+fn a_wrong_accelerometer_or_wrong_wheels_do_not_cost_the_gyro() {
+    let faults: [(&str, fn(&mut Measurements)); 3] = [
+        ("accelerometer of the wrong sign", |z| {
+            force(z, |[x, y, up]| [-x, -y, -up])
+        }),
+        ("accelerometer in g", |z| force(z, |f| f.map(|f| f / 9.81))),
+        ("wheels in km/h", |z| {
+            let wheels = z.wheel_speed_mps.iter_mut().flatten();
+            wheels.for_each(|sample| sample.value *= 3.6);
+        }),
+    ];
+    for name in NAMES {
+        for (fault, change) in faults {
+            let mut worst: f64 = 0.0;
+            drive(
+                name,
+                120.0,
+                |t, z| {
+                    (20.0..35.0)
+                        .contains(&t)
+                        .then(|| change(z))
+                        .unwrap_or_default()
+                },
+                |crane, estimate| {
+                    let off = (estimate.grade_rad.value - crane.grade_rad).abs();
+                    worst = worst.max(if crane.t_s > 65.0 { off } else { 0.0 });
+                },
+            );
+            assert!(worst < 0.0015, "{name}, {fault}: {worst}");
+        }
     }
 }
 
