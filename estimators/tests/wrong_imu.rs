@@ -114,8 +114,8 @@ fn a_gyro_that_is_right_is_kept() {
     }
 }
 
-/// An accelerometer that is wrong for a quarter of a minute, or wheels that are, do not cost the gyro: half a minute later
-/// the slope is as good as with a gyro that nobody doubted.
+/// An accelerometer that is wrong for a quarter of a minute, or wheels that are, do not cost the gyro: half a minute
+/// later the slope is as good as with a gyro that nobody doubted.
 #[test]
 fn a_wrong_accelerometer_or_wrong_wheels_do_not_cost_the_gyro() {
     let faults: [(&str, fn(&mut Measurements)); 3] = [
