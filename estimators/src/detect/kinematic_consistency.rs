@@ -376,7 +376,7 @@ impl KinematicConsistency {
         let sd = self.turn.P.diagonal().map(sqrt);
         let [wheels, _] = self.wrong;
         let others = wheels && !self.stepped;
-        error.x > TOLERANCE + SIGNIFICANT * sd.x && error.y + sd.y > TOLERANCE && !others
+        error.x > TOLERANCE + SIGNIFICANT * sd.x && error.y > TOLERANCE + sd.y && !others
     }
 
     /// Returns true if gyro and accelerometer agree on changes of slope.

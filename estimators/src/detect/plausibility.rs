@@ -88,8 +88,13 @@ impl Plausibility {
             let standing = speed.abs() < self.standstill_mps;
             self.gravity.observe([forward, left, up], standing, dt);
             let across = left - speed * reading.yaw_rate_radps.unwrap_or(0.0);
-            self.kinematics
-                .observe([forward, across], speed, grade_rate, dt);
+            if self.gravity.plausible() {
+                self.kinematics
+                    .observe([forward, across], speed, grade_rate, dt);
+            } else {
+                // such forces would fill the filters for half a minute
+                self.kinematics.interrupt();
+            }
         } else {
             self.kinematics.interrupt();
         }
@@ -119,6 +124,8 @@ state!(Plausibility { gravity, gyro, kinematics, gyro_wrong; on, uses, standstil
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::api::real::GRAVITY;
+    use crate::testing::Random;
 
     /// Two seconds of a reading; whether it is plausible to an estimate that uses accelerometer or gyro.
     fn plausible(accelerometer: bool, gyro: bool, reading: &Reading) -> bool {
@@ -183,6 +190,110 @@ mod tests {
                 fine,
                 "{speed}"
             );
+        }
+    }
+
+    /// Drives over hills of 0.1 rad for two minutes, with a stop every 40 s. For the time `wrong_s` a fault changes the
+    /// reading. Returns true if the gyro is sound at the end.
+    fn gyro_is_kept(fault: Fault, wrong_s: core::ops::Range<Real>) -> bool {
+        let uses = Instruments {
+            accelerometer: true,
+            gyro: false,
+            spare_gyro: true,
+        };
+        let mut checks = Plausibility::new(true, uses, 0.05);
+        let mut random = Random::new(5);
+        let (dt, mut v, mut s): (Real, Real, Real) = (0.01, 0.0, 0.0);
+        for k in 0..12_000 {
+            let t = dt * Real::from(k as f32);
+            let wanted = if t % 40.0 < 4.0 { 0.0 } else { 1.0 };
+            let a = ((wanted - v) / 0.3).clamp(-0.3, 0.3);
+            (v, s) = (v + a * dt, s + v * dt);
+            let (grade, bend) = (0.1 * (s / 4.0).sin(), 0.1 / 4.0 * (s / 4.0).cos());
+            let mut noisy = |x: Real, sd: Real| Some(x + sd * random.normal());
+            let mut reading = Reading {
+                speed_mps: noisy(v, 0.002),
+                specific_force_mps2: noisy(a + GRAVITY * grade.sin(), 0.02),
+                lateral_force_mps2: noisy(0.0, 0.02),
+                vertical_force_mps2: noisy(GRAVITY * grade.cos(), 0.02),
+                pitch_rate_radps: noisy(bend * v, 0.001),
+                yaw_rate_radps: Some(0.0),
+                ..Reading::default()
+            };
+            if wrong_s.contains(&t) {
+                fault(&mut reading);
+            }
+            checks.step(&reading, reading.pitch_rate_radps, dt);
+        }
+        checks.gyro_is_sound()
+    }
+
+    /// What a fault makes of a reading.
+    type Fault = fn(&mut Reading);
+
+    fn scale_force(z: &mut Reading, factor: Real) {
+        let axes = [
+            &mut z.specific_force_mps2,
+            &mut z.lateral_force_mps2,
+            &mut z.vertical_force_mps2,
+        ];
+        axes.into_iter().flatten().for_each(|f| *f *= factor);
+    }
+
+    /// The accelerometer or the wheels are wrong for a while, wherever on a hill that begins: it is not the gyro's fault.
+    #[test]
+    fn a_gyro_is_kept_while_another_instrument_is_wrong() {
+        let faults: [(&str, Fault, &[Real]); 6] = [
+            ("sign", |z| scale_force(z, -1.0), &[6.0, 20.0, 45.0]),
+            ("in g", |z| scale_force(z, 1.0 / 9.81), &[6.0, 20.0, 45.0]),
+            (
+                "forward axis of the wrong sign",
+                |z| z.specific_force_mps2 = z.specific_force_mps2.map(|f| -f),
+                &[6.0, 12.6],
+            ),
+            (
+                "forward and left exchanged",
+                |z| core::mem::swap(&mut z.specific_force_mps2, &mut z.lateral_force_mps2),
+                &[6.0, 20.0, 30.0],
+            ),
+            (
+                "forward and up exchanged",
+                |z| core::mem::swap(&mut z.specific_force_mps2, &mut z.vertical_force_mps2),
+                &[6.0, 20.0, 45.0],
+            ),
+            (
+                "wheels in km/h",
+                |z| z.speed_mps = z.speed_mps.map(|v| 3.6 * v),
+                &[6.0, 20.0, 45.0],
+            ),
+        ];
+        for (name, fault, lengths) in faults {
+            for for_s in lengths {
+                for begin in 0..20 {
+                    let from_s = 10.0 + 1.3 * Real::from(begin as f32);
+                    let kept = gyro_is_kept(fault, from_s..from_s + for_s);
+                    assert!(kept, "{name} from {from_s} s for {for_s} s");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_gyro_is_left_out_if_it_is_what_is_wrong() {
+        let faults: [(&str, Fault); 2] = [
+            ("dead", |z| z.pitch_rate_radps = Some(0.0)),
+            ("sign", |z| {
+                z.pitch_rate_radps = z.pitch_rate_radps.map(|w| -w)
+            }),
+        ];
+        for (name, fault) in faults {
+            for begin in 0..20 {
+                let from_s = 1.0 + 2.0 * Real::from(begin as f32);
+                assert!(
+                    !gyro_is_kept(fault, from_s..120.0),
+                    "{name} from {from_s} s"
+                );
+            }
         }
     }
 }
