@@ -40,7 +40,11 @@ pub fn scenarios(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<PathBuf>
     Ok(found)
 }
 
-/// The scenarios in a folder and the folders in it. Other files of ours that are there are named, and left out.
+/// Files that are no scenarios and are named.
+const NAMED: usize = 3;
+
+/// The scenarios in a folder and the folders in it. Other files of ours that are there are left out,
+/// and the first of them named.
 fn inside(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
     let (mut files, mut folders) = (Vec::new(), vec![folder.to_owned()]);
     while let Some(folder) = folders.pop() {
@@ -74,6 +78,9 @@ fn inside(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
         return Err(nothing(folder, message));
     }
     if !others.is_empty() {
+        let more = others.len().saturating_sub(NAMED);
+        others.truncate(NAMED);
+        others.extend((more > 0).then(|| format!("{more} more")));
         note(&format!("not scenarios, left out: {}", others.join(", ")));
     }
     Ok(files)

@@ -314,12 +314,19 @@ impl SwingBalance {
         ]
     }
 
-    /// Widens the variance of the load to this share of the square of the largest load; correlations stay.
+    /// Widens the variance of the load to this share of the square of the largest load. The other states go with the
+    /// load as the blocks have tied them to it: what is known of them for a given load stays.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
     pub fn widen(&mut self, variance: Real) {
-        let [_, found] = self.load_share();
-        let factor = sqrt(variance / found.max(Real::MIN_POSITIVE));
-        if factor > 1.0 {
-            self.belief.scale_sd(MASS, factor);
+        let most = self.model.nominal.max_load_kg;
+        let found = self.belief.P[(MASS, MASS)];
+        let added = variance * most * most - found;
+        if added > 0.0 && found > 0.0 {
+            let by_load = self.belief.P.column(MASS) / found;
+            self.belief.P += by_load * (added * by_load.transpose());
         }
     }
 
@@ -465,9 +472,15 @@ mod tests {
         assert!((1..N).all(|i| correlation(&filter, i) == 0.0));
     }
 
-    /// Widened, the load has that variance and its correlations; one that is wider already stays.
+    /// Widened, the load has that variance; for a given load the others have the mean and the covariance they had. One
+    /// that is wider already stays.
     #[test]
-    fn widening_sets_the_variance_and_keeps_the_correlations() {
+    fn widening_sets_the_variance_and_keeps_what_is_known_for_a_given_load() {
+        let given_load = |filter: &SwingBalance| {
+            let P = &filter.belief.P;
+            let by_load = P.column(MASS) / P[(MASS, MASS)];
+            (by_load, P - by_load * P.row(MASS))
+        };
         let of = filter();
         let [load, variance] = of.load_share();
         for (factor, expected) in [(4.0, 4.0), (1.5, 1.5), (0.5, 1.0)] {
@@ -479,7 +492,17 @@ mod tests {
                 "{factor}"
             );
             assert_eq!(same, load);
-            assert!((1..N).all(|i| (correlation(&wider, i) - 0.3).abs() < 1e-9));
+            let ((slopes, rest), (slopes_of, rest_of)) = (given_load(&wider), given_load(&of));
+            assert!((slopes - slopes_of).norm() < 1e-12 * slopes_of.norm());
+            for i in (0..N).filter(|i| *i != MASS) {
+                let off = rest.column(i) - rest_of.column(i);
+                let sds = rest_of.diagonal().map(|p| p.max(0.0).sqrt()) * rest_of[(i, i)].sqrt();
+                assert!(
+                    off.iter()
+                        .zip(&sds)
+                        .all(|(off, sd)| off.abs() < 1e-9 * sd + 1e-12)
+                );
+            }
         }
     }
 

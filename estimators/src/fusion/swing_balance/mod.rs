@@ -359,7 +359,7 @@ impl SwingMass {
             return;
         }
         self.search_from = self.roll_back.next.max(kept_from);
-        self.search.begin();
+        self.search.begin(self.filter.load_share());
         self.begin_pass();
     }
 

@@ -3,7 +3,8 @@
 //! The swing weighs what hangs on the chains, so the balance is not linear in the mass: an extended Kalman filter that
 //! starts far from it can come to rest on a wrong pair of mass and pendulum length, with a standard deviation that
 //! covers neither. So the first blocks are gone over once for each of [`LOADS`], as a Gaussian sum (Sorenson & Alspach
-//! 1971): the best one goes on, its variance widened to that of the sum.
+//! 1971): the best one goes on, its variance widened to that of the sum, and by what the filter alone contradicts it.
+//! Widened is the load with what the blocks tie to it: a heavier load with less resistance explains the same force.
 //!
 //! A pass is weighed by its normalised innovations squared alone. A likelihood would have the determinants of their
 //! covariances, too. These favour the lightest load: the noise of the swing grows with the load and is larger than it
@@ -46,13 +47,17 @@ pub struct StartSearch {
     /// Sums over the passes: weight, weight × load, weight × (variance + load²); loads as shares of the largest,
     /// weights relative to the best.
     sums: [Real; 3],
+    /// Load and variance that the filter has come to without a search.
+    alone: [Real; 2],
 }
 
 impl StartSearch {
-    /// Begins with the first load.
-    pub fn begin(&mut self) {
+    /// Begins with the first load; `alone` is the load that the filter has come to without a search, with its variance,
+    /// as shares of the largest load and of its square.
+    pub fn begin(&mut self, alone: [Real; 2]) {
         *self = Self {
             active: true,
+            alone,
             ..Self::default()
         };
     }
@@ -89,13 +94,17 @@ impl StartSearch {
     }
 
     /// Ends a pass that has come to this load and variance, as shares of the largest load and of its square. After the
-    /// last one: the variance that the sum of all passes has about that load.
+    /// last one: the variance that the sum of all passes has about that load, and what the filter alone contradicts it by.
     pub fn close(&mut self, load: Real, variance: Real) -> Option<Real> {
         if self.is_last() {
             self.active = false;
             let [weight, first, second] = self.sums;
             let [mean, square] = [first, second].map(|sum| sum / weight.max(Real::MIN_POSITIVE));
-            return Some((square - 2.0 * mean * load + load * load).max(variance));
+            let mixed = (square - 2.0 * mean * load + load * load).max(variance);
+            // the filter alone is a witness, too: by what it contradicts the best pass, that is in doubt
+            let [alone, doubt] = self.alone;
+            let apart = (load - alone) * (load - alone) - doubt;
+            return Some(mixed + apart.max(0.0));
         }
         if self.pass == 0 || self.square < self.best_square {
             let old = exp(-SHARPNESS * (self.best_square - self.square).max(0.0));
@@ -115,11 +124,14 @@ impl StartSearch {
     }
 }
 
-state!(StartSearch { active, pass, best, square, best_square, sums; } where |this| usize::from(this.pass) <= LOADS.len());
+state!(StartSearch { active, pass, best, square, best_square, sums, alone; } where |this| usize::from(this.pass) <= LOADS.len());
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A filter that knows nothing by itself.
+    const NONE: [Real; 2] = [0.5, 1.0];
 
     /// Loads, variances and sums of squares of the passes, and the mixture of them written out.
     #[test]
@@ -135,7 +147,7 @@ mod tests {
             [0.90, 0.05, 90.0],
         ];
         let mut search = StartSearch::default();
-        search.begin();
+        search.begin(NONE);
         for [load, sd, square] in found {
             for _ in 0..10 {
                 search.take(square / 10.0);
@@ -161,10 +173,28 @@ mod tests {
         );
     }
 
+    /// Two standard deviations of the filter alone beside the best pass: three of its variances more.
+    #[test]
+    fn a_filter_that_found_another_load_is_in_the_variance() {
+        for (sd, more) in [(0.1, 0.03), (0.2, 0.0), (0.5, 0.0)] {
+            let about = |alone: [Real; 2]| {
+                let mut search = StartSearch::default();
+                search.begin(alone);
+                for [load, width] in LOADS {
+                    search.take(20.0 * load);
+                    search.close(load, width * width);
+                }
+                search.close(0.3, 0.01).unwrap()
+            };
+            let [wider, known] = [about([0.5, sd * sd]), about(NONE)];
+            assert!((wider - known - more).abs() < 1e-6, "{wider} {known}");
+        }
+    }
+
     #[test]
     fn an_outlier_counts_linearly() {
         let mut search = StartSearch::default();
-        search.begin();
+        search.begin(NONE);
         search.take(7.0);
         search.take(9.0);
         search.take(100.0);
@@ -176,14 +206,14 @@ mod tests {
     fn a_search_that_is_stopped_has_no_pass_left() {
         let mut search = StartSearch::default();
         assert!(!search.is_active());
-        search.begin();
+        search.begin(NONE);
         let new = search;
         search.take(4.0);
         search.close(0.5, 0.01);
         assert!(search.is_active() && search.start() == LOADS[1]);
         search.stop();
         assert!(!search.is_active());
-        search.begin();
+        search.begin(NONE);
         assert_eq!(search, new);
     }
 }
