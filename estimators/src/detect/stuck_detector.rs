@@ -95,6 +95,20 @@ mod tests {
         assert!(!stuck(|_| 1.0 + 0.005 * random.normal(), 100, 60));
     }
 
+    /// The last sample was a repetition if it is that of before, from the first one on; 0 never is.
+    #[test]
+    fn a_sample_that_is_that_of_before_repeats() {
+        let mut detector = StuckDetector::default();
+        let samples = [(1.0, false), (1.0, true), (1.0, true), (2.0, false)];
+        let zeros = [(2.0, true), (0.0, false), (0.0, false)];
+        let mut last = 0.0;
+        for (k, (value, repeats)) in (0..).zip(samples.into_iter().chain(zeros)) {
+            detector.take(value, last, Time::from_ns(10_000_000 * k));
+            assert_eq!(detector.repeats(), repeats, "{k}");
+            last = value;
+        }
+    }
+
     #[test]
     fn legitimate_repeats_are_not_flagged() {
         let mut random = Random::new(82);
