@@ -172,3 +172,244 @@ fn errors_of_the_grades_add_by_squares() {
     assert_eq!((bias, scale, arm_m), (of(BIAS_X), of(SCALE), 0.4));
     assert!((read / squares(&[0.004, 3e-4]) - 1.0).abs() < 1e-9);
 }
+
+/// A filter that has started at this speed.
+fn started(speed: Real) -> AttitudeFilter {
+    let mut filter = filter(0.0);
+    filter.start(&channels(0.0, speed, 0.0), DT).unwrap();
+    filter
+}
+
+/// Without a wheel the speed is that of the accelerometer: from the first second on its variance grows by 4e-4 m²/s² a
+/// second, and from the eighth on by 1 more, which lets any wheel in.
+#[test]
+fn without_a_wheel_the_speed_is_less_and_less_certain() {
+    let mut filter = started(1.0);
+    let first = filter.belief.P[(V, V)];
+    for k in 1..=1_000 {
+        filter.coast(DT);
+        let t = DT * Real::from(k);
+        let expected = 4e-4 * (t - 1.0).max(0.0) + (t - 8.0).max(0.0);
+        let grown = filter.belief.P[(V, V)] - first;
+        assert!((grown - expected).abs() < 1.01 * DT * (4e-4 + if t > 7.9 { 1.0 } else { 0.0 }));
+    }
+}
+
+/// Half a second without any sample, of accelerometer or wheels, and the output is nobody's; two seconds, by steps or
+/// by the clock, and with the next sample the filter starts anew. A sample of either is enough to go on.
+#[test]
+fn after_a_pause_it_starts_anew() {
+    let full = jitter(channels(0.0, 0.5, 0.0), 1);
+    let mut wheels = full;
+    wheels.specific_force_mps2 = None;
+    let mut force = full;
+    force.new_wheel_speed_mps.fill(None);
+    for (silent_s, awake, anew) in [
+        (0.45, true, false),
+        (0.55, false, false),
+        (1.9, false, false),
+        (2.1, false, true),
+    ] {
+        for (first, since_s) in [(wheels, DT), (force, DT), (full, DT)] {
+            let mut filter = started(0.5);
+            filter.step(&full, DT);
+            for _ in 0..(silent_s / DT + 0.5) as usize {
+                filter.step(&Channels::default(), DT);
+            }
+            assert_eq!(filter.is_awake(), awake, "{silent_s}");
+            filter.listen(&Channels { since_s, ..first }, DT);
+            assert_eq!(filter.started, !anew, "{silent_s}");
+            assert_eq!(filter.silent_s, 0.0);
+        }
+    }
+    for (since_s, goes_on) in [(1.99, true), (2.01, false)] {
+        let mut filter = started(0.5);
+        filter.listen(&Channels { since_s, ..full }, DT);
+        assert_eq!(filter.started, goes_on);
+    }
+}
+
+/// A gyro that has been silent for five seconds is none; until then it is missing.
+#[test]
+fn a_gyro_that_is_silent_for_long_is_none() {
+    let mut filter = started(0.0);
+    assert!(!filter.has_gyro());
+    let with = channels(0.0, 0.0, 0.0);
+    let without = Channels {
+        angular_rate_radps: None,
+        ..with
+    };
+    filter.listen(&with, DT);
+    assert!(filter.has_gyro());
+    (0..495).for_each(|_| filter.listen(&without, DT));
+    assert!(filter.has_gyro());
+    (0..10).for_each(|_| filter.listen(&without, DT));
+    assert!(!filter.has_gyro());
+    filter.listen(&with, DT);
+    filter.leave_gyro_out();
+    assert!(!filter.has_gyro() && !filter.uses_gyro() && !filter.started);
+    filter.started = true;
+    filter.leave_gyro_out();
+    assert!(filter.started);
+}
+
+/// With a gyro the curvature is no state. Lost, it goes on from the last one, known to 0.005 1/m, and depends on
+/// nothing; while it stays lost the state is left alone.
+#[test]
+fn a_lost_gyro_leaves_its_curvature() {
+    let mut filter = started(0.5);
+    filter.curvature.set(0.03);
+    filter.carry_curvature(true);
+    assert_eq!(
+        (filter.belief.x[KAPPA], filter.belief.P[(KAPPA, KAPPA)]),
+        (0.0, 0.0)
+    );
+    filter.carry_curvature(false);
+    assert_eq!(filter.belief.x[KAPPA], 0.03);
+    assert!((filter.belief.P[(KAPPA, KAPPA)].sqrt() / 0.005 - 1.0).abs() < 1e-9);
+    filter.belief.x[KAPPA] = 0.01;
+    filter.carry_curvature(false);
+    assert_eq!(filter.belief.x[KAPPA], 0.01);
+    filter.carry_curvature(true);
+    assert_eq!(
+        (filter.belief.x[KAPPA], filter.belief.P[(KAPPA, KAPPA)]),
+        (0.0, 0.0)
+    );
+}
+
+/// A vehicle stands once it has been slow for 0.3 s by its wheels; without a wheel the time stays as it is, and it ends
+/// with the first step that is not slow. From then on the gyro reads its biases.
+#[test]
+fn a_stand_is_told_by_wheels_that_rest() {
+    let imu = SoundImu {
+        rate_radps: Some([0.0, 1e-4, 0.0]),
+        ..SoundImu::default()
+    };
+    let still = 0.4 * vehicle().standstill_mps(None);
+    for (speed, wheels, steps, reads) in [
+        (0.9 * still, true, 29, false),
+        (0.9 * still, true, 32, true),
+        (-0.9 * still, true, 32, true),
+        (1.1 * still, true, 100, false),
+        (-1.1 * still, true, 100, false),
+        (0.0, false, 100, false),
+    ] {
+        let mut filter = started(0.0);
+        filter.belief.x[V] = speed;
+        (0..steps).for_each(|_| filter.aid_by_standstill(&imu, wheels, DT));
+        assert_eq!(
+            filter.belief.x[crate::models::attitude::GYRO_Y] != 0.0,
+            reads,
+            "{speed}"
+        );
+    }
+    let mut filter = started(0.0);
+    (0..40).for_each(|_| filter.aid_by_standstill(&imu, true, DT));
+    let quiet_s = filter.quiet_s;
+    filter.aid_by_standstill(&imu, false, DT);
+    assert_eq!(filter.quiet_s, quiet_s);
+    filter.belief.x[V] = 1.0;
+    filter.aid_by_standstill(&imu, true, DT);
+    assert_eq!(
+        (filter.quiet_s, filter.standing_bias),
+        (0.0, StandingBias::default())
+    );
+}
+
+/// The state stays within what a vehicle can do, to both sides. What is not finite, a variance below 0, or a second of
+/// wheels that contradict a start, begin it anew.
+#[test]
+fn a_state_that_cannot_be_is_limited_or_begun_anew() {
+    let z = channels(0.1, 0.5, 0.0);
+    for sign in [1.0, -1.0] {
+        let mut filter = started(0.5);
+        for place in [V, THETA, PHI, KAPPA] {
+            filter.belief.x[place] = 1e3 * sign;
+        }
+        filter.limit(&z, DT).unwrap();
+        let most = [100.0, MAX_GRADE_RAD, MAX_GRADE_RAD, MAX_CURVATURE_PER_M];
+        for (place, most) in [V, THETA, PHI, KAPPA].into_iter().zip(most) {
+            assert_eq!(filter.belief.x[place], sign * most);
+        }
+    }
+    let anew = |change: fn(&mut AttitudeFilter)| {
+        let mut filter = started(0.5);
+        filter.belief.x[BIAS_X] = 0.01;
+        change(&mut filter);
+        filter.limit(&z, DT).unwrap();
+        filter.started && filter.belief.x[BIAS_X] == 0.0
+    };
+    assert!(!anew(|_| ()));
+    assert!(anew(|filter| filter.belief.x[SCALE] = Real::NAN));
+    assert!(anew(|filter| filter.belief.P[(SCALE, SCALE)] = -1e-9));
+    assert!(!anew(|filter| filter.contradicted_s = 0.99));
+    assert!(anew(|filter| filter.contradicted_s = 1.01));
+    // without a wheel there is nothing to begin with
+    let mut filter = started(0.5);
+    filter.contradicted_s = 1.01;
+    assert_eq!(filter.limit(&Channels::default(), DT), None);
+    assert!(!filter.started && filter.contradicted_s == 0.0);
+}
+
+/// The heading turns by what the body turns about the vertical; the unit's middle is slower than the IMU below it while
+/// the pitch grows; the grade has moved on since the last sample of the accelerometer.
+#[test]
+fn the_output_is_that_of_the_unit() {
+    let mut filter = started(1.0);
+    filter.model.lever.below_m = 0.5;
+    let (pitch, roll) = (0.3, -0.2);
+    (filter.belief.x[THETA], filter.belief.x[PHI]) = (pitch, roll);
+    filter.belief.x[V] = 2.0;
+    // a heading rate of 0.4 and a pitch rate of 0.1 in body axes: x forward, y left, z up, pitch nose up
+    let (turn, nod) = (0.4, 0.1);
+    let rate = [
+        turn * pitch.sin(),
+        turn * pitch.cos() * roll.sin() - nod * roll.cos(),
+        turn * pitch.cos() * roll.cos() + nod * roll.sin(),
+    ] as [Real; 3];
+    let imu = SoundImu {
+        force_mps2: Some([1.0, 0.0, GRAVITY]),
+        rate_radps: Some(rate),
+        ..SoundImu::default()
+    };
+    let x = filter.belief.x;
+    let input = AttitudeInput {
+        force_mps2: imu.force_mps2,
+        rate_radps: imu.rate_radps,
+        ..AttitudeInput::default()
+    };
+    let rates = filter.model.rates(&x, &input);
+    for (age_s, counts_s) in [(0.2, 0.2), (-0.2, 0.0), (3.0, 1.0)] {
+        let z = Channels {
+            age_s: [0.5, age_s, 0.7],
+            ..channels(0.0, 2.0, 0.0)
+        };
+        let ballot = Ballot {
+            used: 5,
+            slipping: 2,
+            ..Ballot::default()
+        };
+        filter.find((&z, &imu), &rates, &ballot, DT);
+        let found = filter.found();
+        assert!(
+            (found.yaw_rate_radps - turn).abs() < 1e-9,
+            "{}",
+            found.yaw_rate_radps
+        );
+        assert!((found.pitch_rate_radps - nod).abs() < 1e-9);
+        assert!((found.speed_mps - (2.0 - 0.5 * nod)).abs() < 1e-9);
+        assert!((found.moved_on_rad - counts_s * nod).abs() < 1e-9);
+        assert_eq!((found.wheels, found.imu), ([5, 2], true));
+        assert!((filter.pitch_sine() - pitch.sin()).abs() < 1e-9);
+        // sin θ + b/g, and the speed given the scale of the wheels, by the covariance
+        let P = &filter.belief.P;
+        let (c, g) = (pitch.cos(), 9.81);
+        let sum = c * c * P[(THETA, THETA)]
+            + 2.0 * c / g * P[(THETA, BIAS_X)]
+            + P[(BIAS_X, BIAS_X)] / g / g;
+        assert!((found.sum_sd / sum.sqrt() - 1.0).abs() < 1e-3);
+        let given = P[(V, V)] - P[(V, SCALE)].powi(2) / P[(SCALE, SCALE)];
+        assert!((found.speed_noise_mps / given.sqrt() - 1.0).abs() < 1e-9);
+        assert!((found.speed_sd_mps / P[(V, V)].sqrt() - 1.0).abs() < 1e-9);
+    }
+}
