@@ -128,6 +128,22 @@ mod tests {
         }
     }
 
+    /// What a source gives that has found nothing.
+    fn input() -> TrainInput {
+        TrainInput {
+            t: crate::Time::from_s(DT),
+            dt: DT,
+            sample: None,
+            grade_rad: Value::default(),
+            speed_mps: Value::default(),
+            innovation: (0.0, 0.0),
+            new_nis: None,
+            lagged: Default::default(),
+            plausible: true,
+            moving: true,
+        }
+    }
+
     /// A speed that is known to 0.12 m/s runs 0.1 m of way unseen in each second: after five of them the place on the
     /// rail is lost, in one step. One that is known to 0.02 m/s is measured.
     #[test]
@@ -178,19 +194,7 @@ mod tests {
     #[test]
     fn after_a_stand_ten_blocks_make_a_mass_valid() {
         let mut core = core();
-        let input = TrainInput {
-            t: crate::Time::from_s(DT),
-            dt: DT,
-            sample: None,
-            grade_rad: Value::default(),
-            speed_mps: Value::default(),
-            innovation: (0.0, 0.0),
-            new_nis: None,
-            lagged: Default::default(),
-            plausible: true,
-            moving: true,
-        };
-        let block = |core: &mut TrainCore| core.supervise(&input, Some((1.0, 0.5)));
+        let block = |core: &mut TrainCore| core.supervise(&input(), Some((1.0, 0.5)));
         let known = Estimate {
             total_mass_kg: Value {
                 value: 1e4,
@@ -213,6 +217,18 @@ mod tests {
         for k in 0..12 {
             assert_eq!(valid(&core), k >= 10);
             block(&mut core);
+        }
+    }
+
+    /// The train has a place while its attitude is awake and there is rail that was read.
+    #[test]
+    fn a_train_has_its_place_on_rail_that_it_has_read() {
+        for (awake, read) in [(true, true), (true, false), (false, true)] {
+            let mut core = core();
+            core.take(&sample(0.5, read, false), 0.0, DT);
+            let mut input = input();
+            input.grade_rad.valid = awake;
+            assert_eq!(core.is_placed(&input), awake && read);
         }
     }
 }

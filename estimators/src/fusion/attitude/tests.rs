@@ -413,3 +413,81 @@ fn the_output_is_that_of_the_unit() {
         assert!((found.speed_sd_mps / P[(V, V)].sqrt() - 1.0).abs() < 1e-9);
     }
 }
+
+/// What rests on |f| = g is a measurement as far as the instrument is calibrated: half doubted its noise has four times
+/// the variance, and doubted wholly there is none. What is across the body does not rest on it.
+#[test]
+fn the_vertical_force_is_trusted_as_far_as_it_is_calibrated() {
+    let status = |bias_sd: Real| {
+        let mut filter = AttitudeFilter {
+            calibration: Calibration::new([bias_sd, 0.0]),
+            belief: Gaussian::independent(SVector::zeros(), SVector::zeros()),
+            ..started(0.5)
+        };
+        let imu = SoundImu {
+            force_mps2: Some([0.0, 0.0, GRAVITY]),
+            rate_radps: Some([0.0; 3]),
+            ..SoundImu::default()
+        };
+        (0..5).for_each(|_| filter.aid_by_force(&imu, DT));
+        let [_, lateral, vertical] = filter.aid_status();
+        assert_eq!(lateral.outcome, AidOutcome::Fused);
+        (lateral.innovation_variance, vertical)
+    };
+    let ((across, whole), (same, half), (_, none)) = (status(0.03), status(0.045), status(0.06));
+    assert_eq!(across, same);
+    assert!((half.innovation_variance / whole.innovation_variance - 4.0).abs() < 1e-6);
+    assert_eq!(
+        (half.outcome, none.outcome),
+        (AidOutcome::Fused, AidOutcome::Stale)
+    );
+}
+
+/// A roll that is not known couples the turn of a bend into the pitch: on a road by 0.01 rad, over the memory of a turn.
+/// The square of the rate counts, less the bias of the gyro; on a rail there is none.
+#[test]
+fn a_bend_of_a_road_makes_the_pitch_uncertain() {
+    for (turn_walk, yaw_rate) in [(1e-4, 0.5), (1e-4, -0.25), (4e-4, 0.5), (0.0, 0.5)] {
+        let mut filter = AttitudeFilter {
+            turn_walk,
+            belief: Gaussian::independent(SVector::zeros(), SVector::zeros()),
+            ..started(0.0)
+        };
+        filter.belief.x[GYRO_Z] = 0.1;
+        let imu = SoundImu {
+            force_mps2: Some([0.0, 0.0, GRAVITY]),
+            rate_radps: Some([0.0, 0.0, yaw_rate + 0.1]),
+            ..SoundImu::default()
+        };
+        let mut rail = AttitudeFilter {
+            turn_walk: 0.0,
+            ..filter
+        };
+        filter.predict(&imu, DT);
+        rail.predict(&imu, DT);
+        let grown = filter.belief.P[(THETA, THETA)] - rail.belief.P[(THETA, THETA)];
+        let expected = turn_walk * yaw_rate * yaw_rate * DT;
+        assert!((grown - expected).abs() < 1e-6 * expected + 1e-20);
+    }
+}
+
+/// The heading is as uncertain as the gyro's bias about z has turned it by.
+#[test]
+fn the_heading_drifts_by_the_bias_of_the_gyro() {
+    let mut filter = started(0.0);
+    filter.belief.set_independent(GYRO_Z, 0.0, 0.01 * 0.01);
+    filter.params.angle_random_walk = 1e-9;
+    let imu = SoundImu {
+        rate_radps: Some([0.0; 3]),
+        ..SoundImu::default()
+    };
+    let z = channels(0.0, 0.0, 0.0);
+    let input = AttitudeInput {
+        rate_radps: imu.rate_radps,
+        ..AttitudeInput::default()
+    };
+    let rates = filter.model.rates(&SVector::zeros(), &input);
+    (0..200).for_each(|_| filter.find((&z, &imu), &rates, &Ballot::default(), DT));
+    let [angle, sd] = filter.heading();
+    assert!(angle == 0.0 && (sd / 0.02 - 1.0).abs() < 1e-6, "{sd}");
+}

@@ -389,19 +389,27 @@ fn the_mass_of_before_a_standstill_is_recalled_by_more_than_twenty_blocks() {
     world.weigh(0.0);
     let before = world.mass.published();
     world.mass.open_load();
-    let mut recalled_by = None;
+    let opened = world.mass.published();
+    assert!(opened[0] == before[0] && opened[1] > 5.0 * before[1]);
+    let (mut recalled_by, mut moved) = (None, false);
     for k in 0..8 {
-        world.go(
-            if k % 2 == 0 { 1.0 } else { 0.2 },
-            6.0,
-            |world| match world.mass.kept.mass() {
-                Some(kept_kg) => assert_eq!((kept_kg, recalled_by), (before[0], None)),
-                None => recalled_by = recalled_by.or(Some(world.mass.used)),
-            },
-        );
+        let speed = if k % 2 == 0 { 1.0 } else { 0.2 };
+        world.go(speed, 6.0, |World { mass, .. }| {
+            let Some(kept_kg) = mass.kept.mass() else {
+                recalled_by = recalled_by.or(Some(mass.used));
+                return;
+            };
+            assert_eq!((kept_kg, recalled_by), (before[0], None));
+            // until it has been weighed anew it is that of before, however the filter sees it
+            if !mass.searched {
+                assert_eq!((mass.mass_kg(), mass.published()), (before[0], opened));
+                assert!(!mass.has_weighed());
+                moved |= mass.filter.mass_kg() != before[0];
+            }
+        });
     }
     let used = recalled_by.unwrap();
-    assert!((21..60).contains(&used), "{used}");
+    assert!(moved && (21..60).contains(&used), "{used}");
     let [mass_kg, sd_kg] = world.mass.published();
     assert!((mass_kg - before[0]).abs() < before[1] && sd_kg < 1.05 * before[1]);
 }
@@ -473,4 +481,81 @@ fn blocks_that_are_no_longer_kept_are_not_waited_for() {
         most = most.max(world.mass.written - world.mass.taken);
     }
     assert_eq!(most, 25);
+}
+
+/// A train that comes to another place, or to another load, begins there: with the block that comes next, and no
+/// residual against it.
+#[test]
+fn what_is_another_place_or_load_goes_on_from_there() {
+    for (opens, changes) in [(true, false), (false, true)] {
+        let mut world = World::by_default([0.0, 12.0]);
+        world.weigh(0.5);
+        let mass = &mut world.mass;
+        mass.residuals.alarm(4.0, 0.5);
+        mass.roll_back.next = 3;
+        mass.roll_back.spent = true;
+        assert!(!mass.residuals.at_rest());
+        match opens {
+            true => mass.open_load(),
+            false => mass.lose_place(0.1),
+        }
+        assert!(mass.residuals.at_rest() && !mass.roll_back.spent);
+        assert_eq!(
+            (mass.roll_back.next, mass.roll_back.filter),
+            (mass.taken, mass.filter)
+        );
+        assert_eq!(*mass.found(), BalanceState::by(&mass.filter));
+        assert_eq!(
+            (mass.found().eta_variance.sqrt() - 0.1).abs() < 1e-9,
+            changes
+        );
+    }
+}
+
+/// A train whose front is far ahead of what its IMU has read waits with its blocks for as long as they are kept, and
+/// then looks at them all the same: none that is ahead by more than 0.8 m is of use.
+#[test]
+fn blocks_wait_for_rail_for_as_long_as_they_are_kept() {
+    let mut world = World::by_default([-8.0, 4.0]);
+    let mut waited = 0;
+    world.go(0.2, 30.0, |World { mass, .. }| {
+        waited = waited.max(mass.written - mass.taken);
+    });
+    assert!((24..=25).contains(&waited), "{waited}");
+    assert_eq!(world.outcome(), AidOutcome::Rejected(Rejection::NotExcited));
+}
+
+/// Each block that has weighed the load is told once, with its length.
+#[test]
+fn a_block_that_weighs_is_told_once() {
+    let mut world = World::by_default([0.0, 12.0]);
+    world.weigh(1.0);
+    let (mut told, used) = (0, world.mass.used);
+    for speed in [0.2, 1.0] {
+        world.go(speed, 2.0, |world| {
+            if let Some((nis, length_s)) = world.mass.new_nis() {
+                assert!(nis >= 0.0 && (length_s - 0.5).abs() < 1e-3);
+                told += 1;
+            }
+        });
+    }
+    assert_eq!(told, world.mass.used - used);
+    assert!((6..=9).contains(&told), "{told}");
+}
+
+/// On the level the resistance is that of the load's weight, a constant, and a part that grows with the speed to either
+/// side.
+#[test]
+fn the_resistance_is_the_sum_of_its_parts() {
+    let mut world = World::by_default([0.0, 12.0]);
+    let x = &mut world.mass.found.x;
+    (x[R0], x[CV], x[MASS]) = (500.0, 40.0, 9_000.0);
+    let layout = MassLayout::even(5_000.0, [0.0; 2], [0.0; 2]);
+    let mut nominal = Nominal::new(&vehicle(), &layout, None, 0.01);
+    nominal.mu_load = 0.015;
+    for speed in [1.5, -1.5] {
+        let expected = 0.015 * 9.81 * 14_000.0 + 500.0 + 40.0 * 1.5;
+        let found = world.mass.resistance_n(&nominal, speed);
+        assert!((found / expected - 1.0).abs() < 1e-3, "{found}");
+    }
 }

@@ -386,6 +386,24 @@ mod tests {
         }
     }
 
+    /// A lag τ of a command that changes by r makes τ r: it is told by Σ τ r²/(Σ r² + 0.2²), so that a command that
+    /// hardly changes tells none, beyond the 0.1 s that a motor may have. Sums of both have a memory of 30 s.
+    #[test]
+    fn a_lag_is_told_by_a_command_that_changes() {
+        for rate in [0.02, 0.2, 2.0, -20.0] {
+            let mut monitor = new(true);
+            let mut last = 0.0;
+            for k in 1..=2_000 {
+                (monitor.commanded, last) = (50.0, 50.0 - 0.6 * rate);
+                monitor.observe_lag(last, rate, DT);
+                let square = rate * rate * (1.0 - (1.0 - DT / 30.0 as Real).powi(k));
+                let expected = (0.6 * square / (square + 0.04) - 0.1).clamp(0.0, 1.0);
+                assert!((monitor.lag_s() - expected).abs() < 2e-3, "{rate} {k}");
+            }
+            assert!(last != 50.0);
+        }
+    }
+
     #[test]
     fn unmonitored_torques_are_never_doubted() {
         let mut monitor = new(false);
