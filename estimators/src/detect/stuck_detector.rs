@@ -109,6 +109,22 @@ mod tests {
         }
     }
 
+    /// A slow channel is stuck by the number of its repetitions, twenty, and a fast one by the time of half a second.
+    #[test]
+    fn twenty_repetitions_and_half_a_second_are_stuck() {
+        for (period_ns, first) in [(100_000_000, 20), (10_000_000, 51), (25_000_000, 21)] {
+            let mut detector = StuckDetector::default();
+            let mut now = Time::from_ns(0);
+            detector.take_changes(300, now);
+            let repeats = (1..200).find(|_| {
+                now = Time::from_ns(now.ns() + period_ns);
+                detector.take(1.0, 1.0, now);
+                detector.is_stuck(now)
+            });
+            assert_eq!(repeats, Some(first), "{period_ns} ns");
+        }
+    }
+
     #[test]
     fn legitimate_repeats_are_not_flagged() {
         let mut random = Random::new(82);

@@ -221,7 +221,7 @@ mod tests {
     use crate::testing::vehicles::vehicle;
 
     const DT: Real = 0.01;
-    const SINE: Real = 0.02;
+    const SINE: Real = 0.2;
     const BEND_PER_M: Real = 0.05;
 
     /// A block of half a second from the speed `from_mps` on, with this acceleration and traction.

@@ -520,6 +520,18 @@ mod tests {
             assert!(input.is_awake() && input.speed_mps.valid && input.sample.is_some());
             assert_eq!(input.estimate().speed_mps, input.speed_mps);
             assert_eq!(input.estimate().grade_rad, input.grade_rad);
+            // half a second without any sample, and what it gives is nobody's
+            for k in 3..70 {
+                let input = source.step(
+                    &Reading::default(),
+                    0.0,
+                    Time::from_s(DT * Real::from(k)),
+                    DT,
+                );
+                assert!(input.sample.is_some() && !input.moving);
+                assert_eq!(input.is_awake(), k <= 51, "{k}");
+                assert_eq!(input.speed_mps.valid, input.is_awake());
+            }
         }
     }
 }
