@@ -176,8 +176,8 @@ mod tests {
         (x, [0.3, -0.2].map(|angle: Real| [angle.sin(), angle.cos()]))
     }
 
-    /// What five samples give, read by an IMU that turns at these rates beside its biases; `off` is what f_y and f_z
-    /// read beyond mechanics.
+    /// The measurements by five samples, read by an IMU that turns at these rates beside its biases; `off` is what f_y
+    /// and f_z read beyond mechanics.
     fn of_samples(
         window: &mut ForceWindow,
         rates: impl Fn(usize) -> [Real; 3],
@@ -202,8 +202,8 @@ mod tests {
         panic!("no window");
     }
 
-    /// What is beyond mechanics is in the mean over the window: centripetal force of the speed, gravity on the pitch
-    /// and the roll, and of the IMU below the middle that nods. The rates are those that the gyro reads.
+    /// The mean over the window is of all that mechanics do not explain: centripetal force of the speed, gravity on the
+    /// pitch and the roll, and force on the IMU below the middle that nods. The rates are those that the gyro reads.
     #[test]
     fn the_mean_over_a_window_is_what_mechanics_do_not_explain() {
         let mut window = window(false);

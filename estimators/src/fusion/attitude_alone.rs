@@ -201,8 +201,8 @@ mod tests {
     const DT: Real = 0.01;
     const A: Real = 0.5;
 
-    /// Estimate and internal values of a start at 0.5 m/s² after a second's rest, these seconds on, of a body that leans by `lean` rad for
-    /// each m/s².
+    /// Estimate and internal values of a start at 0.5 m/s² after a second's rest, these seconds on, of a body that
+    /// leans by `lean` rad for each m/s².
     fn start(lean: Real, seconds: Real) -> (Estimate, [Real; 14]) {
         let mut params = Params::default();
         params.lean.pitch_lean_rad_per_mps2 = lean;

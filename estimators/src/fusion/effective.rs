@@ -348,8 +348,8 @@ mod tests {
     }
 
     /// Errors of different sources add by squares: pitch, mount, grade ahead of what was read, load, place, and rail
-    /// behind. A place that is known to 0.4 m has a mean that is known to what it changes by over them; a load of another mass has
-    /// the mean nearer to its own grade.
+    /// behind. A place that is known to 0.4 m makes the mean uncertain by what it changes by over them; a load of
+    /// another mass has the mean nearer to its own grade.
     #[test]
     fn what_is_not_known_of_the_mean_adds_by_squares() {
         let (rail, train, mass) = curved();

@@ -128,7 +128,7 @@ mod tests {
         }
     }
 
-    /// What a source gives that has found nothing.
+    /// Output of a source that has found nothing.
     fn input() -> TrainInput {
         TrainInput {
             t: crate::Time::from_s(DT),

@@ -385,7 +385,7 @@ mod tests {
         }
     }
 
-    /// What was read with 0.005 counts with the 0.004 that a calm instrument (0.003) does not have, by squares, and goes
+    /// Rail read with 0.005 counts with the 0.004 that a calm instrument (0.003) does not have, by squares, and goes
     /// out of the means over 20 m, whichever way the train goes. It adds to the mount's by squares. What is too bad to
     /// be read changes nothing.
     #[test]

@@ -291,7 +291,7 @@ mod tests {
         }
     }
 
-    /// What was held back is added once it is confirmed, on each axis its own: by a sample next to it, or by a shock,
+    /// A sample held back is added once it is confirmed, on each axis its own: by a sample next to it, or by a shock,
     /// however far the gyro has come back then. Without a shock one that comes back was a spike, even if it comes back
     /// to near where the spike was.
     #[test]

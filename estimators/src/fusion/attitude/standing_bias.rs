@@ -123,7 +123,7 @@ mod tests {
         belief
     }
 
-    /// What becomes of the belief over windows in which one axis is off by these rates.
+    /// The belief after windows in which one axis is off by these rates.
     fn after(axis: usize, off: &[Real]) -> Gaussian<N> {
         let (mut belief, mut standing) = (belief(), StandingBias::default());
         for off in off {

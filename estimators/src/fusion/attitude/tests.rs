@@ -16,7 +16,7 @@ fn filter(imu_arm_m: Real) -> AttitudeFilter {
     AttitudeFilter::new(&train, params, supervision, &Integrity::default())
 }
 
-/// What all instruments read on a pitch at a speed and a pitch rate, without noise.
+/// Readings of all instruments on a pitch at a speed and a pitch rate, without noise.
 fn channels(pitch: Real, speed: Real, pitch_rate: Real) -> Channels {
     let mut z = Channels {
         specific_force_mps2: Some([GRAVITY * pitch.sin(), 0.0, GRAVITY * pitch.cos()]),
@@ -414,8 +414,8 @@ fn the_output_is_that_of_the_unit() {
     }
 }
 
-/// What rests on |f| = g is a measurement as far as the instrument is calibrated: half doubted its noise has four times
-/// the variance, and doubted wholly there is none. What is across the body does not rest on it.
+/// The vertical force rests on |f| = g: it is a measurement as far as the instrument is calibrated. Half doubted its
+/// noise has four times the variance, and doubted wholly there is none. The one across the body does not rest on it.
 #[test]
 fn the_vertical_force_is_trusted_as_far_as_it_is_calibrated() {
     let status = |bias_sd: Real| {
@@ -443,8 +443,8 @@ fn the_vertical_force_is_trusted_as_far_as_it_is_calibrated() {
     );
 }
 
-/// A roll that is not known couples the turn of a bend into the pitch: on a road by 0.01 rad, over the memory of a turn.
-/// The square of the rate counts, less the bias of the gyro; on a rail there is none.
+/// A roll that is not known couples the turn of a bend into the pitch, on a road: by the square of the rate, less the
+/// bias of the gyro. On a rail there is none.
 #[test]
 fn a_bend_of_a_road_makes_the_pitch_uncertain() {
     for (turn_walk, yaw_rate) in [(1e-4, 0.5), (1e-4, -0.25), (4e-4, 0.5), (0.0, 0.5)] {
