@@ -240,11 +240,11 @@ mod tests {
         (0..60).find_map(take).unwrap()
     }
 
-    /// A train of 12 m with its IMU in the middle, weighed on a slope in a bend, which has been read up to the IMU.
-    fn weighed() -> (RailMemory, SwingMass, Nominal) {
+    /// A train of 12 m with its IMU in the middle and its load on chains of this length or none, weighed on a slope in a bend, which has been read up to the IMU.
+    fn weighed(chain_m: Real) -> (RailMemory, SwingMass, Nominal) {
         let of = vehicle();
         let mut layout = MassLayout::even(of.tare_kg, [-6.0, 6.0], [-6.0, 6.0]);
-        layout.load_share_of_resistance = 0.6;
+        (layout.load_share_of_resistance, layout.load.chain_m) = (0.6, chain_m);
         let train = TrainOnRail::new(&layout, true);
         let nominal = Nominal::new(&of, &layout, None, 0.01);
         let (params, supervision) = (Default::default(), Default::default());
@@ -273,49 +273,54 @@ mod tests {
     /// against the balance. It is added to the mean over the train less the bias. After blocks of no use it fades.
     #[test]
     fn the_force_tells_the_grade_of_rail_that_is_not_read() {
-        let (rail, mass, nominal) = weighed();
-        let (x, M, carried) = (mass.found().x, mass.mass_kg(), mass.carried());
-        let means = mass.train().at(&rail, rail.here());
-        let square = |value: Real| value * value;
-        for (from_mps, a, other) in [
-            (1.0, 0.0, 0.03),
-            (-1.0, 0.0, 0.03),
-            (0.5, 0.3, -0.03),
-            (-2.0, 0.1, 0.01),
-        ] {
-            let at_rest = block(&rail, from_mps, a, 0.0, true);
-            let (v, a) = (Real::from(at_rest.speed_mps), at_rest.mean_acceleration());
-            let against = 0.6 * nominal.mu * GRAVITY * M * means.load_cos
-                + x[R0] * (1.0 - 0.6 * (1.0 - means.load_cos))
-                + x[CV] * v.abs()
-                + x[QC] * BEND_PER_M;
-            let weight = GRAVITY * (means.tare_deep_kg + x[MASS] * means.load_deep + M * other);
-            let traction = (nominal.rotating_kg + M) * a + v.signum() * against - M * x[B] + weight;
-            let now = block(&rail, from_mps, a, traction, true);
-            let mut effective = EffectiveGrade::default();
-            (0..40).for_each(|_| effective.correct(&now, &mass, &nominal, &rail));
-            // 0.02 rad for each metre ahead on a rail of one gradient, against 0.001 rad and twice the acceleration
-            // over g
-            let ahead_m = means.ahead_kgm / M;
-            let unread = square(0.02 * ahead_m) + carried.behind_variance(&means);
-            let force = square(0.001) + square(2.0 * a / GRAVITY);
-            let eta = carried.eta_rad * carried.behind(&means);
-            let expected = unread / (unread + force) * (other - eta);
-            let found = effective.correction;
-            assert!(
-                (found - expected).abs() < 2e-4,
-                "{from_mps} {a}: {found} {expected}"
-            );
-            let unit = UnitGrade {
-                bias_mps2: 0.1,
-                ..UnitGrade::default()
-            };
-            effective.step(&unit, mass.train(), &carried, &rail, DT);
-            let sine = SINE - 0.1 / GRAVITY + found + eta;
-            assert!((effective.value(true).value.sin() - sine).abs() < 1e-4);
-            let useless = block(&rail, from_mps, a, traction, false);
-            effective.correct(&useless, &mass, &nominal, &rail);
-            assert!((effective.correction / found - LEFT).abs() < 1e-9);
+        for chain_m in [0.0, 0.6] {
+            let (rail, mass, nominal) = weighed(chain_m);
+            let (x, M, carried) = (mass.found().x, mass.mass_kg(), mass.carried());
+            let means = mass.train().at(&rail, rail.here());
+            let square = |value: Real| value * value;
+            for (from_mps, a, other) in [
+                (1.0, 0.0, 0.03),
+                (-1.0, 0.0, 0.03),
+                (0.5, 0.3, -0.03),
+                (-2.0, 0.1, 0.01),
+            ] {
+                let at_rest = block(&rail, from_mps, a, 0.0, true);
+                let (v, a) = (Real::from(at_rest.speed_mps), at_rest.mean_acceleration());
+                let against = 0.6 * nominal.mu * GRAVITY * M * means.load_cos
+                    + x[R0] * (1.0 - 0.6 * (1.0 - means.load_cos))
+                    + x[CV] * v.abs()
+                    + x[QC] * BEND_PER_M;
+                let weight = GRAVITY * (means.tare_deep_kg + x[MASS] * means.load_deep + M * other);
+                let traction =
+                    (nominal.rotating_kg + M) * a + v.signum() * against - M * x[B] + weight;
+                let now = block(&rail, from_mps, a, traction, true);
+                let mut effective = EffectiveGrade::default();
+                (0..40).for_each(|_| effective.correct(&now, &mass, &nominal, &rail));
+                // 0.02 rad for each metre ahead on a rail of one gradient, against 0.001 rad and twice the acceleration
+                // over g and the swing
+                let ahead_m = means.ahead_kgm / M;
+                let unread = square(0.02 * ahead_m) + carried.behind_variance(&means);
+                let swing = x[ANGLE] * x[MASS] / M;
+                assert_eq!(swing.abs() > 1e-3, chain_m > 0.0, "{swing}");
+                let force = square(0.001) + square(2.0 * a / GRAVITY) + square(2.0 * swing);
+                let eta = carried.eta_rad * carried.behind(&means);
+                let expected = unread / (unread + force) * (other - eta);
+                let found = effective.correction;
+                assert!(
+                    (found - expected).abs() < 2e-4,
+                    "{from_mps} {a}: {found} {expected}"
+                );
+                let unit = UnitGrade {
+                    bias_mps2: 0.1,
+                    ..UnitGrade::default()
+                };
+                effective.step(&unit, mass.train(), &carried, &rail, DT);
+                let sine = SINE - 0.1 / GRAVITY + found + eta;
+                assert!((effective.value(true).value.sin() - sine).abs() < 1e-4);
+                let useless = block(&rail, from_mps, a, traction, false);
+                effective.correct(&useless, &mass, &nominal, &rail);
+                assert!((effective.correction / found - LEFT).abs() < 1e-9);
+            }
         }
     }
 
@@ -386,6 +391,25 @@ mod tests {
         let by_place = (variance - ahead).sqrt();
         // the piece of the train that is ahead of the rail read is on its straight extension
         assert!((by_place / (0.4 * 0.004) - 1.0).abs() < 0.1, "{by_place}");
+    }
+
+    /// The place that is not known is looked for behind, where the rail was read: a step that the train has just left
+    /// counts, and none ahead could.
+    #[test]
+    fn a_place_that_is_not_known_may_be_the_one_behind() {
+        let (_, train, mass) = curved();
+        let mut rail = RailMemory::new(14.0);
+        (0..2_000).for_each(|_| rail.step(0.01, Some([0.05, 0.0])));
+        (0..1_020).for_each(|_| rail.step(0.01, Some([0.0, 0.0])));
+        let none = UnitGrade::default();
+        let [sine, known] = looked(&none, &mass, &rail, 0.0);
+        assert!(sine.abs() < 1e-9);
+        rail.doubt(0.45);
+        let [_, variance] = looked(&none, &mass, &rail, 0.0);
+        let means = train.at(&rail, rail.ahead(rail.here(), -0.45));
+        let expected = (means.tare_kg + 10_000.0 * means.load) / 15_000.0;
+        assert!(expected > 1e-4, "{expected}");
+        assert!(((variance - known).sqrt() / expected - 1.0).abs() < 1e-6);
     }
 
     /// Behind the rail read the grade is another by η nine metres behind, with its variance; going back blindly it may

@@ -559,3 +559,18 @@ fn the_resistance_is_the_sum_of_its_parts() {
         assert!((found / expected - 1.0).abs() < 1e-3, "{found}");
     }
 }
+
+/// A search goes over a block for each hundredth of a second that a step takes: one at least, and ten at most.
+#[test]
+fn a_search_takes_as_long_at_every_rate() {
+    let mut weighed = World::by_default([0.0, 12.0]);
+    weighed.weigh(1.0);
+    for (dt, blocks) in [(0.002, 1), (0.012, 1), (0.025, 2), (0.055, 5), (0.3, 10)] {
+        let World { mut mass, rail, .. } = weighed;
+        mass.search.begin();
+        mass.trial_next = mass.written - 24;
+        let (from, mass_kg) = (mass.trial_next, mass.mass_kg());
+        mass.step(&BlockInput::default(), mass_kg, &rail, dt);
+        assert_eq!(mass.trial_next - from, blocks, "{dt} s");
+    }
+}
