@@ -86,6 +86,20 @@ fn signed(mut snapshot: Vec<u8>) -> Vec<u8> {
     snapshot
 }
 
+/// After a drive each estimator is another than the one that was built, and what is restored from its snapshot is equal
+/// to it in all that it holds.
+#[test]
+fn what_is_restored_is_what_was() {
+    let drive = drive(1_500);
+    for mut estimator in all() {
+        let mut restored = estimator;
+        run(&mut estimator, &drive);
+        assert_ne!(restored, estimator, "{}", estimator.name());
+        restored.restore(&taken(&estimator)).unwrap();
+        assert_eq!(restored, estimator, "{}", estimator.name());
+    }
+}
+
 #[test]
 fn a_restored_estimator_goes_on_as_if_the_power_had_never_failed() {
     let drive = drive(6_000);

@@ -146,3 +146,161 @@ impl ForceWindow {
 }
 
 state!(ForceWindow { seen, sums, length_s, rates; noise });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::attitude::{PHI, THETA};
+    use crate::testing::Random;
+
+    const DT: Real = 0.01;
+    const LEVER: Lever = Lever {
+        ahead_m: 0.4,
+        below_m: 0.6,
+    };
+
+    fn window(learns: bool) -> ForceWindow {
+        ForceWindow::new(ForceNoise {
+            random_walk: 0.02,
+            lateral_sd_mps2: 0.05,
+            vertical_factor: 5.0,
+            learns,
+        })
+    }
+
+    /// A state of 2 m/s, of a pitch and a roll, with biases of the gyro.
+    fn state() -> (SVector<Real, N>, [[Real; 2]; 2]) {
+        let mut x = SVector::<Real, N>::zeros();
+        (x[V], x[THETA], x[PHI]) = (2.0, 0.3, -0.2);
+        (x[GYRO_X], x[GYRO_Y], x[GYRO_Z]) = (0.01, -0.02, 0.03);
+        (x, [0.3, -0.2].map(|angle: Real| [angle.sin(), angle.cos()]))
+    }
+
+    /// The measurements by five samples, read by an IMU that turns at these rates beside its biases; `off` is what f_y
+    /// and f_z read beyond mechanics.
+    fn of_samples(
+        window: &mut ForceWindow,
+        rates: impl Fn(usize) -> [Real; 3],
+        off: impl Fn(usize) -> [Real; 2],
+    ) -> (Lateral, Vertical) {
+        let (x, sin_cos) = state();
+        let [[_, cos_theta], [sin_phi, cos_phi]] = sin_cos;
+        for k in 0..5 {
+            let ([p, q, r], [across, up]) = (rates(k), off(k));
+            let force = [
+                0.0,
+                2.0 * r + 9.81 * sin_phi * cos_theta + across,
+                -2.0 * q + 9.81 * cos_phi * cos_theta + 0.6 * q * q + up,
+            ];
+            let raw = [p + 0.01, q - 0.02, r + 0.03];
+            let found = window.step((&x, sin_cos), force, raw, LEVER, DT);
+            assert_eq!(found.is_some(), k == 4);
+            if let Some(found) = found {
+                return found;
+            }
+        }
+        panic!("no window");
+    }
+
+    /// The mean over the window is of all that mechanics do not explain: centripetal force of the speed, gravity on the
+    /// pitch and the roll, and force on the IMU below the middle that nods. The rates are those that the gyro reads.
+    #[test]
+    fn the_mean_over_a_window_is_what_mechanics_do_not_explain() {
+        let mut window = window(false);
+        for rate in [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.2, 0.3, -0.4]] {
+            let off = |k: usize| [0.1 * k as Real, -0.3 * k as Real];
+            // a window in which the rates come up, and one in which they stay
+            let mut last = None;
+            for _ in 0..20 {
+                last = Some(of_samples(&mut window, |_| rate, off));
+            }
+            let (across, up) = last.unwrap();
+            // the predictions take g = 9.81 as the estimators do
+            assert!((across.residual_mps2 - 0.2).abs() < 1e-3, "{across:?}");
+            assert!((up.residual_mps2 + 0.6).abs() < 1e-3, "{up:?}");
+            assert!((across.yaw_rate_radps - rate[2] - 0.03).abs() < 1e-12);
+            assert!((up.pitch_rate_radps - rate[1] + 0.02).abs() < 1e-12);
+            assert!(across.turned_mps2.abs() < 1e-9 && up.nodded_mps2.abs() < 1e-9);
+            assert_eq!(up.below_m, 0.6);
+        }
+    }
+
+    /// A body that turns faster and faster is accelerated at its lever: l_x ṙ + l_z ṗ across, −l_x q̇ upwards.
+    #[test]
+    fn a_turn_that_grows_is_a_force_at_the_lever() {
+        for (axis, across, up) in [(0, 0.6, 0.0), (1, 0.0, -0.4), (2, 0.4, 0.0)] {
+            let mut window = window(false);
+            let growth = 0.5;
+            let mut last = None;
+            for n in 0..40 {
+                let rates = |k: usize| {
+                    let mut rates = [0.0; 3];
+                    rates[axis] = growth * DT * (5 * n + k) as Real;
+                    rates
+                };
+                last = Some(of_samples(&mut window, rates, |_| {
+                    [growth * across, growth * up]
+                }));
+            }
+            let (lateral, vertical) = last.unwrap();
+            assert!(
+                (lateral.turned_mps2 - growth * across).abs() < 1e-6,
+                "{axis}"
+            );
+            assert!((vertical.nodded_mps2 - growth * up).abs() < 1e-6, "{axis}");
+            assert!(lateral.residual_mps2.abs() < 1e-3 && vertical.residual_mps2.abs() < 1e-3);
+        }
+    }
+
+    /// Of the sheet a window of 0.05 s has the variance w²/0.05, 25 times that across, with the model's, and five times
+    /// upwards. Where the noise is learnt, one of a shaken robot is assumed until it has been seen.
+    #[test]
+    fn the_variance_is_that_of_the_sheet_or_that_of_a_shaken_robot() {
+        let variances = |learns| {
+            let mut window = window(learns);
+            assert_eq!((window.seen_walk(), window.seen_turn_walk()), (0.0, 0.0));
+            let (across, up) = of_samples(&mut window, |_| [0.0; 3], |_| [0.0; 2]);
+            assert_eq!(window.seen_walk(), if learns { 0.1 } else { 0.0 });
+            assert_eq!(window.seen_turn_walk(), 0.0);
+            [across.variance, up.variance]
+        };
+        let side = 0.05 * 0.05;
+        let sheet = [25.0 * 4e-4 / 0.05 + side, 5.0 * 4e-4 / 0.05];
+        let shaken = [0.01 / 0.05 + side, 0.01 / 0.05];
+        for (found, expected) in [(variances(false), sheet), (variances(true), shaken)] {
+            for (found, expected) in found.iter().zip(expected) {
+                assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+            }
+        }
+    }
+
+    /// White noise of the samples is learnt as a random walk of its integral, σ √dt, along the body, across, upwards
+    /// and about y, each its own, and goes into the variances of the means.
+    #[test]
+    fn noise_that_is_seen_is_learnt_axis_by_axis() {
+        let mut random = Random::new(7);
+        let mut window = window(true);
+        let (x, sin_cos) = (SVector::<Real, N>::zeros(), [[0.0, 1.0]; 2]);
+        let mut last = None;
+        for _ in 0..20_000 {
+            let mut noisy = |sd: Real| sd * random.normal();
+            let force = [noisy(2.0), noisy(3.0), 9.81 + noisy(4.0)];
+            let rate = [0.0, noisy(0.5), 0.0];
+            let lever = Lever {
+                ahead_m: 0.0,
+                below_m: 0.0,
+            };
+            last = window.step((&x, sin_cos), force, rate, lever, DT).or(last);
+        }
+        let (across, up) = last.unwrap();
+        let side = 0.05 * 0.05;
+        for (found, expected) in [
+            (window.seen_walk(), 0.2),
+            (window.seen_turn_walk(), 0.05),
+            (((across.variance - side) * 0.05).sqrt(), 0.3),
+            ((up.variance * 0.05).sqrt(), 0.4),
+        ] {
+            assert!((found / expected - 1.0).abs() < 0.2, "{found} {expected}");
+        }
+    }
+}

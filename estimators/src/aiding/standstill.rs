@@ -53,3 +53,37 @@ impl Aid<N> for Standstill {
         STANDING_NOISE * STANDING_NOISE / self.dt
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::aiding::{GateRule, fuse};
+    use crate::detect::control::Control;
+    use crate::filters::gaussian::Gaussian;
+
+    /// Standing for T seconds is to read each bias with a noise of 3e-4 rad/√s: the information about it grows by
+    /// T/9e-8, whatever the rate of the samples, and the estimate is the mean of prior and reading by information.
+    #[test]
+    fn a_stand_reads_the_biases_by_its_length() {
+        let (read, prior) = ([0.002, -0.003, 0.001], 1e-3);
+        for dt in [0.01, 0.05] {
+            let mut belief = Gaussian::independent(SVector::zeros(), SVector::zeros());
+            let axes = [GYRO_X, GYRO_Y, GYRO_Z];
+            for bias in axes {
+                belief.set_independent(bias, 0.0, prior * prior);
+            }
+            for _ in 0..(2.0 / dt + 0.5) as usize {
+                for axis in Standstill::by_axis(read, dt) {
+                    let _ = fuse(&mut belief, Control::New(axis), GateRule::Open);
+                }
+            }
+            let information = 1.0 / (prior * prior) + 2.0 / 9e-8;
+            for (bias, read) in axes.into_iter().zip(read) {
+                let found = belief.P[(bias, bias)] * information;
+                assert!((found - 1.0).abs() < 1e-6, "{found}");
+                let mean = read * 2.0 / 9e-8 / information;
+                assert!((belief.x[bias] / mean - 1.0).abs() < 1e-6);
+            }
+        }
+    }
+}

@@ -410,4 +410,36 @@ mod tests {
             );
         }
     }
+
+    /// Three wheels or more, all there are, that agree with each other to seven standard deviations and their creep, to
+    /// either side, contradict what is expected unless they slip. Fewer, or one that is within the gate, do not.
+    #[test]
+    fn wheels_that_agree_contradict() {
+        for speed in [10.0, -10.0, 0.5 as Real] {
+            let range = AGREE_SD * SD_MPS + SPREAD * speed.abs();
+            let contradicts = |off: &[Real], torque: Real| {
+                let gate = WheelGate::new(4, SD_MPS, GATE_SD, true);
+                let values: std::vec::Vec<Real> = off.iter().map(|off| speed + off).collect();
+                let predicted = speed - 2.0;
+                let new = samples(&values);
+                gate.vote(&new, &samples(&[torque; 4]), predicted, 1.0)
+                    .contradicts
+            };
+            // the range of the largest, which is the one that creeps most
+            let most = |by: Real| {
+                if speed > 0.0 {
+                    [0.0, -by, 0.0, -0.5 * by]
+                } else {
+                    [0.0, by, 0.0, 0.5 * by]
+                }
+            };
+            let largest = most(0.98 * range);
+            assert!(contradicts(&largest, -1.0), "{speed}");
+            assert!(contradicts(&largest[..3], -1.0));
+            assert!(!contradicts(&largest[..2], -1.0));
+            assert!(!contradicts(&most(1.02 * range), -1.0), "{speed}");
+            assert!(!contradicts(&largest, 1.0));
+            assert!(!contradicts(&[0.0, 0.0, 0.0, -2.0], -1.0));
+        }
+    }
 }

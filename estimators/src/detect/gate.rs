@@ -105,4 +105,30 @@ mod tests {
         assert_eq!(rejected.outcome, AidOutcome::Rejected(Rejection::Gate));
         assert!(rejected.test_ratio > 1.0 && rejected.innovation == 1.0);
     }
+
+    /// The square is that of the innovation over its variance, and the period the time of all steps since the last
+    /// measurement. Numbers that allow no update have no innovation; one that is rejected has that of the gate.
+    #[test]
+    fn a_judgement_tells_square_and_period() {
+        let mut gate = Gate::new(&Integrity::default());
+        (0..3).for_each(|_| gate.tick(0.02));
+        let judged = gate.judge(-0.3, 0.01);
+        assert!((judged.nis - 9.0).abs() < 1e-9 && (judged.period_s - 0.06).abs() < 1e-12);
+        assert_eq!(judged.innovation, (-0.3, 0.01));
+        gate.tick(0.01);
+        assert_eq!(gate.judge(0.0, 0.0).period_s, 0.01);
+        let none = judged.status(None);
+        assert_eq!((none.innovation, none.innovation_variance), (0.0, 0.0));
+        gate.tick(0.01);
+        let rejected = gate.judge(1.0, 0.01);
+        for fused in [None, Some((0.5, 0.02))] {
+            let status = rejected.status(fused);
+            assert_eq!(status.outcome, AidOutcome::Rejected(Rejection::Gate));
+            let (innovation, variance) = fused.unwrap_or((1.0, 0.01));
+            assert_eq!(
+                (status.innovation, status.innovation_variance),
+                (innovation, variance)
+            );
+        }
+    }
 }

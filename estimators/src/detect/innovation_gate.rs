@@ -133,4 +133,49 @@ mod tests {
         assert_eq!(gate.judge(1e9, 0.01), Passage::Fuse);
         assert_eq!(gate.test_ratio(), 0.0);
     }
+
+    /// The scale goes to the mean square of the innovations with a memory of a hundred, whatever they are by; an
+    /// outlier counts in it for no more than four times what is usual. Below what is expected the gate is that of the
+    /// noise given. A square that is no number is for others.
+    #[test]
+    fn the_gate_goes_by_the_running_scale() {
+        for square in [0.5, 2.0, 3.9] {
+            let mut gate = InnovationGate::new(true, 5.0, 0.5);
+            for n in 0..400 {
+                let scale = 1.0 + (square - 1.0) * (1.0 - (0.99 as Real).powi(n));
+                assert!((gate.scale / scale - 1.0).abs() < 1e-9);
+                gate.judge(square, 0.01);
+                let ratio = square / (25.0 * scale.max(1.0));
+                assert!((gate.test_ratio() / ratio - 1.0).abs() < 1e-9);
+            }
+            let (scale, limit) = (gate.scale, 25.0 * gate.scale.max(1.0));
+            for (by, passage) in [(0.999, Passage::Fuse), (1.001, Passage::Reject)] {
+                let mut gate = gate;
+                assert_eq!(gate.judge(by * limit, 0.01), passage);
+                assert!((gate.scale / scale - 1.03).abs() < 1e-9);
+                assert_eq!(gate.judge(Real::NAN, 0.01), Passage::Fuse);
+            }
+        }
+        let mut gate = InnovationGate::new(true, 5.0, 0.5);
+        (0..2_000).for_each(|_| {
+            gate.judge(0.0, 0.01);
+        });
+        assert_eq!(gate.scale, 1e-3);
+    }
+
+    /// The time and the number of rejections begin anew with each measurement that enters.
+    #[test]
+    fn it_reopens_after_rejections_in_a_row() {
+        let mut gate = InnovationGate::new(true, 5.0, 0.5);
+        for (count, nis, last) in [
+            (5, 1e8, Passage::Reject),
+            (1, 0.0, Passage::Fuse),
+            (5, 1e8, Passage::Reject),
+            (1, 1e8, Passage::Reopen),
+            (5, 1e8, Passage::Reject),
+        ] {
+            let all = (0..count).map(|_| gate.judge(nis, 0.099)).last();
+            assert_eq!(all, Some(last));
+        }
+    }
 }

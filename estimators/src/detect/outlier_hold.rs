@@ -130,4 +130,34 @@ mod tests {
         hold.take(1.0, 0.01);
         assert_eq!(hold.take(5.0, 1.0), Some(5.0));
     }
+
+    /// A sample may jump by the floor, by what the channel can change by since the last one that was taken, and by six
+    /// usual steps: after n steps of u these are u (1 − (63/64)ⁿ). What is held out teaches no step.
+    #[test]
+    fn the_limit_is_the_floor_the_rate_and_six_usual_steps() {
+        for (n, u) in [(0, 0.04), (10, 0.04), (64, 0.04), (1_000, 0.04)] {
+            for held in 0..3 {
+                let mut hold = OutlierHold::new(SPEED);
+                for k in 0..=n {
+                    let value = if k % 2 == 0 { 0.0 } else { u };
+                    assert_eq!(hold.take(value, 0.01), Some(value));
+                }
+                let last = hold.value().unwrap();
+                let usual = u * (1.0 - (63.0 / 64.0 as Real).powi(n));
+                let mut limit = 0.05 + 3.0 * 0.01 + 6.0 * usual;
+                let learnt = usual + (limit - usual) / 64.0;
+                for _ in 0..held {
+                    assert_eq!(hold.take(last - 50.0, 0.01), None);
+                }
+                if held > 0 {
+                    limit = 0.05 + 3.0 * 0.01 * Real::from(held + 1) + 6.0 * learnt;
+                }
+                for (by, taken) in [(0.99, true), (1.01, false), (-0.99, true), (-1.01, false)] {
+                    let value = last + by * limit;
+                    let found = { hold }.take(value, 0.01);
+                    assert_eq!(found, taken.then_some(value), "{n} {held} {by}");
+                }
+            }
+        }
+    }
 }

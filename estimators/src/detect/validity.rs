@@ -320,4 +320,46 @@ mod tests {
             assert!(after_steps(before) && !after_steps(after), "{source:?}");
         }
     }
+
+    /// Innovations whose mean square is four times what was expected tell of standard deviations twice as large, of all
+    /// that rests on their source; squares of 1.8 are chance. Without the monitor nothing is widened.
+    #[test]
+    fn standard_deviations_are_widened_by_the_root_of_the_squares() {
+        for (on, nis, factor) in [
+            (true, 4.0, 2.0),
+            (true, 1.8, 1.0),
+            (true, 0.2, 1.0),
+            (false, 4.0, 1.0),
+        ] {
+            for (source, grade, speed) in [
+                (Source::WheelSpeed, true, true),
+                (Source::Accelerometer, true, false),
+                (Source::ForceBalance, false, false),
+            ] {
+                let mut rule = validity(Integrity {
+                    nis_monitor: on,
+                    ..Integrity::default()
+                });
+                (0..2_000).for_each(|_| rule.innovation(source, nis, 0.1));
+                let (before, after) = (estimate(), rule.publish(estimate(), true));
+                let of = |widened: bool| if widened { factor } else { 1.0 };
+                for (before, after, factor) in [
+                    (before.grade_rad, after.grade_rad, of(grade)),
+                    (
+                        before.effective_grade_rad,
+                        after.effective_grade_rad,
+                        of(grade),
+                    ),
+                    (before.speed_mps, after.speed_mps, of(speed)),
+                    (before.total_mass_kg, after.total_mass_kg, 1.0),
+                ] {
+                    assert!(
+                        (after.sd / before.sd / factor - 1.0).abs() < 1e-6,
+                        "{source:?} {nis}"
+                    );
+                    assert_eq!(after.value, before.value);
+                }
+            }
+        }
+    }
 }

@@ -191,3 +191,88 @@ impl AttitudePipeline {
 }
 
 state!(AttitudePipeline { plausibility, validity, filter, acceleration_mps2; lean, mass, standstill_mps, point });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::api::real::GRAVITY;
+    use crate::testing::vehicles::vehicle;
+
+    const DT: Real = 0.01;
+    const A: Real = 0.5;
+
+    /// Estimate and internal values of a start at 0.5 m/s² after a second's rest, these seconds on, of a body that
+    /// leans by `lean` rad for each m/s².
+    fn start(lean: Real, seconds: Real) -> (Estimate, [Real; 14]) {
+        let mut params = Params::default();
+        params.lean.pitch_lean_rad_per_mps2 = lean;
+        (params.integrity.lag_share, params.integrity.nis_monitor) = (0.0, false);
+        let mut pipeline = new(&vehicle(), &params);
+        let mut last = Estimate::default();
+        for k in 0..100 + (seconds / DT + 0.5) as u32 {
+            let jitter = 1e-5 * Real::from(k % 7);
+            let a = if k < 100 { 0.0 } else { A };
+            let v = A * DT * Real::from(k.saturating_sub(99));
+            let mut reading = Reading {
+                speed_mps: Some(v),
+                new_speed_mps: Some(v),
+                ..Reading::default()
+            };
+            reading.channels.specific_force_mps2 = Some([a + jitter, jitter, GRAVITY]);
+            reading.channels.angular_rate_radps = Some([jitter, 0.0, 0.0]);
+            reading.channels.new = [true; 2];
+            reading.channels.new_wheel_speed_mps[..8].fill(Some(v));
+            last = pipeline.advance(&reading, Time::from_s(DT * Real::from(k)), DT);
+        }
+        let mut internals = [0.0; 14];
+        pipeline.internal_values(&mut internals);
+        (last, internals)
+    }
+
+    /// The lean of the body follows the acceleration with a lag of 0.2 s. It is taken off every grade, and three tenths
+    /// of it, to either side, are in their standard deviations by squares; attitude and speed are those of the body.
+    #[test]
+    fn the_lean_of_the_body_is_taken_off_the_grade() {
+        for seconds in [0.3, 3.0] {
+            let (upright, own) = start(0.0, seconds);
+            for lean in [0.02, -0.01] {
+                let (found, internals) = start(lean, seconds);
+                let leans = lean * A * (1.0 - (-seconds / 0.2 as Real).exp());
+                assert!(
+                    (internals[5] / leans - 1.0).abs() < 0.1,
+                    "{} {leans}",
+                    internals[5]
+                );
+                let leans = internals[5];
+                let lagged = |of: &[Real; 14]| Value {
+                    value: of[10],
+                    sd: of[11],
+                    valid: true,
+                };
+                for (upright, found) in [
+                    (upright.grade_rad, found.grade_rad),
+                    (upright.effective_grade_rad, found.effective_grade_rad),
+                    (lagged(&own), lagged(&internals)),
+                ] {
+                    assert!((upright.value - leans - found.value).abs() < 1e-12);
+                    let more = found.sd * found.sd - upright.sd * upright.sd;
+                    assert!((more / (0.3 * leans).powi(2) - 1.0).abs() < 1e-6, "{more}");
+                }
+                assert_eq!(found.speed_mps, upright.speed_mps);
+                assert_eq!(internals[..5], own[..5]);
+            }
+        }
+    }
+
+    /// The effective grade of a long train is another; a point has one. It moves by its wheels.
+    #[test]
+    fn a_long_train_has_no_effective_grade_of_a_point() {
+        let (found, _) = start(0.0, 2.0);
+        assert!(found.grade_rad.valid && found.effective_grade_rad.valid && found.flags.moving);
+        let long = Vehicle::new(crate::api::vehicle::VehicleData {
+            tare_span_m: [0.0, 10.0],
+            ..vehicle().data()
+        });
+        assert!(!new(&long.unwrap(), &Params::default()).point);
+    }
+}

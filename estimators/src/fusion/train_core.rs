@@ -101,3 +101,134 @@ pub fn layout(vehicle: &Vehicle) -> MassLayout {
 }
 
 state!(TrainCore { validity, load, rail, lost; standstill_mps });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::api::signals::Value;
+    use crate::fusion::swing_balance::block::BlockInput;
+    use crate::testing::vehicles::vehicle;
+
+    const DT: Real = 0.01;
+
+    fn core() -> TrainCore {
+        TrainCore::new(&vehicle(), [0.0, 12.0], Integrity::default())
+    }
+
+    fn sample(speed_mps: Real, rail: bool, starts: bool) -> TrainSample {
+        TrainSample {
+            block: BlockInput {
+                speed_mps,
+                ..Default::default()
+            },
+            unit: Default::default(),
+            rail: rail.then_some([0.0, 0.0]),
+            standing: speed_mps == 0.0,
+            starts,
+        }
+    }
+
+    /// Output of a source that has found nothing.
+    fn input() -> TrainInput {
+        TrainInput {
+            t: crate::Time::from_s(DT),
+            dt: DT,
+            sample: None,
+            grade_rad: Value::default(),
+            speed_mps: Value::default(),
+            innovation: (0.0, 0.0),
+            new_nis: None,
+            lagged: Default::default(),
+            plausible: true,
+            moving: true,
+        }
+    }
+
+    /// A speed that is known to 0.12 m/s runs 0.1 m of way unseen in each second: after five of them the place on the
+    /// rail is lost, in one step. One that is known to 0.02 m/s is measured.
+    #[test]
+    fn a_place_is_lost_by_a_way_that_is_not_seen() {
+        for (sd_mps, lost_s) in [(0.12, Some(5.0)), (0.07, Some(10.0)), (0.0199, None)] {
+            let mut core = core();
+            core.take(&sample(0.0, true, false), 0.0, DT);
+            let lost: std::vec::Vec<i32> = (1..2_000)
+                .filter(|_| {
+                    core.take(&sample(0.0, false, false), sd_mps, DT);
+                    core.has_lost_place()
+                })
+                .collect();
+            let found_s = lost.first().map(|k| DT * Real::from(*k));
+            assert_eq!(found_s.is_some(), lost_s.is_some());
+            let off_s = found_s.unwrap_or(0.0) - lost_s.unwrap_or(0.0);
+            assert!(off_s.abs() < 0.03, "{found_s:?}");
+            assert_eq!(core.rail().is_known(), lost_s.is_none());
+        }
+    }
+
+    /// A start of the attitude loses the place where there was one, and where the train moves; a train that stands at
+    /// its first start is where it is.
+    #[test]
+    fn a_start_on_the_way_loses_the_place() {
+        let still = vehicle().standstill_mps(None);
+        for (known, speed, lost) in [
+            (false, 0.0, false),
+            (false, 0.99 * still, false),
+            (false, -0.99 * still, false),
+            (false, 1.01 * still, true),
+            (false, -1.01 * still, true),
+            (true, 0.0, true),
+        ] {
+            let mut core = core();
+            if known {
+                core.take(&sample(0.5, true, false), 0.0, DT);
+            }
+            core.take(&sample(speed, false, true), 0.0, DT);
+            assert_eq!(core.has_lost_place(), lost, "{known} {speed}");
+            core.take(&sample(speed, true, false), 0.0, DT);
+            assert!(!core.has_lost_place() && core.rail().is_known());
+        }
+    }
+
+    /// A mass is valid again ten blocks after a stand of five seconds; in the step in which the stand becomes so long
+    /// another load may hang on the train.
+    #[test]
+    fn after_a_stand_ten_blocks_make_a_mass_valid() {
+        let mut core = core();
+        let block = |core: &mut TrainCore| core.supervise(&input(), Some((1.0, 0.5)));
+        let known = Estimate {
+            total_mass_kg: Value {
+                value: 1e4,
+                sd: 1.0,
+                valid: true,
+            },
+            ..Estimate::default()
+        };
+        let valid = |core: &TrainCore| { *core }.publish(known, true).total_mass_kg.valid;
+        block(&mut core);
+        assert!(valid(&core));
+        let begun: std::vec::Vec<i32> = (1..=700)
+            .filter(|_| {
+                core.take(&sample(0.0, true, false), 0.0, DT);
+                core.may_have_another_load()
+            })
+            .collect();
+        assert!(begun.len() == 1 && (begun[0] - 500).abs() < 3, "{begun:?}");
+        core.take(&sample(0.5, true, false), 0.0, DT);
+        for k in 0..12 {
+            assert_eq!(valid(&core), k >= 10);
+            block(&mut core);
+        }
+    }
+
+    /// The train has a place while its attitude is awake and there is rail that was read.
+    #[test]
+    fn a_train_has_its_place_on_rail_that_it_has_read() {
+        for (awake, read) in [(true, true), (true, false), (false, true)] {
+            let mut core = core();
+            core.take(&sample(0.5, read, false), 0.0, DT);
+            let mut input = input();
+            input.grade_rad.valid = awake;
+            assert_eq!(core.is_placed(&input), awake && read);
+        }
+    }
+}

@@ -299,3 +299,239 @@ fn unusual_sd(sum_sd: Real) -> Real {
 }
 
 state!(TrainSource { plausibility, bends, attitude, torques, brake, read_sd; standstill_mps, air, max_sum_sd });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::api::real::PI;
+    use crate::testing::vehicles::{car, vehicle};
+
+    const DT: Real = 0.01;
+
+    fn source(of: &Vehicle) -> TrainSource {
+        let signals = CoreSignals {
+            max_sum_sd: 0.004,
+            bend_hz: 1.0,
+            gyro_check: true,
+        };
+        let (attitude, supervision) = Default::default();
+        let torque = (&SwingBalanceParams::default(), true);
+        TrainSource::new(
+            of,
+            attitude,
+            supervision,
+            &Integrity::default(),
+            torque,
+            signals,
+        )
+    }
+
+    /// An attitude of a train that runs at 1 m/s with all its instruments.
+    fn running() -> Attitude {
+        Attitude {
+            speed_mps: 1.0,
+            sum_sd: 0.001,
+            imu: true,
+            wheels: [8, 0],
+            ..Attitude::default()
+        }
+    }
+
+    fn reading() -> Reading {
+        Reading {
+            speed_mps: Some(1.0),
+            new_speed_mps: Some(1.0),
+            ..Reading::default()
+        }
+    }
+
+    /// The rail is read as sin θ + b/g and the size of its bend, which is that of the heading over the way, where both
+    /// are known well enough; at a crawl there is no bend.
+    #[test]
+    fn the_rail_is_read_where_it_is_known() {
+        let at = |attitude: &Attitude| source(&vehicle()).sample(&reading(), attitude, DT);
+        for (v, yaw_rate, bend) in [
+            (2.0, 0.2, 0.1),
+            (-2.0, 0.2, 0.1),
+            (2.0, -0.2, 0.1),
+            (0.11, 0.022, 0.2),
+            (0.09, 0.2, 0.0),
+            (-0.09, 0.2, 0.0),
+        ] {
+            let sample = at(&Attitude {
+                speed_mps: v,
+                yaw_rate_radps: yaw_rate,
+                bias_mps2: 0.0981,
+                ..running()
+            });
+            let [u, read] = sample.rail.unwrap();
+            assert!(
+                (u - 0.01).abs() < 1e-9 && (read - bend).abs() < 1e-12,
+                "{v}"
+            );
+            assert_eq!(read, sample.block.bend_per_m);
+        }
+        for (sum_sd, speed_sd, readable) in [
+            (0.0199, 0.099, true),
+            (0.0201, 0.0, false),
+            (0.0, 0.101, false),
+        ] {
+            let sample = at(&Attitude {
+                sum_sd,
+                speed_sd_mps: speed_sd,
+                ..running()
+            });
+            assert_eq!(sample.rail.is_some(), readable);
+        }
+    }
+
+    /// Rail read with 0.005 counts with the 0.004 that a calm instrument (0.003) does not have, by squares, and goes
+    /// out of the means over 20 m, whichever way the train goes. It adds to the mount's by squares. What is too bad to
+    /// be read changes nothing.
+    #[test]
+    fn what_was_read_badly_is_remembered_over_the_way() {
+        let mut source = source(&vehicle());
+        let mut read = |sum_sd: Real, v: Real, seconds: Real| {
+            let attitude = Attitude {
+                sum_sd,
+                speed_mps: v,
+                ..running()
+            };
+            let steps = (seconds / DT + 0.5) as usize;
+            let step = |_| source.sample(&reading(), &attitude, DT);
+            let last = (0..steps).map(step).last().unwrap();
+            let mount = 0.2 * PI / 180.0;
+            let expected = (mount * mount + source.read_sd() * source.read_sd()).sqrt();
+            assert!((last.unit.constant_sd_rad / expected - 1.0).abs() < 1e-12);
+            source.read_sd()
+        };
+        assert_eq!(read(0.003, 1.0, 1.0), 0.0);
+        assert!((read(0.005, 1.0, 1.0) / 0.004 - 1.0).abs() < 1e-9);
+        assert!((read(0.03, 1.0, 1.0) / 0.004 - 1.0).abs() < 1e-9);
+        let left = (-1.0 as Real).exp();
+        assert!((read(0.003, -2.0, 10.0) / (0.004 * left) - 1.0).abs() < 1e-9);
+        assert!((read(0.001, 1.0, 20.0) / (0.004 * left * left) - 1.0).abs() < 1e-9);
+    }
+
+    /// A block is sound while IMU and wheels are in use, the grade is known and the train runs; between the samples of
+    /// its wheels, too. One that slips, and torques that are doubted, are said.
+    #[test]
+    fn a_block_is_sound_with_all_it_is_made_of() {
+        let block = |attitude: &Attitude, reading: &Reading| {
+            let sample = source(&vehicle()).sample(reading, attitude, DT);
+            [sample.block.sound, sample.block.slip, sample.standing]
+        };
+        let full = running();
+        let no_wheel = Attitude {
+            wheels: [0, 0],
+            ..full
+        };
+        let slips = Attitude {
+            wheels: [7, 1],
+            ..full
+        };
+        let blind = Attitude { imu: false, ..full };
+        let rough = |sum_sd| Attitude { sum_sd, ..full };
+        let between = Reading {
+            new_speed_mps: None,
+            ..reading()
+        };
+        let at = |v| Reading {
+            speed_mps: v,
+            ..reading()
+        };
+        let still = vehicle().standstill_mps(None);
+        for (attitude, reading, expected) in [
+            (full, reading(), [true, false, false]),
+            (slips, reading(), [true, true, false]),
+            (no_wheel, reading(), [false, false, false]),
+            (no_wheel, between, [true, false, false]),
+            (blind, reading(), [false, false, false]),
+            (rough(0.0039), reading(), [true, false, false]),
+            (rough(0.0041), reading(), [false, false, false]),
+            (full, at(Some(0.99 * still)), [false, false, true]),
+            (full, at(Some(-0.99 * still)), [false, false, true]),
+            (full, at(Some(-1.01 * still)), [true, false, false]),
+            (full, at(None), [true, false, false]),
+        ] {
+            assert_eq!(
+                block(&attitude, &reading),
+                expected,
+                "{attitude:?} {reading:?}"
+            );
+        }
+    }
+
+    /// The brake lags by 0.3 s; the drag of the air is taken off the traction, and the pitch is as uncertain as it was
+    /// and by what it has moved on since.
+    #[test]
+    fn brake_drag_and_pitch_are_those_of_now() {
+        let mut source = source(&car());
+        let mut reading = Reading {
+            brake: 0.8,
+            ..reading()
+        };
+        reading.channels.motor_torque_nm[..2].fill(Some(100.0));
+        let attitude = |v: Real| Attitude {
+            speed_mps: v,
+            pitch_sd_rad: 0.003,
+            moved_on_rad: -0.004,
+            ..running()
+        };
+        let mut tractions = [0.0; 2];
+        for k in 1..=100 {
+            let speed = if k % 2 == 0 { 20.0 } else { 10.0 };
+            let sample = source.sample(&reading, &attitude(speed), DT);
+            let left = (0.3 / (0.3 + DT)).powi(k);
+            assert!((sample.block.brake - 0.8 * (1.0 - left)).abs() < 1e-9);
+            assert!((sample.unit.pitch_sd_rad - 0.005).abs() < 1e-12);
+            tractions[(k % 2) as usize] = sample.block.traction.unwrap()[0];
+        }
+        let road = car().road.unwrap();
+        let by_square = 0.5 * road.air_density_kgpm3 * road.drag_area_m2;
+        let [fast, slow] = tractions;
+        assert!(((slow - fast) / (by_square * 300.0) - 1.0).abs() < 1e-9);
+        let rims = 200.0 * 7.235 / 0.335 * 0.95;
+        assert!((slow / (rims - by_square * 100.0) - 1.0).abs() < 1e-9);
+    }
+
+    /// It moves while its wheels turn faster than at standstill, to either side, and is awake while there is an
+    /// attitude.
+    #[test]
+    fn it_moves_by_its_wheels() {
+        let still = vehicle().standstill_mps(None);
+        for (v, moving) in [
+            (Some(1.01 * still), true),
+            (Some(-1.01 * still), true),
+            (Some(0.99 * still), false),
+            (None, false),
+        ] {
+            let mut source = source(&vehicle());
+            let mut reading = Reading {
+                speed_mps: v,
+                ..reading()
+            };
+            let input = source.step(&reading, 0.0, Time::from_s(DT), DT);
+            assert_eq!((input.moving, input.is_awake()), (moving, false));
+            assert!(input.sample.is_none() && !input.speed_mps.valid);
+            reading.channels.specific_force_mps2 = Some([0.0, 0.0, GRAVITY]);
+            reading.channels.new_wheel_speed_mps[0] = Some(v.unwrap_or(0.0));
+            let input = source.step(&reading, 0.0, Time::from_s(2.0 * DT), DT);
+            assert!(input.is_awake() && input.speed_mps.valid && input.sample.is_some());
+            assert_eq!(input.estimate().speed_mps, input.speed_mps);
+            assert_eq!(input.estimate().grade_rad, input.grade_rad);
+            // half a second without any sample, and what it gives is nobody's
+            for k in 3..70 {
+                let input = source.step(
+                    &Reading::default(),
+                    0.0,
+                    Time::from_s(DT * Real::from(k)),
+                    DT,
+                );
+                assert!(input.sample.is_some() && !input.moving);
+                assert_eq!(input.is_awake(), k <= 51, "{k}");
+                assert_eq!(input.speed_mps.valid, input.is_awake());
+            }
+        }
+    }
+}

@@ -113,4 +113,32 @@ mod tests {
         (0..4000).for_each(|_| heading.step(&without, 0.01));
         assert_eq!(heading.sd_rad(), PI);
     }
+
+    /// The walk alone is known to w √t, bias and scale to (b + 0.001 |r|) t; all is at most half a turn.
+    #[test]
+    fn the_walk_grows_by_squares_and_errors_of_one_sign_by_time() {
+        for (rate, bias, walk) in [
+            (0.0, 0.0, 1e-3),
+            (0.0, 2e-3, 0.0),
+            (0.4, 0.0, 0.0),
+            (-0.4, 2e-3, 0.0),
+            (0.4, 0.0, 10.0),
+        ] {
+            let mut heading = Heading::default();
+            let turn = HeadingInput {
+                rate_radps: Some(rate),
+                bias_sd_radps: bias,
+                walk,
+                speed_mps: 1.0,
+            };
+            for k in 1..=300 {
+                heading.step(&turn, 0.01);
+                let t = 0.01 * Real::from(k);
+                let expected = walk * t.sqrt() + (bias + 0.001 * rate.abs()) * t;
+                let expected = expected.min(PI);
+                assert!((heading.sd_rad() - expected).abs() < 1e-9 + 1e-3 * expected * rate.abs());
+                assert!((heading.angle_rad() - rate * t).abs() < 1e-12);
+            }
+        }
+    }
 }

@@ -259,6 +259,64 @@ mod tests {
         assert!((used(&after) - 0.1).abs() < 1e-2);
     }
 
+    /// A gyro whose readings go to and fro by `j` has, after n jumps, a usual jump of j (1 − 0.95ⁿ). Six times that is
+    /// let through, or 0.1 rad/s where that is more; a sample beyond waits for the next one. Jumps of a body that is
+    /// shaken are not usual ones.
+    #[test]
+    fn a_noisy_gyro_may_jump_by_six_times_its_usual_jump() {
+        let usual = 0.08;
+        for n in [0, 3, 10, 40, 300] {
+            for shaken in [0, 50] {
+                let mut gate = SpikeGate::default();
+                let at = |k: i32| [if k % 2 == 0 { usual } else { 0.0 }, 0.0, 0.0];
+                for k in 0..=n {
+                    assert_eq!(gate.take(at(k), false), at(k));
+                }
+                let [rest, ..] = at(n);
+                for k in 0..shaken {
+                    let jump = if k % 2 == 0 { 2.0 } else { 0.0 };
+                    gate.take([rest + jump, 0.0, 0.0], true);
+                }
+                let limit = (6.0 * usual * (1.0 - (0.95 as Real).powi(n))).max(0.1);
+                for (by, passes) in [(0.99, true), (1.01, false), (-0.99, true), (-1.01, false)] {
+                    for axis in 0..3 {
+                        let mut sample = [rest, 0.0, 0.0];
+                        sample[axis] += by * limit;
+                        let taken = { gate }.take(sample, false);
+                        let expected = if passes { sample } else { [rest, 0.0, 0.0] };
+                        assert!(apart(taken, expected) < 1e-12, "{n} {shaken} {by} {axis}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// A sample held back is added once it is confirmed, on each axis its own: by a sample next to it, or by a shock,
+    /// however far the gyro has come back then. Without a shock one that comes back was a spike, even if it comes back
+    /// to near where the spike was.
+    #[test]
+    fn a_jump_that_is_confirmed_is_added_on_its_own_axis() {
+        let held = [0.4, -0.5, 0.6];
+        for (next, shaken, counts) in [
+            ([0.41, -0.49, 0.62], false, true),
+            ([0.05, 0.06, -0.07], true, true),
+            ([0.05, 0.06, -0.07], false, false),
+        ] {
+            let mut gate = SpikeGate::default();
+            assert_eq!(gate.take([0.01; 3], false), [0.01; 3]);
+            assert_eq!(gate.take(held, false), [0.01; 3]);
+            let taken = gate.take(next, shaken);
+            for axis in 0..3 {
+                let late = if counts { held[axis] - 0.01 } else { 0.0 };
+                assert!((taken[axis] - next[axis] - late).abs() < 1e-12, "{next:?}");
+            }
+        }
+        let mut gate = SpikeGate::default();
+        for (sample, used) in [(0.0, 0.0), (0.12, 0.0), (0.05, 0.05), (0.0, 0.0)] {
+            assert_eq!(gate.take([sample, 0.0, 0.0], false), [used, 0.0, 0.0]);
+        }
+    }
+
     /// Bias of the gyro about z, rad/s: large, so that a wrong one shows.
     const YAW_BIAS_RADPS: Real = 0.5;
 

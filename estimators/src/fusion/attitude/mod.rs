@@ -695,3 +695,6 @@ impl State for AttitudeFilter {
         status.visit(archive);
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -99,3 +99,99 @@ impl StandingBias {
 
 state!(Run { least, most, sum, windows; });
 state!(StandingBias { turned_rad, length_s, runs; });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::SVector;
+
+    /// 16 steps are a window of 0.25 s.
+    const DT: Real = 1.0 / 64.0;
+    const BIAS_SD: Real = 1e-4;
+    /// Variance of the mean of the six windows, 1.5 s.
+    const READ: Real = 3e-4 * 3e-4 / 1.5;
+
+    /// A belief of the bias 0.01 rad/s about all axes.
+    fn belief() -> Gaussian<N> {
+        let mut belief = Gaussian::independent(SVector::zeros(), SVector::zeros());
+        for bias in [GYRO_X, GYRO_Y, GYRO_Z] {
+            belief.set_independent(bias, 0.01, BIAS_SD * BIAS_SD);
+        }
+        for angle in [THETA, PHI] {
+            belief.set_independent(angle, 0.0, 0.01);
+        }
+        belief
+    }
+
+    /// The belief after windows in which one axis is off by these rates.
+    fn after(axis: usize, off: &[Real]) -> Gaussian<N> {
+        let (mut belief, mut standing) = (belief(), StandingBias::default());
+        for off in off {
+            let mut rate = [0.01; 3];
+            rate[axis] += off;
+            (0..16).for_each(|_| standing.step(&mut belief, rate, DT));
+        }
+        belief
+    }
+
+    /// After six windows that read alike the bias is their mean, as well as it is read in 1.5 s, and the angle that it
+    /// turns is doubted by what it has turned by in that time: the roll about x, the pitch about y, and about z none.
+    /// After five, nothing has changed.
+    #[test]
+    fn six_windows_that_read_alike_are_the_bias() {
+        for (axis, bias, angle) in [
+            (0, GYRO_X, Some(PHI)),
+            (1, GYRO_Y, Some(THETA)),
+            (2, GYRO_Z, None),
+        ] {
+            for off in [0.004, -0.004, 0.05] {
+                assert_eq!(after(axis, &[off; 5]), belief());
+                let found = after(axis, &[off; 6]);
+                assert!((found.x[bias] - 0.01 - off).abs() < 1e-12);
+                assert!((found.P[(bias, bias)] / READ - 1.0).abs() < 1e-9);
+                let mut expected = belief();
+                expected.set_independent(bias, found.x[bias], found.P[(bias, bias)]);
+                if let Some(angle) = angle {
+                    let turned = found.P[(angle, angle)] - expected.P[(angle, angle)];
+                    assert!((turned / (off * 1.5).powi(2) - 1.0).abs() < 1e-9, "{axis}");
+                    expected.P[(angle, angle)] = found.P[(angle, angle)];
+                }
+                assert_eq!(found, expected);
+            }
+        }
+    }
+
+    /// A reading within five standard deviations, of the bias and of what is read, is the filter's.
+    #[test]
+    fn a_reading_that_the_filter_allows_is_left_to_it() {
+        let limit = 5.0 * (BIAS_SD * BIAS_SD + READ).sqrt();
+        for sign in [1.0, -1.0] {
+            assert_eq!(after(1, &[0.99 * sign * limit; 12]), belief());
+            assert_ne!(after(1, &[1.01 * sign * limit; 6]), belief());
+        }
+    }
+
+    /// Windows of a body that rocks differ by more than a quarter of what they contradict the filter by. One that
+    /// agrees with the filter begins the count anew.
+    #[test]
+    fn windows_that_differ_are_no_bias() {
+        for sign in [1.0, -1.0] {
+            let to_and_fro = |by: Real| {
+                let window = |k: i32| sign * 0.01 * (1.0 + if k % 2 == 0 { by } else { -by });
+                let windows: [Real; 12] = core::array::from_fn(|k| window(k as i32));
+                windows
+            };
+            assert_eq!(after(1, &to_and_fro(0.12)), belief());
+            let found = after(1, &to_and_fro(0.10)[..6]);
+            assert!((found.x[GYRO_Y] - 0.01 - sign * 0.01).abs() < 1e-12);
+            let drift: [Real; 6] = core::array::from_fn(|k| sign * (0.01 + 2e-4 * k as Real));
+            let found = after(1, &drift);
+            assert!((found.x[GYRO_Y] - 0.01 - sign * 0.0105).abs() < 1e-12);
+            let mut windows = [sign * 0.01; 11];
+            windows[5] = 0.0;
+            assert_eq!(after(1, &windows), belief());
+            windows[5] = -sign * 0.01;
+            assert_eq!(after(1, &windows), belief());
+        }
+    }
+}

@@ -301,3 +301,214 @@ state!(BlockBuilder { started, with_traction, traction, variance, speed, noise, 
 pub(super) fn stored(figure: Real) -> f32 {
     figure as f32
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT: Real = 0.01;
+
+    /// The block of the samples 1 to 50, which begins at sample 0; the total mass is 10 t.
+    fn block(sample: impl Fn(i32) -> BlockInput) -> Block {
+        let (mut builder, mut rail) = (BlockBuilder::default(), RailMemory::new(12.0));
+        let mut last = None;
+        for k in -49..=50 {
+            let z = sample(k);
+            rail.step(z.speed_mps * DT, Some([0.0, 0.0]));
+            last = last.or(builder.take(&z, 10_000.0, &rail, DT).filter(|_| k == 50));
+        }
+        last.unwrap()
+    }
+
+    fn running(k: i32) -> BlockInput {
+        BlockInput {
+            speed_mps: 1.0 + 0.3 * DT * Real::from(k as i16),
+            acceleration_mps2: 0.3,
+            traction: Some([1_000.0 + 10.0 * Real::from(k as i16), 400.0]),
+            sound: true,
+            ..BlockInput::default()
+        }
+    }
+
+    /// Speed and traction are means over the samples, the acceleration is that of the speeds at its ends; the mean of
+    /// 50 tractions has a fiftieth of their variance.
+    #[test]
+    fn a_block_is_the_mean_of_its_samples() {
+        let block = block(running);
+        let near = |found: f32, expected: Real| {
+            assert!(
+                (Real::from(found) / expected - 1.0).abs() < 1e-6,
+                "{found} {expected}"
+            );
+        };
+        near(block.traction_n, 1_255.0);
+        near(block.variance, 8.0);
+        near(block.speed_mps, 1.0 + 0.3 * 0.255);
+        assert!((block.length_s() - 0.5).abs() < 1e-4 && (block.substep_s() - 0.1).abs() < 2e-5);
+        assert!((block.mean_acceleration() - 0.3).abs() < 1e-4);
+        assert_eq!(block.outcome, AidOutcome::Fused);
+    }
+
+    /// On a rail whose reading is a thousandth of the way, that at a block is that of the middle of its way.
+    #[test]
+    fn a_block_is_in_the_middle_of_its_way() {
+        let (mut builder, mut rail) = (BlockBuilder::default(), RailMemory::new(12.0));
+        let (mut way_m, mut start_m, mut blocks) = (0.0, 0.0, 0);
+        for k in 0..250 {
+            let z = running(k);
+            way_m += z.speed_mps * DT;
+            rail.step(z.speed_mps * DT, Some([1e-3 * way_m, 0.0]));
+            if k == 0 {
+                start_m = way_m;
+            }
+            if let Some(block) = builder.take(&z, 10_000.0, &rail, DT) {
+                let found_m = 1e3 * rail.at(block.place, 0.0, 0.0).u;
+                let middle_m = 0.5 * (start_m + way_m);
+                assert!((found_m - middle_m).abs() < 0.01, "{found_m} {middle_m}");
+                (start_m, blocks) = (way_m, blocks + 1);
+            }
+        }
+        assert_eq!(blocks, 5);
+    }
+
+    /// The accelerometer shares the acceleration out within the block, whatever its bias. One that is shaken is weighed
+    /// against the speeds at the ends of each part, by what both know of it.
+    #[test]
+    fn the_parts_are_those_of_the_instrument_that_knows_them() {
+        let shape = [0.2, -0.1, 0.3, 0.0, 0.1];
+        let other = [-0.1, 0.3, 0.0, 0.1, 0.2];
+        for (walk, noise) in [
+            (0.0, 0.01),
+            (0.03, 0.01),
+            (0.1, 0.01),
+            (0.1, 0.002),
+            (-0.1, 0.01),
+        ] {
+            let walk = walk as Real;
+            let found = block(|k| {
+                let part = |of: [Real; SUBSTEPS]| of[((k - 1).max(0) / 10) as usize];
+                let speed: Real = (1..=k).map(|k| DT * other[((k - 1) / 10) as usize]).sum();
+                BlockInput {
+                    speed_mps: 1.0 + speed,
+                    acceleration_mps2: part(shape) + 0.7,
+                    speed_noise_mps: noise,
+                    seen_walk: walk.abs(),
+                    ..running(k)
+                }
+            });
+            let by_force = walk * walk / 0.1;
+            let by_speed = 2.0 * (noise / 0.1) * (noise / 0.1);
+            let shaken = by_force >= 1e-4;
+            let share = if shaken {
+                by_force / (by_force + by_speed)
+            } else {
+                0.0
+            };
+            for (found, (by_force, by_speed)) in
+                found.accelerations().iter().zip(shape.iter().zip(other))
+            {
+                let expected = by_force + share * (by_speed - by_force);
+                assert!(
+                    (found - expected).abs() < 1.1e-4,
+                    "{walk}: {found} {expected}"
+                );
+            }
+            let sd = (share * by_speed).sqrt();
+            assert!(
+                (found.part_noise_mps2() - sd).abs() < 1.01e-3,
+                "{walk}: {sd}"
+            );
+        }
+    }
+
+    /// Noise of the speeds at both ends over the length, and of the grade: by squares. The force of inertia has the
+    /// former beyond 2.5 mm/s², and a traction that may be late what it changes by in that time.
+    #[test]
+    fn each_noise_adds_its_variance() {
+        for (noise, sum_sd, lag_s) in [
+            (0.0, 0.0, 0.0),
+            (5e-4, 0.0, 0.0),
+            (0.003, 0.0, 0.0),
+            (0.0, 0.001, 0.0),
+            (0.003, 0.001, 0.0),
+            (0.0, 0.0, 0.2),
+            (0.003, 0.001, 0.4),
+        ] {
+            // the largest of the block counts
+            let largest = |k: i32, of: Real| if k == 20 { of } else { 0.5 * of };
+            let found = block(|k| BlockInput {
+                speed_noise_mps: largest(k, noise),
+                sum_sd: largest(k, sum_sd),
+                traction_lag_s: largest(k, lag_s),
+                ..running(k)
+            });
+            let by_speed = 2.0 * (noise / 0.5) * (noise / 0.5);
+            let by_grade = (GRAVITY * sum_sd) * (GRAVITY * sum_sd);
+            let regressor = (by_speed + by_grade).sqrt();
+            assert!(
+                (found.noise_mps2() - regressor).abs() < 5.1e-5,
+                "{noise} {sum_sd}"
+            );
+            let late = lag_s / 0.5 * 490.0;
+            let inertia = 1e8 * (by_speed - 2.5e-3 * 2.5e-3).max(0.0);
+            let expected = 8.0 + late * late + inertia;
+            assert!((Real::from(found.variance) / expected - 1.0).abs() < 1e-6);
+        }
+    }
+
+    /// One sample that is of no use spoils its block, and says why: the brake before a missing instrument, that before
+    /// slip, and slip before torques in doubt.
+    #[test]
+    fn one_sample_spoils_a_block() {
+        let fine = running(20);
+        let doubted = BlockInput {
+            doubt: true,
+            ..fine
+        };
+        let slips = BlockInput {
+            slip: true,
+            ..doubted
+        };
+        let unsound = BlockInput {
+            sound: false,
+            ..slips
+        };
+        let untorqued = BlockInput {
+            traction: None,
+            ..slips
+        };
+        let braked = BlockInput {
+            brake: 0.0021,
+            ..unsound
+        };
+        let brushed = BlockInput {
+            brake: 0.0019,
+            ..fine
+        };
+        for (sample, outcome) in [
+            (fine, AidOutcome::Fused),
+            (brushed, AidOutcome::Fused),
+            (doubted, AidOutcome::Rejected(Rejection::Gate)),
+            (slips, AidOutcome::Rejected(Rejection::Slip)),
+            (unsound, AidOutcome::Stale),
+            (untorqued, AidOutcome::Stale),
+            (braked, AidOutcome::Rejected(Rejection::NotRunning)),
+        ] {
+            for at in [1, 20, 50] {
+                let found = block(|k| if k == at { sample } else { running(k) });
+                assert_eq!(found.outcome, outcome, "{at}");
+            }
+            // the next block is another
+            assert_eq!(
+                block(|k| if k == 0 { sample } else { running(k) }).outcome,
+                AidOutcome::Fused
+            );
+        }
+        // the mean is that of the torques there are
+        let half = block(|k| BlockInput {
+            traction: running(k).traction.filter(|_| k % 2 == 0),
+            ..running(k)
+        });
+        assert!((half.traction_n - 1_260.0).abs() < 1e-3 && (half.variance - 16.0).abs() < 1e-3);
+    }
+}

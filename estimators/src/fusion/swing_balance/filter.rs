@@ -439,6 +439,8 @@ impl State for SwingBalance {
 mod tests {
     use super::*;
     use crate::api::mass_layout::MassLayout;
+    use crate::fusion::swing_balance::block::{BlockBuilder, BlockInput};
+    use crate::rail::rail_memory::RailMemory;
     use crate::testing::vehicles::vehicle;
 
     /// A filter of a train of 5 t with up to 22 t on chains, whose load is correlated with all else.
@@ -573,5 +575,198 @@ mod tests {
         filter.model.nominal.mu_load = 0.0;
         filter.model.swings = false;
         assert!(!filter.is_nonlinear());
+    }
+
+    /// A block of half a second at a speed and an acceleration, whose speeds have a noise, m/s.
+    fn block(speed_mps: Real, a: Real, noise_mps: Real) -> Block {
+        let (mut builder, rail) = (BlockBuilder::default(), RailMemory::new(12.0));
+        let take = |k: u16| {
+            let z = BlockInput {
+                speed_mps: speed_mps + 0.01 * a * Real::from(k),
+                acceleration_mps2: a,
+                speed_noise_mps: noise_mps,
+                traction: Some([0.0, 100.0]),
+                sound: true,
+                ..BlockInput::default()
+            };
+            builder.take(&z, 10_000.0, &rail, 0.01)
+        };
+        (0..120).filter_map(take).nth(1).unwrap()
+    }
+
+    /// Means of rail that was read and is level.
+    const LEVEL: TrainMeans = TrainMeans {
+        tare_deep_kg: 0.0,
+        tare_kg: 0.0,
+        load_deep: 0.0,
+        load: 0.0,
+        load_cos: 1.0,
+        load_curvature_per_m: 0.0,
+        behind_tare_kgm: 0.0,
+        behind_load_m: 0.0,
+        ahead_kgm: 0.0,
+        ahead_m: 0.0,
+        bend_per_m: 0.0,
+    };
+
+    /// A filter of a load that does not swing, with the noise of the residuals or without.
+    fn rigid(residual_noise: bool) -> SwingBalance {
+        let layout = MassLayout::even(5_000.0, [0.0, 12.0], [0.0, 12.0]);
+        let nominal = Nominal::new(&vehicle(), &layout, None, 0.01);
+        let supervision = SwingSupervision {
+            residual_noise,
+            ..Default::default()
+        };
+        SwingBalance::new(nominal, &Default::default(), &supervision)
+    }
+
+    /// Corrects by a block whose traction is off what is expected by so many of its standard deviations; the parts of
+    /// the variance of the innovation that are of the state and of the noise.
+    fn correct(
+        filter: &mut SwingBalance,
+        block: &Block,
+        off_sd: Real,
+    ) -> (BlockCorrection, [Real; 2]) {
+        let (model, x) = (filter.model, filter.belief.x);
+        let aid = filter.aid(&model, block, &LEVEL);
+        let h = aid.H(&x);
+        let of_state = (h.transpose() * filter.belief.P * h).x;
+        let of_noise = aid.R();
+        let mut block = *block;
+        let off = off_sd * (of_state + of_noise).sqrt() - aid.innovation(&x);
+        block.traction_n += off as f32;
+        (filter.correct(&block, &LEVEL), [of_state, of_noise])
+    }
+
+    /// The factor on the noise goes to the square of the residuals with a memory of 4 s where they grow, of 8 s where
+    /// they fall, and to 25 at most. It acts from 1.2 on, on the noise and not on the state; switched off it is 1.
+    #[test]
+    fn the_factor_on_the_noise_follows_the_residuals() {
+        let (now, share) = (block(1.0, 0.3, 0.0), block(1.0, 0.3, 0.0).length_s());
+        for on in [true, false] {
+            let first = rigid(on);
+            let mut expected: Real = 1.0;
+            let mut filter = first;
+            for (off_sd, blocks) in [(3.0, 20), (-0.5, 40), (1.05, 60), (-9.0, 60)] {
+                for _ in 0..blocks {
+                    filter.belief = first.belief;
+                    let (found, [of_state, of_noise]) = correct(&mut filter, &now, off_sd);
+                    let most = (off_sd * off_sd as Real).min(25.0);
+                    let memory_s = if most > expected { 4.0 } else { 8.0 };
+                    if on {
+                        expected += share / memory_s * (most - expected);
+                    }
+                    assert!((filter.inflation / expected - 1.0).abs() < 1e-3);
+                    assert!((found.normalised / off_sd - 1.0).abs() < 1e-3, "{found:?}");
+                    let factor = if expected > 1.2 { expected } else { 1.0 };
+                    let variance = of_state + factor * of_noise;
+                    let found = found.status.innovation_variance;
+                    assert!((found / variance - 1.0).abs() < 1e-3, "{found} {variance}");
+                }
+            }
+        }
+    }
+
+    /// A block weighs the load where the root of the mean square of what moves it, over 10 s, is five times the noise
+    /// of it. One that does not leaves load and variance as they are, and corrects the rest.
+    #[test]
+    fn a_load_that_nothing_moves_is_not_weighed() {
+        let noise = block(1.0, 0.0, 0.0036).noise_mps2();
+        for (by, weighs) in [(0.97, false), (1.03, true), (-1.03, true)] {
+            let now = block(1.0, by * 5.0 * noise, 0.0036);
+            let mut filter = rigid(true);
+            filter.excitation = now.mean_acceleration().powi(2);
+            let before = filter.belief;
+            let (found, _) = correct(&mut filter, &now, 2.0);
+            assert_eq!(found.weighs, weighs, "{by}");
+            let after = filter.belief;
+            assert_eq!(after.x[MASS] != before.x[MASS], weighs);
+            assert_eq!(after.P[(MASS, MASS)] < before.P[(MASS, MASS)], weighs);
+            assert!(after.x[R0] > before.x[R0] && after.P[(R0, R0)] < before.P[(R0, R0)]);
+        }
+        let (mut filter, now) = (rigid(true), block(1.0, 0.3, 0.0));
+        for k in 1..=60 {
+            correct(&mut filter, &now, 0.0);
+            let share = 1.0 - (1.0 - now.length_s() / 10.0).powi(k);
+            assert!((filter.excitation / (0.09 * share) - 1.0).abs() < 1e-2);
+        }
+    }
+
+    #[test]
+    fn a_load_is_between_none_and_the_largest() {
+        for (off_sd, limit) in [(-3.0, 0.0), (3.0, rigid(false).model.nominal.max_load_kg)] {
+            let mut filter = rigid(false);
+            for _ in 0..20 {
+                filter.belief.P[(MASS, MASS)] = 1e8;
+                correct(&mut filter, &block(1.0, 0.8, 0.0), off_sd);
+            }
+            assert_eq!(filter.belief.x[MASS], limit);
+        }
+    }
+
+    /// The force that no model has is 0.006 m/s² on the mass, more where the grade changes with the way (by what the
+    /// places of the masses are wrong by, 0.06 m) and in bends. The grade behind is another by the way of the masses
+    /// onto rail that is not known, with a memory of 2 m; the swing is uncertain by its amplitude.
+    #[test]
+    fn the_noise_of_the_state_is_that_of_the_rail_and_of_the_swing() {
+        let mut of = filter();
+        of.belief.x[MASS] = 9_000.0;
+        let mut x = of.belief.x;
+        (x[ANGLE], x[RATE], x[LENGTH]) = (0.1, 0.3, 0.2);
+        let none = TrainMeans {
+            tare_deep_kg: 14_000.0 * 0.05,
+            ..LEVEL
+        };
+        let noise = |filter: &mut SwingBalance, speed: Real, means: &TrainMeans| {
+            let mut u = SwingInput::default();
+            filter.add_noise(&mut u, &x, &block(speed, 0.0, 0.0), means);
+            u
+        };
+        noise(&mut of, 1.0, &none);
+        let length_s = block(1.0, 0.0, 0.0).length_s();
+        for (speed, change, bend, turn) in [
+            (0.5, 0.0, 0.0, 0.0),
+            (0.5, 0.01, 0.0, 0.01 / (0.5 * length_s)),
+            (-0.5, -0.02, 0.1, 0.02 / (0.5 * length_s)),
+            (0.5, 1.0, 0.0, 0.2),
+            (0.04, 0.01, 0.2, 0.0),
+        ] {
+            for mass_kg in [None, Some(20_000.0)] {
+                let mut filter = of;
+                filter.set_noise_mass(mass_kg);
+                let means = TrainMeans {
+                    tare_deep_kg: 14_000.0 * (0.05 + change) - 9_000.0 * 0.02,
+                    load_deep: 0.02,
+                    bend_per_m: bend,
+                    ..none
+                };
+                let u = noise(&mut filter, speed, &means);
+                let sd = 0.006 + GRAVITY * turn * 0.06 + 0.15 * bend;
+                let expected = mass_kg.unwrap_or(14_000.0) * sd;
+                assert!(
+                    (u.force_sd_n / expected - 1.0).abs() < 1e-6,
+                    "{speed} {change}"
+                );
+                let again = noise(&mut filter, speed, &means).force_sd_n;
+                assert!(
+                    (again / (expected - GRAVITY * turn * 0.06 * u.noise_mass_kg) - 1.0).abs()
+                        < 1e-6
+                );
+                let length_m = filter.model.length_m(&x);
+                assert_eq!(u.length_m, length_m);
+                let amplitude = 0.01 + 0.09 * length_m / GRAVITY;
+                assert!((u.amplitude_rad2 / amplitude - 1.0).abs() < 1e-9);
+            }
+        }
+        for (behind_m, onto_m) in [(0.5, 0.5), (0.5, 0.0), (0.2, 0.0), (1.2, 1.0)] {
+            let means = TrainMeans {
+                behind_tare_kgm: 5_000.0 * behind_m,
+                behind_load_m: behind_m,
+                ..none
+            };
+            let u = noise(&mut of, -0.5, &means);
+            let expected = 4e-4 * (1.0 - (-onto_m as Real).exp());
+            assert!((u.new_grade_rad2 - expected).abs() < 1e-12, "{behind_m}");
+        }
     }
 }

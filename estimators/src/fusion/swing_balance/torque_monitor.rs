@@ -354,6 +354,56 @@ mod tests {
         assert!(late_s(5.0, 0.0, true) <= 1.0);
     }
 
+    /// Torques and command are compared behind a low-pass of 0.3 s: of a step they have, after n samples, all but
+    /// (0.3/(0.3 + dt))ⁿ of it, and just as much of the command's step is still to come. Ages have one of 5 s. A torque
+    /// that is missing stays where it was.
+    #[test]
+    fn all_is_behind_the_same_low_pass() {
+        for dt in [0.005, 0.02] {
+            let mut monitor = new(true);
+            let mut z = Channels {
+                commanded_torque_nm: [30.0; MAX_DRIVES],
+                age_s: [0.3, 0.1, 7.0],
+                ..Channels::default()
+            };
+            z.motor_torque_nm[1] = Some(-40.0);
+            for n in 1..=200 {
+                let _ = monitor.traction(&z, 1.0, dt);
+                let left = (0.3 / (0.3 + dt)).powi(n);
+                let near = |found: f32, expected: Real| {
+                    assert!(
+                        (Real::from(found) - expected).abs() < 1e-3,
+                        "{n}: {found} {expected}"
+                    );
+                };
+                near(monitor.commanded, 30.0 * (1.0 - left));
+                near(monitor.smooth[1], -40.0 * (1.0 - left));
+                near(monitor.changing, 30.0 * left * (0.3 + dt) / 0.3);
+                assert_eq!(monitor.smooth[0], 0.0);
+                let age_s = 0.2 * (1.0 - (5.0 / (5.0 + dt)).powi(n));
+                assert!((monitor.age_s - age_s).abs() < 1e-9);
+            }
+        }
+    }
+
+    /// A lag τ of a command that changes by r makes τ r: it is told by Σ τ r²/(Σ r² + 0.2²), so that a command that
+    /// hardly changes tells none, beyond the 0.1 s that a motor may have. Sums of both have a memory of 30 s.
+    #[test]
+    fn a_lag_is_told_by_a_command_that_changes() {
+        for rate in [0.02, 0.2, 2.0, -20.0] {
+            let mut monitor = new(true);
+            let mut last = 0.0;
+            for k in 1..=2_000 {
+                (monitor.commanded, last) = (50.0, 50.0 - 0.6 * rate);
+                monitor.observe_lag(last, rate, DT);
+                let square = rate * rate * (1.0 - (1.0 - DT / 30.0 as Real).powi(k));
+                let expected = (0.6 * square / (square + 0.04) - 0.1).clamp(0.0, 1.0);
+                assert!((monitor.lag_s() - expected).abs() < 2e-3, "{rate} {k}");
+            }
+            assert!(last != 50.0);
+        }
+    }
+
     #[test]
     fn unmonitored_torques_are_never_doubted() {
         let mut monitor = new(false);
