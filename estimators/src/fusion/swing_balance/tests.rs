@@ -445,7 +445,7 @@ fn a_block_that_is_kept_is_gone_over_again_and_one_that_is_not_is_not() {
     assert!(written > 40);
     for back in [5, 25, 26, 27, 30] {
         let World { mut mass, rail, .. } = weighed;
-        mass.search.begin();
+        mass.search.begin([0.5, 1.0]);
         mass.trial_next = written - back;
         mass.search_step(&rail);
         let goes_on = back <= 26;
@@ -475,7 +475,7 @@ fn blocks_that_are_no_longer_kept_are_not_waited_for() {
     world.weigh(1.0);
     let mut most = 0;
     for _ in 0..2_000 {
-        world.mass.search.begin();
+        world.mass.search.begin([0.5, 1.0]);
         world.mass.trial_next = world.mass.written;
         world.go(1.0, 1.5 * DT, |_| ());
         most = most.max(world.mass.written - world.mass.taken);
@@ -567,7 +567,7 @@ fn a_search_takes_as_long_at_every_rate() {
     weighed.weigh(1.0);
     for (dt, blocks) in [(0.002, 1), (0.012, 1), (0.025, 2), (0.055, 5), (0.3, 10)] {
         let World { mut mass, rail, .. } = weighed;
-        mass.search.begin();
+        mass.search.begin([0.5, 1.0]);
         mass.trial_next = mass.written - 24;
         let (from, mass_kg) = (mass.trial_next, mass.mass_kg());
         mass.step(&BlockInput::default(), mass_kg, &rail, dt);
