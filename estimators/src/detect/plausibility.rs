@@ -228,7 +228,7 @@ mod tests {
         checks.gyro_is_sound()
     }
 
-    /// What a fault makes of a reading.
+    /// Change of a reading by a fault.
     type Fault = fn(&mut Reading);
 
     fn scale_force(z: &mut Reading, factor: Real) {
@@ -240,7 +240,8 @@ mod tests {
         axes.into_iter().flatten().for_each(|f| *f *= factor);
     }
 
-    /// The accelerometer or the wheels are wrong for a while, wherever on a hill that begins: it is not the gyro's fault.
+    /// The accelerometer or the wheels are wrong for a while, wherever on a hill that begins: it is not the gyro's
+    /// fault.
     #[test]
     fn a_gyro_is_kept_while_another_instrument_is_wrong() {
         let faults: [(&str, Fault, &[Real]); 6] = [

@@ -240,8 +240,8 @@ mod tests {
         (0..60).find_map(take).unwrap()
     }
 
-    /// A train of 12 m with its IMU in the middle and its load on chains of this length or none, weighed on a slope in a
-    /// bend, which has been read up to the IMU.
+    /// A train of 12 m with its IMU in the middle and its load on chains of this length or none, weighed on a slope in
+    /// a bend, which has been read up to the IMU.
     fn weighed(chain_m: Real) -> (RailMemory, SwingMass, Nominal) {
         let of = vehicle();
         let mut layout = MassLayout::even(of.tare_kg, [-6.0, 6.0], [-6.0, 6.0]);

@@ -94,7 +94,8 @@ impl StartSearch {
     }
 
     /// Ends a pass that has come to this load and variance, as shares of the largest load and of its square. After the
-    /// last one: the variance that the sum of all passes has about that load, and what the filter alone contradicts it by.
+    /// last one: the variance that the sum of all passes has about that load, and what the filter alone contradicts it
+    /// by.
     pub fn close(&mut self, load: Real, variance: Real) -> Option<Real> {
         if self.is_last() {
             self.active = false;
