@@ -102,7 +102,7 @@ impl StartSearch {
             let [weight, first, second] = self.sums;
             let [mean, square] = [first, second].map(|sum| sum / weight.max(Real::MIN_POSITIVE));
             let mixed = (square - 2.0 * mean * load + load * load).max(variance);
-            // the filter alone is a witness, too: by what it contradicts the best pass, that is in doubt
+            // the best pass is doubtful by what the load of the filter alone differs from it
             let [alone, doubt] = self.alone;
             let apart = (load - alone) * (load - alone) - doubt;
             return Some(mixed + apart.max(0.0));
@@ -131,7 +131,7 @@ state!(StartSearch { active, pass, best, square, best_square, sums, alone; } whe
 mod tests {
     use super::*;
 
-    /// A filter that knows nothing by itself.
+    /// Load and variance of a filter that has weighed nothing yet.
     const NONE: [Real; 2] = [0.5, 1.0];
 
     /// Loads, variances and sums of squares of the passes, and the mixture of them written out.
