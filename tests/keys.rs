@@ -212,8 +212,14 @@ const OTHERS: &[(&str, &str)] = &[
         "physics.plant.kind",
         "`physics.plant` with parameters: of a program's own",
     ),
-    ("drive.controller.fmu", "plugin/tests/controllers.rs"),
-    ("drive.controller.map", "plugin/tests/controllers.rs"),
+    (
+        "drive.controller.fmu",
+        "interfaces/foreign/tests/controllers.rs",
+    ),
+    (
+        "drive.controller.map",
+        "interfaces/foreign/tests/controllers.rs",
+    ),
     ("estimators", "parts: tests/own_parts.rs"),
     ("expect", "judges"),
     ("integrity", "judges"),

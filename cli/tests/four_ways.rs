@@ -1,5 +1,5 @@
 //! One filter written in Rust and in C, and the one in C as an FMU: the same estimates, runs, verdicts and tuning. (The
-//! one in Python: `python/tests/test_own.py`.)
+//! one in Python: `interfaces/python/tests/test_own.py`.)
 
 #![cfg(unix)] // compiles with `cc`
 #![allow(clippy::unwrap_used)] // helpers of tests

@@ -133,13 +133,13 @@ fn a_log_is_inspected() {
     ] {
         assert!(out.contains(words), "{words} in\n{out}");
     }
-    let bus = of_project("logs/tests/data/can.log");
+    let bus = of_project("interfaces/logs/tests/data/can.log");
     assert!(dir.refused(&["inspect", &bus]).contains("--dbc"));
     let (code, out, _) = dir.monorig(&[
         "inspect",
         &bus,
         "--dbc",
-        &of_project("logs/tests/data/crane.dbc"),
+        &of_project("interfaces/logs/tests/data/crane.dbc"),
     ]);
     assert!(
         code == Some(0) && out.contains("IMU_ACC: 200 rows"),

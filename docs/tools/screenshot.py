@@ -19,7 +19,7 @@ import sys
 import time
 from pathlib import Path
 
-# The 3-D view: FIRST_ID in viz/src/views.rs.
+# The 3-D view: FIRST_ID in interfaces/viz/src/views.rs.
 TRAIN_VIEW = "6d6f6e6f-7269-6700-0000-000000000001"
 
 

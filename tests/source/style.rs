@@ -5,23 +5,13 @@ use std::path::{Path, PathBuf};
 /// Widest line of a comment, characters.
 const MAX_COLUMNS: usize = 120;
 
-/// For each folder: how many lines of comments are wider, and how many doc comments open with a noun clause. Both may
-/// only fall.
-const AT_MOST: [(&str, usize, usize); 14] = [
+/// Members in which so many comments are wider, and so many doc comments open with a noun clause. Both may only fall; in
+/// every other member and in the examples there are none.
+const AT_MOST: [(&str, usize, usize); 4] = [
     ("estimators", 13, 0),
     ("sim", 2, 0),
-    ("logs", 1, 2),
+    ("interfaces/logs", 1, 2),
     ("lab", 1, 19),
-    ("viz", 0, 0),
-    ("cli", 0, 0),
-    ("tests", 0, 0),
-    ("testing", 0, 0),
-    ("python", 0, 0),
-    ("abi", 0, 0),
-    ("plugin", 0, 0),
-    ("c", 0, 0),
-    ("fmu", 0, 0),
-    ("examples", 0, 0),
 ];
 
 /// Every source file below a folder; links and what is built are left out.
@@ -71,9 +61,12 @@ fn counts(text: &str) -> (Vec<&str>, Vec<&str>) {
 #[test]
 fn comments_fit_and_open_with_a_sentence() {
     let mut wrong = String::new();
-    for (folder, most_wide, most_clauses) in AT_MOST {
+    let examples = "examples".to_owned();
+    for folder in crate::members().into_iter().chain([examples]) {
+        let known = AT_MOST.iter().find(|(name, ..)| *name == folder);
+        let &(_, most_wide, most_clauses) = known.unwrap_or(&("", 0, 0));
         let (mut wide, mut clauses) = (Vec::new(), Vec::new());
-        for file in sources(&crate::project().join(folder)) {
+        for file in sources(&crate::project().join(&folder)) {
             let text = std::fs::read_to_string(&file).unwrap();
             let found = counts(&text);
             let name = |line: &str| format!("  {}: {}\n", file.display(), line.trim());

@@ -32,8 +32,8 @@ fn several(folder: &str) -> BTreeMap<String, Vec<String>> {
 #[test]
 fn a_type_name_has_one_meaning_in_its_crate() {
     let mut wrong = String::new();
-    for folder in crate::CRATES {
-        for (name, places) in several(folder) {
+    for folder in crate::libraries() {
+        for (name, places) in several(&folder) {
             wrong += &format!("{folder}: `{name}` is defined in {}\n", places.join(", "));
         }
     }

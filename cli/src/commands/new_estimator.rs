@@ -50,7 +50,7 @@ const C: Example = Example {
 };
 
 const PYTHON: Example = Example {
-    folder: "python/examples",
+    folder: "interfaces/python/examples",
     files: &["climb.yaml", "test_climb.py", "two_state.py"],
     estimator: "two_state.py",
     next: "python test_climb.py",

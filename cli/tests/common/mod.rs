@@ -358,7 +358,7 @@ pub fn compile(dir: &TestFolder, library: &str, source: &str, defined: &str) -> 
     let project = project();
     let mut cc = Command::new(std::env::var_os("CC").unwrap_or("cc".into()));
     cc.args(["-shared", "-fPIC", "-O2", "-std=c99", "-I"]);
-    cc.arg(project.join("abi/include"));
+    cc.arg(project.join("interfaces/c/include"));
     cc.args(defined.split_whitespace().map(|word| format!("-D{word}")));
     cc.arg("-o").arg(dir.path(library));
     cc.arg(project.join(source)).arg("-lm");

@@ -20,6 +20,11 @@ pub(super) struct Example {
 }
 
 impl Example {
+    /// Returns the way from it to the sources of monorig, as its files name it.
+    fn way(&self) -> String {
+        "../".repeat(self.folder.split('/').count())
+    }
+
     /// Returns whether it is a crate, which has a name and a lock file.
     fn is_crate(&self) -> bool {
         self.files.contains(&LOCK)
@@ -28,8 +33,6 @@ impl Example {
 
 /// Name of the crate that is copied.
 const CRATE_NAME: &str = "own_estimator";
-/// The way from an example to the sources of monorig, as its files name it.
-const WAY: &str = "../../";
 const LOCK: &str = "Cargo.lock";
 /// Between two packages of a lock file.
 const PACKAGE: &str = "\n[[package]]\n";
@@ -151,8 +154,8 @@ fn fill(
         let text = read_text(&sources.join(example.folder).join(file))?;
         let text = match *file {
             LOCK => renamed_lock(&text, name),
-            _ if example.is_crate() => text.replace(WAY, way).replace(CRATE_NAME, name),
-            _ => text.replace(WAY, way),
+            _ if example.is_crate() => text.replace(&example.way(), way).replace(CRATE_NAME, name),
+            _ => text.replace(&example.way(), way),
         };
         crate::ui::output::write(&folder.join(file), &text)?;
     }

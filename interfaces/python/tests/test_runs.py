@@ -1,0 +1,94 @@
+"""A run has the numbers that the program writes, to the last bit, and hands them on without a copy."""
+
+from __future__ import annotations
+
+import json
+import pathlib
+import subprocess
+
+import numpy as np
+import polars
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+import monorig
+
+MAP = pathlib.Path(__file__).resolve().parents[3] / "tests/data/real/husky/husky.map.yaml"
+
+
+@pytest.mark.parametrize("name", ["liu2023_section1", "minimal", "load_sway"])
+def test_channels_are_those_of_the_program(
+    name: str, scenarios: pathlib.Path, program: str, tmp_path: pathlib.Path
+) -> None:
+    scenario = scenarios / f"{name}.yaml"
+    command = [program, "run", str(scenario), "--no-rerun", "--out", str(tmp_path / "theirs")]
+    assert subprocess.run(command, capture_output=True, check=False).returncode in (0, 1)
+    theirs = tmp_path / f"theirs/{name}/1"
+    run = monorig.run(scenario)
+    ours = pa.record_batch(run)
+    table = pq.read_table(theirs / "channels.parquet")
+    assert ours.schema.names == table.column_names and ours.num_rows == table.num_rows > 500
+    for column in ours.schema.names:
+        here, there = ours.column(column), table[column].combine_chunks()
+        assert here.is_null().equals(there.is_null()), column
+        a, b = here.to_numpy(zero_copy_only=False), there.to_numpy(zero_copy_only=False)
+        assert a[a == a].tobytes() == b[b == b].tobytes(), column
+        assert ours.schema.field(column).metadata == table.schema.field(column).metadata
+    saved = run.save(tmp_path / "ours")
+    assert (saved / "channels.parquet").read_bytes() == (theirs / "channels.parquet").read_bytes()
+    assert (saved / "metrics.json").read_bytes() == (theirs / "metrics.json").read_bytes()
+    # other program, same inputs
+    here, there = (json.loads((at / "manifest.json").read_text()) for at in (saved, theirs))
+    assert here["inputs"] == there["inputs"] and here["resolved"] == there["resolved"]
+    assert here["monorig"]["program"] != there["monorig"]["program"]
+
+
+def test_nothing_is_copied_on_the_way_to_arrow_and_numpy(scenarios: pathlib.Path) -> None:
+    run = monorig.run(scenarios / "minimal.yaml")
+    first, second = pa.record_batch(run), pa.record_batch(run.channels)
+    for column in (0, first.schema.get_field_index("truth/speed")):
+        buffer = first.column(column).buffers()[1]
+        assert buffer.address == second.column(column).buffers()[1].address
+        assert first.column(column).to_numpy(zero_copy_only=True).ctypes.data == buffer.address
+
+
+def test_what_a_run_says(scenarios: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    run = monorig.run(scenarios / "liu2023_section1.yaml", seed=3, estimators=["rail_fusion"])
+    assert (run.scenario, run.seed, run.finished) == ("liu2023_section1", 3, True)
+    assert run.metrics["rail_fusion"]["slope_rmse_deg"] == run.summary["estimators"]["rail_fusion"]["slope_rmse_deg"]
+    assert run.passed == all(e.held or e.known_failure for e in run.expectations)
+    bounded = [e for e in run.expectations if e.bound.startswith("≤") and "and" not in e.bound]
+    assert bounded and all(e.held == (e.value is not None and e.value <= float(e.bound[2:])) for e in bounded)
+    frame = run.to_pandas()
+    assert frame.index.name == "time" and len(frame) == len(run["time"])
+    assert run.to_polars()["time"].to_list() == run["time"].tolist()
+    speed = polars.DataFrame(run.channels)["truth/speed"]
+    assert np.array_equal(run["truth/speed"], speed.to_numpy())
+    assert not set(run.metrics["rail_fusion"]) & set(run.run_metrics)
+    page = run.report(tmp_path / "report.html").read_text()
+    assert "liu2023_section1, seed 3" in page and "</html>" in page
+    shown = run._repr_html_()
+    assert "<svg" in shown and "rail_fusion" in shown and ("passed" if run.passed else "failed") in shown
+
+
+def test_changes_reach_the_scenario_and_the_files_that_it_names(scenarios: pathlib.Path) -> None:
+    light = monorig.run(scenarios / "minimal.yaml", set={"load.mass_kg": 1000, "stop.after_s": 5.0})
+    heavy = monorig.run(scenarios / "minimal.yaml", set={"load.mass_kg": 9000, "stop.after_s": 5.0})
+    assert heavy["truth/total_mass"][0] - light["truth/total_mass"][0] == pytest.approx(8000)
+    assert heavy["time"][-1] == pytest.approx(5.0, abs=0.05)
+
+
+def test_a_log_is_played(tmp_path: pathlib.Path) -> None:
+    from two_state import TwoState
+
+    run = monorig.replay(MAP, estimators={"mine": TwoState, "complementary_filter": None})
+    assert set(run.metrics) == {"mine", "complementary_filter"}
+    assert not run.refusals and np.isfinite(run["estimates/mine/grade"]).any()
+
+
+def test_the_viewer_gets_every_channel(scenarios: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    pytest.importorskip("rerun")
+    run = monorig.run(scenarios / "minimal.yaml", set={"stop.after_s": 5.0})
+    run.show(tmp_path / "run.rrd")
+    assert b"truth/speed" in (tmp_path / "run.rrd").read_bytes()
