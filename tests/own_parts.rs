@@ -253,7 +253,6 @@ fn numbers_flags_and_words_are_tuned() {
             folder: folder.path().join("out"),
             cache: folder.path().join("cache"),
             jobs: 1,
-            queue: None,
             begin: Begin::New,
             monorig: Identity::of_program(None),
         };

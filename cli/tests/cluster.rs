@@ -1,12 +1,10 @@
-//! Work over several processes: shards of a test, and workers of a tuning run.
+//! Work over several processes: shards of a test.
 
 #![allow(clippy::unwrap_used)]
 
 mod common;
 
 use common::TestFolder;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
 
 const QUICK: &str = "\
 version: 1
@@ -107,120 +105,4 @@ fn shards_of_a_test_are_judged_by_merge() {
     }
     let told = dir.refused(&["test", "all", "--shard", "1/2"]);
     assert!(told.contains("--json"), "{told}");
-}
-
-/// Every evaluation takes long enough for a worker to be killed in it.
-const STUDY: &str = "\
-version: 1
-why: A sample.
-estimator: dffrls_aekf_robust
-evaluation: closed_loop
-parameters:
-  delta: {from: 0.9, to: 0.9999, scale: memory}
-tuning:
-  - {scenario: scenario.yaml, set: {start.chainage_m: 58, stop.after_s: 30, events: [], expect: []}, seeds: 1..4}
-validation:
-  - {scenario: scenario.yaml, set: {start.chainage_m: 58, stop.after_s: 30, events: [], expect: []}, seeds: [7, 8]}
-objective:
-  metrics: [{metric: slope_rmse_deg, after_s: 20}]
-optimiser: cma_es
-budget: 6
-sensitivity: {curve: 3, map: 2, map_parameters: 1}
-";
-
-fn results(dir: &TestFolder, out: &str) -> Vec<String> {
-    let names = [
-        "report.html",
-        "trials.jsonl",
-        "winner.yaml",
-        "validation.json",
-        "sensitivity.json",
-    ];
-    let read = |name: &&str| dir.read(&format!("{out}/tune/study/{name}"));
-    names.iter().map(read).collect()
-}
-
-fn start(dir: &TestFolder, arguments: &[&str]) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_monorig"))
-        .args(arguments)
-        .current_dir(dir.path(""))
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap()
-}
-
-/// Three workers, one of them killed with a question in its hands: the same results as of one process.
-#[test]
-fn workers_change_nothing_and_a_killed_one_neither() {
-    let dir = TestFolder::new();
-    dir.write("study.yaml", STUDY.as_bytes());
-    let (code, told, err) = dir.monorig(&[
-        "tune",
-        "study.yaml",
-        "--no-rerun",
-        "--jobs",
-        "1",
-        "--out",
-        "one",
-    ]);
-    assert_eq!(code, Some(0), "{told}{err}");
-
-    let worker = ["tune", "study.yaml", "--worker", "queue", "--jobs", "1"];
-    let mut victim = start(&dir, &worker);
-    let mut others = [start(&dir, &worker), start(&dir, &worker)];
-    let mut search = start(
-        &dir,
-        &[
-            "tune",
-            "study.yaml",
-            "--no-rerun",
-            "--jobs",
-            "1",
-            "--queue",
-            "queue",
-            "--out",
-            "many",
-        ],
-    );
-    let held = |pid: u32| {
-        let taken = std::fs::read_dir(dir.path("queue/taken"));
-        let names = taken.into_iter().flatten().flatten().map(|e| e.file_name());
-        let mark = format!("@{pid}-");
-        names
-            .filter(|n| n.to_string_lossy().contains(&mark))
-            .count()
-    };
-    let begun = Instant::now();
-    while held(victim.id()) == 0 {
-        assert!(
-            begun.elapsed() < Duration::from_secs(120),
-            "it never took a question"
-        );
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    victim.kill().unwrap(); // SIGKILL
-    victim.wait().unwrap();
-    assert_eq!(search.wait().unwrap().code(), Some(0));
-    for other in &mut others {
-        assert_eq!(
-            other.wait().unwrap().code(),
-            Some(0),
-            "a worker ends with the search"
-        );
-    }
-    assert!(results(&dir, "one") == results(&dir, "many"));
-    assert!(
-        !dir.path("runs/tune/study").exists(),
-        "a worker writes no results"
-    );
-
-    // a worker of another study does not answer
-    dir.write(
-        "study.yaml",
-        STUDY.replace("budget: 6", "budget: 7").as_bytes(),
-    );
-    std::fs::remove_file(dir.path("queue/finished")).unwrap();
-    let told = dir.refused(&worker);
-    assert!(told.contains("made from something else"), "{told}");
 }

@@ -18,9 +18,8 @@ use monorig_lab::tuning::run::{self, Ended, TuningRun};
 use monorig_lab::tuning::search::Begin;
 use monorig_lab::tuning::side_by_side;
 use monorig_lab::tuning::trial_store::Trial;
-use monorig_lab::tuning::worker::Worker;
 use monorig_sim::closed_loop::registry::Registry;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 const EXAMPLES: &str = "\
@@ -29,8 +28,6 @@ Examples:
       search; results go to runs/tune/quick/
   monorig tune scenarios/tuning/quick.yaml --resume
       go on after an interruption, with the same future
-  monorig tune scenarios/tuning/quick.yaml --restart --queue queue
-      search anew, with workers on other machines (the same with --worker queue)
   monorig check scenarios/tuning/*.yaml
       find mistakes in studies without running them
 
@@ -54,12 +51,6 @@ pub struct TuneArgs {
     pub restart: bool,
     #[command(flatten)]
     pub jobs: Jobs,
-    /// Search with other processes: ask through this folder what they (`--worker`) answer. The result is the same
-    #[arg(long, value_name = "DIR", conflicts_with = "worker")]
-    pub queue: Option<PathBuf>,
-    /// Answer the questions of a search that asks through this folder, until it is over; nothing else is written
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["resume", "restart", "no_rerun"])]
-    pub worker: Option<PathBuf>,
     #[command(flatten)]
     pub out: Out,
     /// Do not write before_after.rrd
@@ -82,32 +73,13 @@ impl Command for TuneArgs {
 fn tune(task: &TuneArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let study = prepare::tuning(&task.file, registry)?;
     let out = task.out.get();
-    let jobs = task.jobs.get().get();
-    let cache = |folder: &Path| task.cache.clone().unwrap_or_else(|| folder.join(".cache"));
-    if let Some(folder) = &task.worker {
-        interrupt::listen();
-        let worker = Worker {
-            study: &study,
-            folder,
-            cache: cache(&out.join("tune")),
-            jobs,
-            monorig: identity(),
-        };
-        let answered = worker.run(&interrupt::go_on)?;
-        note(&format!("{answered} questions answered"));
-        return match interrupt::go_on() {
-            true => Ok(CommandOutcome::Held),
-            false => Err(CliError::Interrupted),
-        };
-    }
     prepare_out(&out)?;
     interrupt::listen();
     let folder = out.join("tune");
     let tuning = TuningRun {
         folder: folder.join(&study.name),
-        cache: cache(&folder),
-        jobs,
-        queue: task.queue.clone(),
+        cache: task.cache.clone().unwrap_or_else(|| folder.join(".cache")),
+        jobs: task.jobs.get().get(),
         begin: match (task.resume, task.restart) {
             (true, _) => Begin::Resume,
             (_, true) => Begin::Restart,
@@ -161,10 +133,6 @@ impl TuningProgress {
 }
 
 impl Progress for TuningProgress {
-    fn go_on(&self) -> bool {
-        interrupt::go_on()
-    }
-
     fn stage(&self, name: &str, share: f64) -> bool {
         self.show(name, share)
     }

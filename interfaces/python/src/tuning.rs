@@ -83,7 +83,6 @@ pub(crate) fn tune(
             folder: folder.clone(),
             cache,
             jobs: jobs.max(1),
-            queue: None,
             begin,
             monorig,
         };
@@ -129,11 +128,7 @@ fn answer(
     ready: &Sender<Result<bool, Error>>,
     questions: &Receiver<Question>,
 ) {
-    let means = Means {
-        cache,
-        jobs,
-        asker: None,
-    };
+    let means = Means { cache, jobs };
     let objective = match StudyObjective::new(study, means, told) {
         Ok(Some(objective)) => objective,
         Ok(None) => return drop(ready.send(Ok(false))),

@@ -7,7 +7,6 @@ use crate::replay::kept::{KeptOfRun, play_kept};
 use crate::replay::{ReplayData, cache::Cache, play::play};
 use crate::tuning::loss::metric_windows;
 use crate::tuning::progress::Progress;
-use crate::tuning::queue::{Asker, Question};
 use crate::tuning::study::Values;
 use crate::tuning::study::{Evaluation, RunGroup, TuningStudy};
 use monorig_estimators::registry::AnyEstimator;
@@ -16,11 +15,8 @@ use monorig_sim::closed_loop::registry::BoxedEstimator;
 use monorig_sim::closed_loop::run;
 use monorig_sim::config::scenario::{IntegrityLimits, Scenario};
 use monorig_sim::error::Error;
-use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
 
 /// A metric over a window of time.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,8 +30,7 @@ pub(crate) struct MetricWindow {
 }
 
 /// The runs for tuning, or those for validation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// Those the optimiser sees.
     Tuning,
@@ -74,21 +69,16 @@ impl Stage {
 pub struct Means<'a> {
     /// Folder of the recordings.
     pub cache: &'a Cache,
-    /// Threads of this process.
+    /// Threads.
     pub jobs: usize,
-    /// A queue through which other processes answer too.
-    pub asker: Option<&'a Asker<'a>>,
 }
 
 /// Runs ready to be evaluated.
 pub struct Evaluator<'a> {
     study: &'a TuningStudy,
-    stage: Stage,
     runs: Vec<OneRun>,
     windows: Vec<MetricWindow>,
-    means: Means<'a>,
-    /// Runs that a worker has made ready.
-    ready: Mutex<HashMap<(Stage, usize), Arc<OneRun>>>,
+    jobs: usize,
 }
 
 /// A scenario and seed, and where its samples come from.
@@ -165,85 +155,23 @@ impl<'a> Evaluator<'a> {
         });
         let runs: Option<Vec<OneRun>> = runs.into_iter().collect::<Result<_, Error>>()?;
         Ok(runs.map(|runs| Self {
+            study,
             runs,
-            ..Self::empty(study, stage, means)
+            windows: metric_windows(&study.file),
+            jobs: means.jobs,
         }))
     }
 
-    /// Evaluator of a worker: a run is made ready when a question needs it.
-    pub(crate) fn of_worker(study: &'a TuningStudy, cache: &'a Cache) -> Self {
-        let means = Means {
-            cache,
-            jobs: 1,
-            asker: None,
-        };
-        Self::empty(study, Stage::Tuning, means)
-    }
-
-    fn empty(study: &'a TuningStudy, stage: Stage, means: Means<'a>) -> Self {
-        Self {
-            study,
-            stage,
-            runs: Vec::new(),
-            windows: metric_windows(&study.file),
-            means,
-            ready: Mutex::default(),
-        }
-    }
-
-    /// The metrics of the study over all runs with these parameters; the order is that of the study, whoever has
-    /// evaluated them.
-    pub fn evaluate(&self, values: &Values) -> Result<Vec<RunMetrics>, Error> {
-        let measured = match self.means.asker {
-            None => map_in_order(self.means.jobs, &self.runs, |run| self.one(run, values)),
-            Some(asker) => {
-                let question = |run| Question {
-                    stage: self.stage,
-                    run,
-                    values: values.clone(),
-                };
-                let questions: Vec<Question> = (0..self.runs.len()).map(question).collect();
-                let work = |q: &Question| self.one(&self.runs[q.run], &q.values);
-                asker.ask(&questions, self.means.jobs, &work)?
-            }
-        };
+    /// The metrics of the study over all runs with these parameters, in the order of the study.
+    pub fn evaluate(&self, values: &Values) -> Vec<RunMetrics> {
+        let measured = map_in_order(self.jobs, &self.runs, |run| self.one(run, values));
         let runs = self.runs.iter().zip(measured);
-        Ok(runs
-            .map(|(run, values)| RunMetrics {
-                group: run.group,
-                seed: run.seed,
-                values,
-            })
-            .collect())
-    }
-
-    /// The answer to a question: the metrics, or why the trial has failed. An error if its run cannot be made ready.
-    pub(crate) fn answer(
-        &self,
-        question: &Question,
-        go_on: &dyn Fn() -> bool,
-    ) -> Result<Result<Vec<f64>, String>, Error> {
-        let key = (question.stage, question.run);
-        let known = || self.ready.lock().unwrap_or_else(PoisonError::into_inner);
-        let ready = known().get(&key).cloned();
-        let run = match ready {
-            Some(run) => run,
-            None => {
-                let of_stage = question.stage.list(self.study);
-                let Some(run) = of_stage.get(question.run) else {
-                    return Ok(Err("there is no such run".into()));
-                };
-                let cache = self.means.cache;
-                let made =
-                    OneRun::prepare(self.study, question.stage, *run, cache, &mut |_| go_on())?;
-                let Some(made) = made.map(Arc::new) else {
-                    return Ok(Err("interrupted".into()));
-                };
-                known().insert(key, made.clone());
-                made
-            }
-        };
-        Ok(self.one(&run, &question.values))
+        runs.map(|(run, values)| RunMetrics {
+            group: run.group,
+            seed: run.seed,
+            values,
+        })
+        .collect()
     }
 
     /// The metrics of one run.

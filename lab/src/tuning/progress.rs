@@ -4,10 +4,6 @@ use crate::tuning::trial_store::Trial;
 
 /// Follows a tuning run and may stop it. Called from several threads.
 pub trait Progress: Sync {
-    /// Returns whether to go on; asked often.
-    fn go_on(&self) -> bool {
-        true
-    }
     /// A stage has come to this share of its way, 0…1. Returns whether to go on.
     fn stage(&self, name: &str, share: f64) -> bool;
     /// A trial is scored; `best` is the best so far. Returns whether to go on.

@@ -4,13 +4,12 @@ use crate::replay::cache::Cache;
 use crate::tuning::baseline::Baseline;
 use crate::tuning::evaluate::{Evaluator, Means, Stage};
 use crate::tuning::progress::Progress;
-use crate::tuning::queue::Asker;
 use crate::tuning::report;
 use crate::tuning::result::{Trace, TuningResult};
 use crate::tuning::search::{Begin, search};
 use crate::tuning::sensitivity::{Sensitivity, sensitivity};
 use crate::tuning::study::{RunGroup, TuningStudy};
-use crate::tuning::trial_store::{self, Trial, TrialsHeader};
+use crate::tuning::trial_store::{self, Trial};
 use crate::tuning::validate;
 use crate::tuning::write;
 use monorig_sim::error::Error;
@@ -26,8 +25,6 @@ pub struct TuningRun {
     pub cache: PathBuf,
     /// Threads.
     pub jobs: usize,
-    /// Folder through which other processes answer too, if there is one.
-    pub queue: Option<PathBuf>,
     /// Treatment of trials that are there already.
     pub begin: Begin,
     /// The program that runs it.
@@ -45,11 +42,7 @@ pub enum Ended {
 /// Run a study. If `progress` stopped it, what is in the store stays, and the study can be resumed.
 pub fn run(study: &TuningStudy, run: &TuningRun, progress: &dyn Progress) -> Result<Ended, Error> {
     let store = store_of(&run.folder);
-    let finished = match finished(study, run, &store, progress) {
-        Err(_) if !progress.go_on() => None, // stopped while it waited for answers
-        other => other?,
-    };
-    match finished {
+    match finished(study, run, &store, progress)? {
         Some(result) => Ok(Ended::Finished(Box::new(result))),
         None => Ok(Ended::Interrupted(trial_store::count(&store))),
     }
@@ -66,17 +59,6 @@ fn finished(
         trial_store::vacant(store)?; // found out before anything is recorded
     }
     let cache = Cache::new(&run.cache, &run.monorig);
-    let header = || TrialsHeader {
-        study: study.name.clone(),
-        made_from: study.made_from(&run.monorig),
-    };
-    let asker = match run.queue.as_deref() {
-        None => None,
-        Some(dir) => match Asker::new(dir, &header(), progress)? {
-            None => return Ok(None),
-            asker => asker,
-        },
-    };
     std::fs::create_dir_all(&run.folder).map_err(|source| Error::Io {
         path: run.folder.clone(),
         source,
@@ -84,7 +66,6 @@ fn finished(
     let means = Means {
         cache: &cache,
         jobs: run.jobs,
-        asker: asker.as_ref(),
     };
     let evaluator = |stage| Evaluator::prepare(study, stage, means, progress);
     let baseline =
@@ -115,8 +96,8 @@ fn finished(
         return Ok(None);
     };
     let validation =
-        validate::validate(study, &unseen, &held_out, &winner.parameters, winner.loss())?;
-    let Some(sensitivity) = sensitivity(study, &tuning, &tuned_on, &winner.parameters, progress)?
+        validate::validate(study, &unseen, &held_out, &winner.parameters, winner.loss());
+    let Some(sensitivity) = sensitivity(study, &tuning, &tuned_on, &winner.parameters, progress)
     else {
         return Ok(None);
     };

@@ -150,13 +150,7 @@ impl TrialRunner<'_> {
                 origin: origin.to_owned(),
                 ..before
             },
-            (None, None) => match self.run(index, origin, parameters) {
-                Ok(trial) => trial,
-                Err(e) => {
-                    self.error = Some(e);
-                    return None;
-                }
-            },
+            (None, None) => self.run(index, origin, parameters),
         };
         if index >= self.stored.len()
             && let Err(e) = self.store.append(&trial)
@@ -179,13 +173,13 @@ impl TrialRunner<'_> {
         Some(losses)
     }
 
-    fn run(&mut self, index: usize, origin: &str, parameters: Values) -> Result<Trial, Error> {
+    fn run(&mut self, index: usize, origin: &str, parameters: Values) -> Trial {
         // the first trial is the defaults, which have been run already
         let measured = match index {
             0 => self.baseline.defaults.clone(),
-            _ => self.evaluator.evaluate(&parameters)?,
+            _ => self.evaluator.evaluate(&parameters),
         };
-        Ok(self.baseline.trial(index, origin, parameters, &measured))
+        self.baseline.trial(index, origin, parameters, &measured)
     }
 
     /// The losses as the optimiser gets them: the loss above that of the defaults, or how badly constraints are

@@ -6,7 +6,6 @@ use crate::tuning::progress::Progress;
 use crate::tuning::space::Space;
 use crate::tuning::study::{TuningFile, TuningStudy, Values};
 use monorig_sim::config::scenario::ParameterValue;
-use monorig_sim::error::Error;
 use serde::Serialize;
 
 /// Curves and maps.
@@ -53,14 +52,14 @@ pub(crate) fn trials(file: &TuningFile) -> u64 {
     curves.saturating_add(maps.saturating_mul(u64::from(points.map).saturating_pow(2)))
 }
 
-/// Map the neighbourhood of the winner over the tuning runs. `Ok(None)` if `progress` stopped it.
+/// Map the neighbourhood of the winner over the tuning runs. `None` if `progress` stopped it.
 pub(crate) fn sensitivity(
     study: &TuningStudy,
     evaluator: &Evaluator<'_>,
     baseline: &Baseline,
     winner: &Values,
     progress: &dyn Progress,
-) -> Result<Option<Sensitivity>, Error> {
+) -> Option<Sensitivity> {
     let space = Space::new(&study.file.parameters);
     let names: Vec<String> = space.names().map(str::to_owned).collect();
     let points = study.file.sensitivity;
@@ -76,12 +75,12 @@ pub(crate) fn sensitivity(
     let mut loss = |values: &Values| {
         done += 1;
         if !progress.stage("sensitivity", done as f64 / all as f64) {
-            return Ok(None);
+            return None;
         }
-        let v = baseline.judge.judge(&evaluator.evaluate(values)?);
+        let v = baseline.judge.judge(&evaluator.evaluate(values));
         let held = v.failed.is_none() && v.violation == 0.0;
         let loss = held.then(|| v.losses.iter().sum::<f64>() / v.losses.len() as f64);
-        Ok::<_, Error>(Some(loss))
+        Some(loss)
     };
 
     let mut found = Sensitivity::default();
@@ -90,10 +89,7 @@ pub(crate) fn sensitivity(
         with_marked(&mut values, marked.iter().filter_map(|m| m.get(name)));
         let mut losses = Vec::new();
         for x in &values {
-            let Some(loss) = loss(&with(winner, &[(name, x)]))? else {
-                return Ok(None);
-            };
-            losses.push(loss);
+            losses.push(loss(&with(winner, &[(name, x)]))?);
         }
         found.curves.push(Curve {
             parameter: name.clone(),
@@ -116,10 +112,7 @@ pub(crate) fn sensitivity(
             for vy in &ys {
                 let mut row = Vec::new();
                 for vx in &xs {
-                    let Some(loss) = loss(&with(winner, &[(x, vx), (y, vy)]))? else {
-                        return Ok(None);
-                    };
-                    row.push(loss);
+                    row.push(loss(&with(winner, &[(x, vx), (y, vy)]))?);
                 }
                 rows.push(row);
             }
@@ -133,7 +126,7 @@ pub(crate) fn sensitivity(
         }
     }
     found.maps = maps;
-    Ok(Some(found))
+    Some(found)
 }
 
 impl Curve {

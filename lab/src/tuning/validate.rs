@@ -6,7 +6,6 @@ use crate::tuning::loss::{Judge, own_loss};
 use crate::tuning::study::Values;
 use crate::tuning::study::{RunGroup, TuningStudy};
 use crate::verdicts::interval::Interval;
-use monorig_sim::error::Error;
 use serde::Serialize;
 
 /// Results of the validation.
@@ -150,8 +149,8 @@ pub(crate) fn validate(
     Baseline { judge, defaults }: &Baseline,
     winner: &Values,
     tuning_loss: f64,
-) -> Result<Validation, Error> {
-    let winners = evaluator.evaluate(winner)?;
+) -> Validation {
+    let winners = evaluator.evaluate(winner);
     let mut comparisons = vec![compare(study, judge, "default", &winners, defaults)];
     if let Some(published) = study.published() {
         comparisons.push(compare(
@@ -159,16 +158,16 @@ pub(crate) fn validate(
             judge,
             "published",
             &winners,
-            &evaluator.evaluate(&published)?,
+            &evaluator.evaluate(&published),
         ));
     }
     let verdict = judge.judge(&winners);
     let loss = verdict.losses.iter().sum::<f64>() / verdict.losses.len() as f64;
-    Ok(Validation {
+    Validation {
         tuning_loss: Some(tuning_loss).filter(|x| x.is_finite()),
         validation_loss: Some(loss).filter(|x| x.is_finite()),
         comparisons,
-    })
+    }
 }
 
 fn compare(
