@@ -5,7 +5,7 @@
 //! in turns.
 #![allow(non_snake_case, clippy::unwrap_used)]
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/estimators/common/mod.rs"]
 mod common;
 
 use std::{hint::black_box, time::Instant};
