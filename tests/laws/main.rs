@@ -5,6 +5,7 @@
 mod docs;
 mod events;
 mod keys;
+mod locks;
 mod own_parts;
 mod physics_laws;
 mod resistance;

@@ -1,6 +1,6 @@
 //! The page of commands in the book is what `monorig COMMAND -h` prints; what several commands have stands there once.
 //!
-//! `MONORIG_UPDATE=1 cargo test --release --test commands_page` writes `docs/src/commands.md` anew.
+//! `MONORIG_UPDATE=1 cargo test --release --test cli commands_page::` writes `docs/src/commands.md` anew.
 
 use std::path::Path;
 use std::process::Command;
@@ -140,7 +140,7 @@ fn page() -> String {
          Here you find every command with its options, as `monorig COMMAND -h` prints it, which has more examples. `monorig -h` lists the\n\
          commands, `monorig help COMMAND` says more of an option, and `monorig man DIR` writes man pages. Completions for a shell:\n\
          `monorig completions bash > ~/.local/share/bash-completion/completions/monorig` (or `zsh`, `fish`, `powershell`).\n\n\
-         Written by `MONORIG_UPDATE=1 cargo test --release --test commands_page`.\n\n\
+         Written by `MONORIG_UPDATE=1 cargo test --release --test cli commands_page::`.\n\n\
          ## Of all commands\n\n\
          ```text\n{}\n\n{codes}\n```\n\n\
          ## Of several commands\n\n```text\n{}\n```\n",

@@ -1,6 +1,7 @@
 //! The walk from three files to a trusted slope in the chapter on logs: its commands are run in their order on a copy
 //! of the example, what the page shows of them is what they print, and what is wrong with the car is found.
 
+use monorig_testing::tools;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -29,6 +30,9 @@ fn words(line: &str) -> String {
 
 #[test]
 fn the_walk_is_what_happens() {
+    if !tools(&["sh"]) {
+        return;
+    }
     let dir = tempfile::tempdir().unwrap();
     let example = dir.path().join("examples/car_drive");
     std::fs::create_dir_all(&example).unwrap();

@@ -1,6 +1,7 @@
 //! Files and names that would do harm: refused at once, with what would be right.
 
 use crate::common::{GOOD, TestFolder};
+use monorig_testing::tools;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
@@ -25,6 +26,9 @@ fn refused(dir: &TestFolder, memory_kb: u64, arguments: &[&str]) -> String {
 
 #[test]
 fn what_is_far_too_much_is_refused_with_the_limit() {
+    if !tools(&["bash"]) {
+        return;
+    }
     let dir = TestFolder::new();
     let obstacle = "  - {at_m: 50, left_m: 2, up_m: -1, size_m: [1, 1, 1]}\n";
     let before = GOOD.split_once("obstacles:").unwrap().0;
@@ -77,6 +81,9 @@ fn what_is_far_too_much_is_refused_with_the_limit() {
 /// A pipe would be waited for, and a device has no end.
 #[test]
 fn pipes_and_devices_are_no_files() {
+    if !tools(&["bash", "mkfifo"]) {
+        return;
+    }
     let dir = TestFolder::new();
     let made = Command::new("mkfifo")
         .arg(dir.path("pipe"))

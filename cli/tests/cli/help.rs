@@ -1,6 +1,7 @@
 //! The help teaches by examples: every one of them works.
 
 use crate::common::{TestFolder, project};
+use monorig_testing::tools;
 use std::process::{Command, Stdio};
 
 /// Examples in a help text: lines that start with `monorig`, with those they go on in, without the remark behind them.
@@ -67,6 +68,9 @@ fn help_fits_80_columns() {
 /// it, and a mistake before that is an error. What the examples do: `soak_every_example_works`.
 #[test]
 fn every_example_is_a_command_line() {
+    if !tools(&["sh"]) {
+        return;
+    }
     let dir = TestFolder::new();
     let help = |arguments: &[&str]| {
         let (code, help, err) = dir.monorig(&[arguments, &["--help"]].concat());
@@ -96,6 +100,9 @@ fn every_example_is_a_command_line() {
 #[test]
 #[ignore = "a soak, which .ci/run makes"]
 fn soak_every_example_works() {
+    if !tools(&["sh", "cp"]) {
+        return;
+    }
     let dir = TestFolder::new();
     for folder in ["assets", "scenarios"] {
         let copied = Command::new("cp")

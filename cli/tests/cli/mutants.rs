@@ -2,12 +2,13 @@
 //! waiting.
 //!
 //! A few mutants of each kind in the normal suite; by hand as many as one likes: `MONORIG_MUTANTS=10000 cargo test
-//! --release --test mutants`. `MONORIG_MUTANT_SEED` gives others.
+//! --release mutants::`. `MONORIG_MUTANT_SEED` gives others.
 
 use crate::common;
 use crate::common::TestFolder;
 use monorig_testing::Random;
 use monorig_testing::mutants::{self, mutant};
+use monorig_testing::tools;
 use std::process::{Command, Stdio};
 
 /// Mutants of each kind in the normal suite.
@@ -81,6 +82,9 @@ fn attack(
 /// Files that stand for themselves.
 #[test]
 fn mutants_of_input_files() {
+    if !tools(&["bash", "timeout"]) {
+        return;
+    }
     let dir = TestFolder::new();
     let asset = |name: &str| std::fs::read(common::project().join("assets").join(name)).unwrap();
     dir.write("study.yaml", STUDY.as_bytes());
@@ -109,6 +113,9 @@ fn mutants_of_input_files() {
 /// Files that another one names: that one is checked, and leads to the mutant.
 #[test]
 fn mutants_of_files_that_others_name() {
+    if !tools(&["bash", "timeout"]) {
+        return;
+    }
     let dir = TestFolder::new();
     let survey = dir.read("survey.csv");
     attack(
@@ -172,6 +179,9 @@ fn mutants_of_files_that_others_name() {
 /// Files that monorig itself has written.
 #[test]
 fn mutants_of_results() {
+    if !tools(&["bash", "timeout"]) {
+        return;
+    }
     let dir = TestFolder::new();
     let (head, _) = common::GOOD.split_once("events:").unwrap();
     let quick = head
@@ -265,6 +275,9 @@ integrity: {k: 3, mass_alert_rel: 0.1, slope_alert_deg: 1, max_misleading_share:
 /// that says what is wrong, and `test` writes its reports whatever it finds.
 #[test]
 fn extreme_values_of_every_leaf() {
+    if !tools(&["bash", "timeout"]) {
+        return;
+    }
     const SIZES: [f64; 16] = [
         1e-320, 1e-31, 1e-15, 1e-6, 1e-3, 0.5, 1.5, 10.0, 1e3, 1e5, 1e6, 1e8, 1e9, 1e11, 1e12,
         1e300,

@@ -2,25 +2,17 @@
 
 use crate::common;
 use crate::common::{TestFolder, project};
-use serde_json::Value;
+use monorig_testing::tools;
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
-/// Names and versions of the packages that a crate is built with, as its lock file has them: an error if Cargo would
-/// change that.
+/// The packages of a crate's lock file, each with its version and what it needs. The versions of the example's are those
+/// of the workspace: `tests/laws/locks.rs`.
 fn packages(crate_folder: &Path) -> BTreeSet<String> {
-    let asked = Command::new(env!("CARGO"))
-        .args(["metadata", "--locked", "--offline", "--format-version", "1"])
-        .current_dir(crate_folder)
-        .output()
-        .unwrap();
-    let told = String::from_utf8_lossy(&asked.stderr);
-    assert!(asked.status.success(), "{told}");
-    let all: Value = serde_json::from_slice(&asked.stdout).unwrap();
-    let name = |p: &Value| format!("{} {}", p["name"], p["version"]);
-    let packages = all["packages"].as_array().unwrap();
-    packages.iter().map(name).collect()
+    let lock = std::fs::read_to_string(crate_folder.join("Cargo.lock")).unwrap();
+    let packages = lock.split("[[package]]").skip(1);
+    packages.map(|p| p.trim().to_owned()).collect()
 }
 
 #[test]
@@ -35,10 +27,10 @@ fn a_crate_has_the_versions_of_the_workspace() {
         assert_eq!((code, err.as_str()), (Some(0), ""), "{out}");
         assert!(out.lines().last().unwrap().starts_with("next: "), "{out}");
         let made = dir.path(&folder);
-        let mut ours = packages(&project().join("examples/own_estimator"));
-        assert!(ours.remove("\"own_estimator\" \"0.1.0\""));
-        ours.insert(format!("\"{name}\" \"0.1.0\""));
-        assert_eq!(packages(&made), ours);
+        let ours = packages(&project().join("examples/own_estimator"));
+        assert!(ours.len() > 100, "{}", ours.len());
+        let renamed = |p: &String| p.replace("\"own_estimator\"", &format!("\"{name}\""));
+        assert_eq!(packages(&made), ours.iter().map(renamed).collect());
         // its scenario finds track, train and instruments; `mine` is known to its own program only
         let known = [
             "--set",
@@ -103,7 +95,6 @@ fn libraries_build_and_their_scenarios_hold() {
     let dir = TestFolder::new();
     let sources = project().canonicalize().unwrap();
     let sources = sources.to_str().unwrap();
-    let there = |name: &str| Command::new(name).arg("--version").output().is_ok();
     for language in ["c", "simulink", "python"] {
         let folder = format!("my_{language}_filter");
         let task = ["new-estimator", language, &folder, "--monorig", sources];
@@ -114,7 +105,7 @@ fn libraries_build_and_their_scenarios_hold() {
         assert_eq!(code, Some(2));
         assert!(err.contains("is there already"), "{err}");
         // pytest runs what is made in Python: it needs the package
-        if language == "python" || !there("make") || !there("cc") {
+        if language == "python" || !tools(&["make", "cc"]) {
             continue;
         }
         let make = dir.output(

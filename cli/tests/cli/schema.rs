@@ -1,5 +1,5 @@
 //! The schemas under docs/schema are those of the code, and every file names its own in its first line. Both are
-//! written anew with `MONORIG_UPDATE=1 cargo test --release --workspace --test schema`.
+//! written anew with `MONORIG_UPDATE=1 cargo test --release --test cli schema::`.
 
 use crate::common::{TestFolder, project};
 use serde_json::Value;
@@ -27,7 +27,7 @@ fn the_committed_schemas_are_fresh() {
         let committed = std::fs::read_to_string(&file).unwrap_or_default();
         assert!(
             committed == schema,
-            "{} is stale; write all anew with\n  MONORIG_UPDATE=1 cargo test --release --workspace --test schema",
+            "{} is stale; write all anew with\n  MONORIG_UPDATE=1 cargo test --release --test cli schema::",
             file.display()
         );
         known.insert(format!("{kind}.json"));

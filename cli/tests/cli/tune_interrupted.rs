@@ -1,6 +1,7 @@
 //! `monorig tune`, stopped by Ctrl-C: what it says is kept is there, and goes on with `--resume`.
 
 use crate::common::TestFolder;
+use monorig_testing::tools;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -58,6 +59,9 @@ fn lines(path: &Path) -> usize {
 /// While the runs are recorded there is no trial, and none is said to be kept.
 #[test]
 fn without_trials_none_are_said_to_be_kept() {
+    if !tools(&["kill"]) {
+        return;
+    }
     let dir = TestFolder::new();
     let child = start(&dir, "replay");
     let told = interrupted_when(child, || dir.path("out/tune/.cache").is_dir());
@@ -75,6 +79,9 @@ fn without_trials_none_are_said_to_be_kept() {
 /// As many as are said to be kept are in the file, one a line behind its header.
 #[test]
 fn the_trials_that_are_said_to_be_kept_are_there() {
+    if !tools(&["kill"]) {
+        return;
+    }
     let dir = TestFolder::new();
     let store = dir.path("out/tune/study/trials.jsonl");
     let told = interrupted_when(start(&dir, "closed_loop"), || lines(&store) >= 3);

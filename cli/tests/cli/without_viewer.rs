@@ -6,7 +6,7 @@ use std::process::Command;
 fn crates(package: &str, more: &[&str]) -> Vec<String> {
     let tree = Command::new(env!("CARGO"))
         .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["tree", "--locked", "--package", package])
+        .args(["tree", "--locked", "--offline", "--package", package])
         .args(["--edges", "normal,build", "--prefix", "none"])
         .args(more)
         .output()
@@ -55,7 +55,13 @@ fn one_set_of_features_however_it_is_built() {
         let tree = Command::new(env!("CARGO"))
             .current_dir(env!("CARGO_MANIFEST_DIR"))
             .args([
-                "tree", "--locked", "--prefix", "none", "--format", "{p} {f}",
+                "tree",
+                "--locked",
+                "--offline",
+                "--prefix",
+                "none",
+                "--format",
+                "{p} {f}",
             ])
             .args(more)
             .output()

@@ -97,7 +97,7 @@ fn parameters_page() -> String {
         estimator. A scenario sets a parameter by its name: `estimators: {dffrls_aekf_robust: {mass_sd: 0.2, square_root: false}}`. A value outside\n\
         its range, of another kind, or a name that is not there, is an error. A dash for a default: not set; the meaning has what the estimator then\n\
         takes. A flag is `true` or `false`.\n\n\
-        Written by `MONORIG_UPDATE=1 cargo test --release -p monorig-estimators --features printed --test parameters`.\n\n\
+        Written by `MONORIG_UPDATE=1 cargo test --release -p monorig-estimators --features printed --test estimators parameters::`.\n\n\
         ## Shared parameters\n\n\
         The sections below name those that they share, each with its default there.\n\n\
         | parameter | range | meaning |\n|---|---|---|\n"

@@ -1,8 +1,8 @@
 //! The files that a search of parameters keeps between its runs, given almost right: an error, nothing, or a result;
 //! never a panic.
 //!
-//! As `cli/tests/cli/mutants.rs`: by hand as many as one likes, `MONORIG_MUTANTS=10000 cargo test --release --test
-//! mutants`.
+//! As `cli/tests/cli/mutants.rs`: by hand as many as one likes, `MONORIG_MUTANTS=10000 cargo test --release
+//! --test lab mutants::`.
 
 use monorig_estimators::Time;
 use monorig_estimators::api::signals::{Command, Measurements, Sample};

@@ -1,12 +1,16 @@
 //! Nobody at the other end, a program that hangs, ends or sends something else.
 
 use super::{registry, scenario, watch};
+use monorig_testing::tools;
 use std::net::UdpSocket;
 use std::time::{Duration, Instant};
 
 /// Nobody at the other end, two runs at one address, a program that hangs, ends, or sends something else.
 #[test]
 fn what_goes_wrong_at_the_other_end_is_told() {
+    if !tools(&["sh", "sleep", "cat", "yes", "tr"]) {
+        return;
+    }
     let free = UdpSocket::bind("127.0.0.1:0")
         .unwrap()
         .local_addr()

@@ -5,7 +5,7 @@ use monorig_sim::closed_loop::Simulation;
 use std::net::UdpSocket;
 use std::time::Instant;
 
-/// Steps a second in lockstep: `cargo test --release --test external -- --ignored --nocapture steps_a_second`.
+/// Steps a second in lockstep: `cargo test --release --test cli -- --ignored --nocapture steps_a_second`.
 #[test]
 #[ignore = "a measurement"]
 fn steps_a_second() {

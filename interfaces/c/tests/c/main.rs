@@ -6,4 +6,5 @@ mod header;
 #[cfg(unix)]
 mod layout;
 #[path = "../../../fmu/tests/fmu/common/steps.rs"]
+#[allow(dead_code)] // the tests of the FMUs use the rest
 mod steps;

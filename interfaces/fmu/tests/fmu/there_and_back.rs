@@ -166,7 +166,9 @@ fn parameters_go_through_the_fmu() {
 fn a_library_of_c_becomes_an_fmu() {
     let folder = tempfile::tempdir().unwrap();
     let library = folder.path().join("two_state.so");
-    let mut cc = std::process::Command::new(std::env::var_os("CC").unwrap_or("cc".into()));
+    let Some(mut cc) = monorig_testing::c_compiler() else {
+        return;
+    };
     cc.args(["-shared", "-fPIC", "-O2", "-std=c99", "-I"]);
     cc.arg(project().join("interfaces/c/include"))
         .arg("-o")
@@ -189,7 +191,7 @@ fn a_library_of_c_becomes_an_fmu() {
     }
 }
 
-/// Prints the cost of a step: `cargo test --release --test there_and_back -- --ignored --nocapture`.
+/// Prints the cost of a step: `cargo test --release --test fmu -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement: prints times and asserts nothing"]
 fn cost_of_a_step() {

@@ -8,7 +8,6 @@ use monorig_sim::error::Error;
 use std::env::consts::DLL_SUFFIX;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use zip::write::SimpleFileOptions;
 
 pub fn project() -> PathBuf {
@@ -18,7 +17,7 @@ pub fn project() -> PathBuf {
 /// Compiles a source of the project to a shared library, with these words defined; its file.
 pub fn compile(folder: &Path, source: &str, defined: &str) -> PathBuf {
     let library = folder.join("mine.so");
-    let mut cc = Command::new(std::env::var_os("CC").unwrap_or("cc".into()));
+    let mut cc = monorig_testing::c_compiler().expect("README names a C compiler");
     cc.args(["-shared", "-fPIC", "-O2", "-std=c99", "-Wall", "-Werror"]);
     cc.arg("-I").arg(project().join("interfaces/c/include"));
     cc.args(defined.split_whitespace().map(|word| format!("-D{word}")));
