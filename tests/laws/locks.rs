@@ -1,12 +1,9 @@
 //! Lock files of the packages outside of the workspace: what both use has the same version there, so that it is built
 //! from what a machine has already. Compared as texts: Cargo would ask for the packages.
 
+use crate::docs::{files_below, project};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
+use std::path::Path;
 
 /// The versions of every package of a lock file.
 fn versions(lock: &Path) -> BTreeMap<String, Vec<String>> {
@@ -30,27 +27,13 @@ fn line_of(version: &str) -> String {
     numbers[..=first.min(2)].join(".")
 }
 
-/// Lock files below a folder, but for those of builds.
-fn locks(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        if path.is_dir() && name != "target" && !name.starts_with('.') {
-            locks(&path, found);
-        } else if name == "Cargo.lock" {
-            found.push(path);
-        }
-    }
-}
-
 #[test]
 fn packages_outside_of_the_workspace_have_its_versions() {
-    let ours = versions(&root().join("Cargo.lock"));
+    let ours = versions(&project().join("Cargo.lock"));
     assert!(ours.len() > 100, "{}", ours.len());
-    let mut found = Vec::new();
-    for folder in ["docs", "examples"] {
-        locks(&root().join(folder), &mut found);
-    }
+    let mut found = files_below(&project().join("docs"));
+    found.extend(files_below(&project().join("examples")));
+    found.retain(|file| file.ends_with("Cargo.lock"));
     assert!(found.len() >= 3, "{found:?}");
     let mut other = Vec::new();
     for lock in found {
@@ -73,7 +56,7 @@ fn packages_outside_of_the_workspace_have_its_versions() {
         other.join("\n")
     );
     // what the example has is all in the workspace, whatever the line
-    let mut example = versions(&root().join("examples/own_estimator/Cargo.lock"));
+    let mut example = versions(&project().join("examples/own_estimator/Cargo.lock"));
     example.remove("own_estimator").unwrap();
     for (name, theirs) in example {
         let ours = &ours[&name];
