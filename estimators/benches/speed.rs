@@ -5,7 +5,8 @@
 //! in turns.
 #![allow(non_snake_case, clippy::unwrap_used)]
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/estimators/common/mod.rs"]
+#[allow(dead_code)] // the tests use the rest
 mod common;
 
 use std::{hint::black_box, time::Instant};

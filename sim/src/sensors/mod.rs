@@ -16,6 +16,8 @@
 //! How to add one of ours: see [`instruments`]. One of another crate implements [`Instrument`] and is handed over with
 //! [`Suite::fit`]; its readings go into `Measurements::auxiliary`.
 
+#[cfg(test)]
+mod behaviour;
 mod clock;
 mod delay_line;
 mod error_model;
@@ -35,8 +37,6 @@ pub mod spec;
 mod step_interval;
 pub mod stream;
 mod suite;
-#[cfg(test)]
-mod tests;
 mod value_sampler;
 mod vibration;
 

@@ -118,7 +118,7 @@ impl GaussMarkov {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensors::tests::{allan_deviation, slope};
+    use crate::sensors::behaviour::{allan_deviation, slope};
 
     const T: f64 = 0.01;
     const N: usize = 1 << 18;

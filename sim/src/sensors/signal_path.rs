@@ -250,7 +250,7 @@ mod tests {
             sampling,
             ..InstrumentSpec::default()
         };
-        let train = crate::sensors::tests::train(1);
+        let train = crate::sensors::behaviour::train(1);
         SignalPath::scalar("test", mode, &spec, &Fitting::new(&train, 9.81, 1))
     }
 

@@ -27,7 +27,7 @@ pub fn ideal(state: &DriveState, _nominal: &Drive) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensors::tests::train;
+    use crate::sensors::behaviour::train;
 
     #[test]
     fn it_is_the_pressure_in_the_cylinder() {

@@ -44,8 +44,8 @@ pub fn pitch(force_m: &Vector3<f64>) -> f64 {
 mod tests {
     use super::*;
     use crate::checked::{Finite, Positive};
+    use crate::sensors::behaviour::{DT, G, look, moving, suite, train};
     use crate::sensors::spec::{Errors, InstrumentSpec, InstrumentSpecs, Sampling};
-    use crate::sensors::tests::{DT, G, look, moving, suite, train};
     use nalgebra::UnitQuaternion;
 
     /// Readings of one second of a body of pitch θ and roll φ, rad, under a constant acceleration (forward, left, up),

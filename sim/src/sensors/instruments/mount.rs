@@ -40,7 +40,7 @@ pub fn find(train: &Train, sensor: &str, wanted: &str) -> Result<usize, DataErro
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensors::tests::train;
+    use crate::sensors::behaviour::train;
 
     #[test]
     fn mounts_are_found_by_full_name_and_by_link() {

@@ -31,7 +31,7 @@ pub fn ideal(state: &DriveState, nominal: &Drive) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensors::tests::train;
+    use crate::sensors::behaviour::train;
 
     /// In a curve one wheel turns faster than the other; their mean stands for the middle of the unit.
     #[test]

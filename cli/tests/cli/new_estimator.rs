@@ -1,0 +1,120 @@
+//! `monorig new-estimator`: what it makes can be built with the versions of monorig, and is made whole or not at all.
+
+use crate::common;
+use crate::common::{TestFolder, project};
+use monorig_testing::tools;
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::Command;
+
+/// The packages of a crate's lock file, each with its version and what it needs. The versions of the example's are those
+/// of the workspace: `tests/laws/locks.rs`.
+fn packages(crate_folder: &Path) -> BTreeSet<String> {
+    let lock = std::fs::read_to_string(crate_folder.join("Cargo.lock")).unwrap();
+    let packages = lock.split("[[package]]").skip(1);
+    packages.map(|p| p.trim().to_owned()).collect()
+}
+
+#[test]
+fn a_crate_has_the_versions_of_the_workspace() {
+    let dir = TestFolder::new();
+    let sources = project().canonicalize().unwrap();
+    let sources = sources.to_str().unwrap();
+    for name in ["my_filter", "a-filter"] {
+        let folder = format!("below/{name}");
+        let task = ["new-estimator", "rust", &folder, "--monorig", sources];
+        let (code, out, err) = dir.monorig(&task);
+        assert_eq!((code, err.as_str()), (Some(0), ""), "{out}");
+        assert!(out.lines().last().unwrap().starts_with("next: "), "{out}");
+        let made = dir.path(&folder);
+        let ours = packages(&project().join("examples/own_estimator"));
+        assert!(ours.len() > 100, "{}", ours.len());
+        let renamed = |p: &String| p.replace("\"own_estimator\"", &format!("\"{name}\""));
+        assert_eq!(packages(&made), ours.iter().map(renamed).collect());
+        // its scenario finds track, train and instruments; `mine` is known to its own program only
+        let known = [
+            "--set",
+            "estimators={dffrls_aekf: {}}",
+            "--set",
+            "in_loop=dffrls_aekf",
+        ];
+        let climb = format!("{folder}/climb.yaml");
+        let run = [
+            "run",
+            &climb,
+            "--no-rerun",
+            "--set",
+            "expect=[]",
+            "--set",
+            "known_failures=[]",
+        ];
+        let (code, out, err) = dir.monorig(&[&run[..], &known].concat());
+        assert!(matches!(code, Some(0 | 1)), "{out}{err}");
+        assert!(
+            !dir.read(&format!("{folder}/README.md"))
+                .contains("own_estimator")
+        );
+    }
+}
+
+#[test]
+fn nothing_is_made_of_a_mistake() {
+    let dir = TestFolder::new();
+    let sources = project().canonicalize().unwrap();
+    let sources = sources.to_str().unwrap();
+    let before = || -> BTreeSet<_> {
+        let entries = std::fs::read_dir(dir.path("")).unwrap();
+        entries.map(|e| e.unwrap().file_name()).collect()
+    };
+    dir.write("there", b"a file");
+    let all = before();
+    for (task, told) in [
+        (&["there", "--monorig", sources][..], "is there already"),
+        (&["2nd", "--monorig", sources], "is no name of a crate"),
+        (
+            &["mine", "--monorig", "units"],
+            "has no examples/own_estimator",
+        ),
+        (
+            &["mine"],
+            "name the folder of monorig's sources with --monorig",
+        ),
+    ] {
+        let (code, out, err) = dir.monorig(&[&["new-estimator", "rust"], task].concat());
+        assert_eq!((code, out.as_str()), (Some(2), ""), "{task:?}");
+        assert!(common::words(&err).contains(told), "{err}");
+        assert_eq!(before(), all, "{task:?}");
+    }
+    assert_eq!(dir.read("there"), "a file");
+}
+
+/// A library that is made builds, and its scenario holds.
+#[test]
+#[cfg(unix)]
+fn libraries_build_and_their_scenarios_hold() {
+    let dir = TestFolder::new();
+    let sources = project().canonicalize().unwrap();
+    let sources = sources.to_str().unwrap();
+    for language in ["c", "simulink", "python"] {
+        let folder = format!("my_{language}_filter");
+        let task = ["new-estimator", language, &folder, "--monorig", sources];
+        let (code, out, err) = dir.monorig(&task);
+        assert_eq!((code, err.as_str()), (Some(0), ""), "{out}");
+        assert!(out.contains("the estimator `mine` is in "), "{out}");
+        let (code, _, err) = dir.monorig(&task);
+        assert_eq!(code, Some(2));
+        assert!(err.contains("is there already"), "{err}");
+        // pytest runs what is made in Python: it needs the package
+        if language == "python" || !tools(&["make", "cc"]) {
+            continue;
+        }
+        let make = dir.output(
+            Command::new("make")
+                .args(["-C", &folder])
+                .stdout(std::process::Stdio::piped()),
+        );
+        assert_eq!(make.0, Some(0), "{make:?}");
+        let (code, out, err) = dir.monorig(&["test", &format!("{folder}/climb.yaml")]);
+        assert_eq!(code, Some(0), "{out}{err}");
+    }
+}

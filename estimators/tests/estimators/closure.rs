@@ -1,0 +1,101 @@
+//! A published method depends on filters, models, the public types and one interface, and on nothing else of the crate.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Most files that a published method stands on, itself included.
+const MOST: usize = 28;
+
+fn source() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+}
+
+/// The file of a module path such as `filters::rls::Rls`, whose end may be an item of the file.
+fn file_of(path: &str) -> Option<PathBuf> {
+    let parts: Vec<&str> = path.split("::").collect();
+    (1..=parts.len()).rev().find_map(|count| {
+        let module = source().join(parts[..count].join("/"));
+        [module.with_extension("rs"), module.join("mod.rs")]
+            .into_iter()
+            .find(|file| file.is_file())
+    })
+}
+
+/// Paths after `use crate::`, with lists in braces taken apart.
+fn spread(prefix: &str, tree: &str, found: &mut Vec<String>) {
+    let Some((head, list)) = tree.split_once('{') else {
+        found.push(format!("{prefix}{tree}"));
+        return;
+    };
+    let list = list.strip_suffix('}').unwrap();
+    let (mut depth, mut start) = (0, 0);
+    for (k, c) in list.char_indices().chain([(list.len(), ',')]) {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 0 => {
+                spread(&format!("{prefix}{head}"), &list[start..k], found);
+                start = k + 1;
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Files of this crate that a file imports, tests left out.
+fn imports(file: &Path) -> BTreeSet<PathBuf> {
+    let text = fs::read_to_string(file).unwrap();
+    let (text, _) = text.split_once("#[cfg(test)]").unwrap_or((&text, ""));
+    let mut paths = Vec::new();
+    for import in text.split("use crate::").skip(1) {
+        let (tree, _) = import.split_once(';').unwrap();
+        let tree: String = tree.chars().filter(|c| !c.is_whitespace()).collect();
+        spread("", &tree, &mut paths);
+    }
+    paths.iter().filter_map(|path| file_of(path)).collect()
+}
+
+fn closure(file: &Path) -> BTreeSet<PathBuf> {
+    let (mut seen, mut next) = (BTreeSet::new(), vec![file.to_owned()]);
+    while let Some(file) = next.pop() {
+        if seen.insert(file.clone()) {
+            next.extend(imports(&file));
+        }
+    }
+    seen
+}
+
+/// The files of `methods/` that implement the trait `Method`.
+fn methods() -> Vec<PathBuf> {
+    let files = fs::read_dir(source().join("methods")).unwrap();
+    let files = files.map(|entry| entry.unwrap().path());
+    let implements = |file: &PathBuf| {
+        let text = fs::read_to_string(file).unwrap();
+        let words: Vec<&str> = text.split_whitespace().collect();
+        words.windows(2).any(|pair| pair == ["Method", "for"])
+    };
+    files.filter(implements).collect()
+}
+
+#[test]
+fn a_published_method_stands_on_filters_and_models_and_nothing_else() {
+    let methods = methods();
+    assert!(methods.len() >= 6, "{methods:?}");
+    for method in methods {
+        let files = closure(&method);
+        let places: Vec<String> = files
+            .iter()
+            .map(|file| file.strip_prefix(source()).unwrap().display().to_string())
+            .collect();
+        println!("{}: {} files", method.display(), files.len());
+        assert!((8..=MOST).contains(&files.len()), "{method:?}: {places:#?}");
+        for room in places
+            .iter()
+            .filter_map(|place| place.split(['/', '\\']).next())
+        {
+            let allowed = ["api", "filters", "models", "methods"].contains(&room);
+            assert!(allowed, "{method:?} stands on {room}: {places:#?}");
+        }
+    }
+}

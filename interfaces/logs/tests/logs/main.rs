@@ -1,0 +1,12 @@
+//! Logs read and written.
+
+#![allow(clippy::unwrap_used)] // helpers of tests
+
+mod checks;
+mod drive;
+mod export;
+mod features;
+mod formats;
+mod mutants;
+mod planted;
+mod real;

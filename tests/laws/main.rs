@@ -1,0 +1,14 @@
+//! What holds across the crates: laws of the physics, the source itself, the documents.
+
+#![allow(clippy::unwrap_used)] // helpers of tests
+
+mod docs;
+mod events;
+mod keys;
+mod locks;
+mod own_parts;
+mod physics_laws;
+mod resistance;
+mod road_laws;
+mod source;
+mod tuning;
