@@ -165,7 +165,7 @@ fn a_parameter_that_changes_the_front_is_not_tuned_on_what_was_kept() {
         "torque_gain_sd",
         "torque_monitor",
     ]);
-    attitude.extend(["innovation_gate", "gate_sd", "plausibility"]);
+    attitude.extend(["gate_sd", "plausibility"]);
     for (name, mut expected) in [
         ("dffrls_aekf", vec!["cutoff_hz", "rate_hz"]),
         ("rail_fusion", attitude),

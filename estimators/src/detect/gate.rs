@@ -32,8 +32,13 @@ pub struct Judgement {
 impl Gate {
     /// Builds the gate with the parameters of the innovation gates.
     pub fn new(integrity: &Integrity) -> Self {
+        Self::switched(integrity, true)
+    }
+
+    /// Builds the gate, on or off; off, all measurements enter.
+    pub fn switched(integrity: &Integrity, on: bool) -> Self {
         Self {
-            gate: integrity.gate(),
+            gate: integrity.gate(on),
             since_s: 0.0,
         }
     }

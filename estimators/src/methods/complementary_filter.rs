@@ -19,7 +19,7 @@ use crate::detect::control;
 use crate::detect::gate::Gate;
 use crate::detect::innovation_gate::Passage;
 use crate::detect::plausibility::{Instruments, Plausibility};
-use crate::detect::validity::{Integrity, Source, Validity};
+use crate::detect::validity::{BaselineIntegrity, Integrity, Source, Validity};
 use crate::filters::low_pass::MatchedFilter;
 use crate::methods::published::no_mass;
 use crate::models::force_balance::MAX_GRADE_RAD;
@@ -42,7 +42,7 @@ params! {
 
 param_groups! {
     /// Parameters of `complementary_filter`.
-    Params { own: Own, integrity: Integrity }
+    Params { own: Own, integrity: Integrity, baseline: BaselineIntegrity }
 }
 
 /// Largest gyro bias, rad/s.
@@ -91,13 +91,13 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> ComplementaryFilter {
         sine: filter,
         theta: own.grade0_deg * PI / 180.0,
         bias: 0.0,
-        gate: Gate::new(&params.integrity),
+        gate: Gate::switched(&params.integrity, params.baseline.innovation_gate),
         plausibility: Plausibility::new(
             params.integrity.plausibility,
             uses,
             vehicle.standstill_mps(None),
         ),
-        validity: Validity::new(params.integrity),
+        validity: Validity::new(params.integrity).with_lag(&params.baseline),
         corrected_s: 0.0,
         clamped: false,
         residual: 0.0,

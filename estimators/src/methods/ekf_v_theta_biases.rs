@@ -20,7 +20,7 @@ use crate::detect::control::{self, Control};
 use crate::detect::gate::Gate;
 use crate::detect::innovation_gate::Passage;
 use crate::detect::plausibility::{Instruments, Plausibility};
-use crate::detect::validity::{Integrity, Source, Validity};
+use crate::detect::validity::{BaselineIntegrity, Integrity, Source, Validity};
 use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::model::{Model, Process};
@@ -48,7 +48,7 @@ params! {
 
 param_groups! {
     /// Parameters of `ekf_v_theta_biases`.
-    Params { own: Own, integrity: Integrity }
+    Params { own: Own, integrity: Integrity, baseline: BaselineIntegrity }
 }
 
 /// Process noise of speed without an accelerometer, m²/s³, and of the grade angle without a gyro, rad²/s.
@@ -163,16 +163,19 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> EkfVThetaBiases {
         mass: no_mass(vehicle),
         point: vehicle.is_point(),
         ekf: Ekf::new(model, Gaussian::independent(x, sd)),
-        gate: Gate::new(&Integrity {
-            gate_sd: own.reject_sd,
-            ..params.integrity
-        }),
+        gate: Gate::switched(
+            &Integrity {
+                gate_sd: own.reject_sd,
+                ..params.integrity
+            },
+            params.baseline.innovation_gate,
+        ),
         plausibility: Plausibility::new(
             params.integrity.plausibility,
             uses,
             vehicle.standstill_mps(None),
         ),
-        validity: Validity::new(params.integrity),
+        validity: Validity::new(params.integrity).with_lag(&params.baseline),
         started: false,
         clamped: false,
         last: (0.0, 0.0),

@@ -16,7 +16,7 @@ fn filter_of(
     wheel_speed_sd_mps: Real,
 ) -> ForceBalanceEkf {
     let open = Integrity {
-        innovation_gate: false,
+        gate_sd: 1e9,
         nis_monitor: false,
         plausibility: false,
         ..Integrity::default()

@@ -12,7 +12,7 @@ const WHEEL_SD: Real = 0.005;
 
 fn build(vehicle: &Vehicle, params: ModelParams, mass: DifferencedParams) -> SlopeModels {
     let open = Integrity {
-        innovation_gate: false,
+        gate_sd: 1e9,
         ..Integrity::default()
     };
     let still = TrackingParams {

@@ -14,7 +14,7 @@ const WHEEL_SD: Real = 0.005;
 /// Without innovation gate and with the curvature known to be 0.
 fn slope(params: InertialParams, fading: Option<Real>) -> CurvatureSlope {
     let open = Integrity {
-        innovation_gate: false,
+        gate_sd: 1e9,
         ..Integrity::default()
     };
     let told = CurvatureParams {

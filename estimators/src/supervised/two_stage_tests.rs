@@ -18,7 +18,7 @@ const MASS_KG: Real = 15_000.0;
 
 fn slope(vehicle: &Vehicle, adaptation: Adaptation) -> ForceBalanceEkf {
     let open = Integrity {
-        innovation_gate: false,
+        gate_sd: 1e9,
         ..Integrity::default()
     };
     let (balance, params) = (ForceBalance::new(vehicle), GradeParams::default());
