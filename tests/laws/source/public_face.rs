@@ -4,7 +4,7 @@
 //! Write the lists anew with `MONORIG_WRITE_LISTS=1 cargo test --release -p monorig-tests --test laws source::`, and look at
 //! the difference. Fields, variants and what macros make are not listed.
 
-use crate::modules::{Module, is_for_tests, of_crate};
+use super::modules::{Module, is_for_tests, of_crate};
 use std::collections::{BTreeMap, BTreeSet};
 use syn::{ImplItem, Item, Type, UseTree, Visibility};
 

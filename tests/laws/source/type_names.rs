@@ -1,6 +1,6 @@
 //! One meaning a type name within a crate.
 
-use crate::modules::{is_for_tests, of_crate};
+use super::modules::{is_for_tests, of_crate};
 use std::collections::BTreeMap;
 use syn::Item;
 
