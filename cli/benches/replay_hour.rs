@@ -17,7 +17,7 @@ const WHEELS: usize = 6;
 /// Specific force and angular rate, wheels, torques, clamp pressures.
 const CHANNELS: usize = 6 + 2 * WHEELS + 2;
 const ONE: &str = "ekf_v_theta_biases";
-const FOUR: &str = "ekf_v_theta_biases,dffrls_aekf_robust,imm_stf_robust,rail_fusion";
+const FOUR: &str = "ekf_v_theta_biases,dffrls_aekf_robust,attitude,rail_fusion";
 
 /// The values of a row: a drive up and down with something like noise on it.
 fn row(k: usize) -> [f64; CHANNELS] {

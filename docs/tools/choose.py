@@ -17,7 +17,7 @@ SCENARIOS = {
     "harsh/mems_liu2023_vehicle_test": ": not calibrated",
     "harsh/harsh_liu2023_vehicle_test": ": not calibrated, shaken",
 }
-ESTIMATORS = ["rail_fusion", "no_gyro", "dffrls_aekf", "dffrls_aekf_robust", "dffrls_aukf_robust", "ekf_v_theta_biases"]
+ESTIMATORS = ["rail_fusion", "no_gyro", "dffrls_aekf", "dffrls_aekf_robust", "ekf_v_theta_biases"]
 METRICS = "slope_rmse_deg,slope_availability,mass_error_rel_end,mass_convergence_s"
 
 

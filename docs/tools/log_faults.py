@@ -19,8 +19,8 @@ import pyarrow.parquet as parquet
 PROGRAM, HERE = os.path.abspath(sys.argv[1]), os.getcwd()
 LOGS = {"train": ("scenarios/huainan_section1.yaml", []), "car": ("scenarios/guo2024_ramp_29_12.yaml", [])}
 ESTIMATORS = {
-    "train": ["attitude", "dffrls_aekf_robust", "imm_stf_robust", "mmrls_sh_stf_robust", "rail_fusion"],
-    "car": ["attitude", "dffrls_aekf_robust", "imm_stf_robust", "mmrls_sh_stf_robust"],
+    "train": ["attitude", "dffrls_aekf_robust", "rail_fusion"],
+    "car": ["attitude", "dffrls_aekf_robust"],
 }
 
 

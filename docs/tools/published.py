@@ -50,7 +50,7 @@ def parameters():
 
 def forms(method):
     """The names of a method: as published and, of some, as printed and supervised."""
-    return [method, *([f"{method}_printed", f"{method}_robust"] if method in WHOLE else [])]
+    return [method, *([f"{method}_printed"] if method in WHOLE else []), *([f"{method}_robust"] if method == "dffrls_aekf" else [])]
 
 
 def numbers(value):

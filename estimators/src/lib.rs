@@ -53,7 +53,7 @@
 //! | [`detect`] | detectors, gates, the validity rule |
 //! | [`methods`] | published methods with their errata corrected: equations, one file a source |
 //! | `printed` | the same letter by letter, errata and all (feature `printed`) |
-//! | [`supervised`] | the published methods under supervision, one form a source |
+//! | [`supervised`] | a published method under supervision, as the example |
 //! | [`fusion`] | our own: attitude filter, swing balance, `rail_fusion` |
 //! | [`runner`] | an estimator made of a pipeline: checks, snapshots, a new start after a step that diverges |
 //! | [`registry`] | all of them by name (feature `registry`) |

@@ -36,27 +36,30 @@ use crate::methods::{complementary_filter, ekf_v_theta_biases};
 #[cfg(feature = "printed")]
 use crate::printed::{guo_2024, huainan, liu_2023, liu_2023_resistance, patent};
 use crate::runner::Runner;
-#[cfg(feature = "guo2024")]
-use crate::supervised::guo_2024::imm_stf_robust;
-#[cfg(feature = "huainan")]
-use crate::supervised::huainan::dffrls_aukf_robust;
 #[cfg(feature = "liu2023")]
 use crate::supervised::liu_2023::dffrls_aekf_robust;
-#[cfg(feature = "patent")]
-use crate::supervised::patent::mmrls_sh_stf_robust;
-#[cfg(feature = "resistance")]
-use crate::supervised::resistance as resistance_robust;
 use crate::{Error, Real};
 
 /// Kind of a named estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Made for use: its marks go by the validity rule ([`crate::detect::validity`]).
+    /// Our own, made for use: its marks go by the validity rule ([`crate::detect::validity`]).
+    Ours,
+    /// A published method under supervision, made for use: its marks go by the same rule.
     Supervised,
+    /// A textbook filter to compare with: its marks go by the same rule.
+    Baseline,
     /// A published method with its errata corrected and nothing else: it marks what it has found at all.
     Published,
     /// A published method letter by letter.
     Printed,
+}
+
+impl Kind {
+    /// Returns true if an estimator of the kind marks its values by the validity rule ([`crate::detect::validity`]).
+    pub fn has_validity_rule(self) -> bool {
+        matches!(self, Kind::Ours | Kind::Supervised | Kind::Baseline)
+    }
 }
 
 /// The front of an estimator: of those that have one.
@@ -93,7 +96,7 @@ macro_rules! front {
     (Published $module:ident $estimator:ident) => {
         $estimator.front().map(AnyFront::Method)
     };
-    (Supervised rail_fusion $estimator:ident) => {
+    (Ours rail_fusion $estimator:ident) => {
         $estimator.front().map(AnyFront::Train)
     };
     ($kind:ident $module:ident $estimator:ident) => {
@@ -109,7 +112,7 @@ macro_rules! step_on {
             AnyInput::Train(_) => Err(other_front()),
         }
     };
-    (Supervised rail_fusion $estimator:ident, $input:ident) => {
+    (Ours rail_fusion $estimator:ident, $input:ident) => {
         match $input {
             AnyInput::Train(input) => $estimator.step_on(input),
             AnyInput::Method(_) => Err(other_front()),
@@ -278,25 +281,16 @@ registry! {{
     "resistance_dffrls" in "resistance" as Published => resistance_dffrls::ResistancePublished,
     /// Liu et al. 2023: least squares with dynamic forgetting, then an adaptive extended Kalman filter.
     "dffrls_aekf_robust" in "liu2023" as Supervised => dffrls_aekf_robust::DffrlsAekf,
-    /// Curvature by least squares, slope by an adaptive unscented filter on accelerometer and wheel speed.
-    "dffrls_aukf_robust" in "huainan" as Supervised => dffrls_aukf_robust::DffrlsAukf,
-    /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
-    "imm_stf_robust" in "guo2024" as Supervised => imm_stf_robust::ImmStf,
-    /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
-    "mmrls_sh_stf_robust" in "patent" as Supervised => mmrls_sh_stf_robust::MmrlsShStf,
-    /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic
-    /// forgetting.
-    "resistance_dffrls_robust" in "resistance" as Supervised => resistance_robust::ResistancePipeline,
     /// Ours: attitude filter, rail memory, force balance with a swinging load.
-    "rail_fusion" in "rail_fusion" as Supervised => rail_fusion::RailFusion,
+    "rail_fusion" in "rail_fusion" as Ours => rail_fusion::RailFusion,
     /// Ours: attitude filter alone (gyro, accelerometer, wheels), on a rail or a road.
-    "attitude" in "rail_fusion" as Supervised => attitude::AttitudePipeline,
+    "attitude" in "rail_fusion" as Ours => attitude::AttitudePipeline,
     /// Baseline: textbook extended Kalman filter for speed, grade and the biases of gyro and accelerometer; finds no
     /// mass.
-    "ekf_v_theta_biases" in "baseline" as Supervised => ekf_v_theta_biases::EkfVThetaBiases,
+    "ekf_v_theta_biases" in "baseline" as Baseline => ekf_v_theta_biases::EkfVThetaBiases,
     /// Baseline: gyro in the short run, accelerometer less the acceleration of the wheels in the long run; finds no
     /// mass.
-    "complementary_filter" in "baseline" as Supervised => complementary_filter::ComplementaryFilter,
+    "complementary_filter" in "baseline" as Baseline => complementary_filter::ComplementaryFilter,
 } as printed: {
     /// Liu et al. 2023 as printed.
     "dffrls_aekf_printed" => liu_2023::DffrlsAekfPrinted,

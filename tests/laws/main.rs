@@ -8,7 +8,6 @@ mod keys;
 mod locks;
 mod own_parts;
 mod physics_laws;
-mod resistance;
 mod road_laws;
 mod source;
 mod tuning;

@@ -10,7 +10,6 @@ import math
 
 import numpy as np
 from common import GRAVITY
-from pipeline_guo import mixture
 from pipeline_parts import DT, LeastSquares, Road, Samples, readings, record_road
 from published_parts import cut
 
@@ -23,6 +22,11 @@ H = np.array([[0.0, 1.0, GRAVITY], [1.0, 0.0, 0.0]])
 R = np.diag([ACCEL_SD**2, SPEED_SD**2])
 KINEMATIC, DYNAMIC = 0, 1
 STEEPEST = math.pi / 3.0
+
+
+def mixture(weights, beliefs):
+    x = sum(w * b[0] for w, b in zip(weights, beliefs))
+    return x, sum(w * (b[1] + np.outer(b[0] - x, b[0] - x)) for w, b in zip(weights, beliefs))
 
 
 class Mass:

@@ -10,13 +10,28 @@ import math
 
 import numpy as np
 from common import GRAVITY
-from pipeline_inertial import through
 from pipeline_parts import DT, LowPass, Rail, readings, record_rail
 from published_parts import Kalman, Noise, by_residual, cut, regression
 
 record = record_rail
 Q, SD = np.diag([1e-4, 2e-5]) * DT, 0.005
 STEEPEST = math.pi / 3.0
+ALPHA, BETA, KAPPA = 0.97, 2.0, 1.0
+
+
+def weights(P):
+    phi = ALPHA**2 * (2.0 + KAPPA) - 2.0
+    mean = np.array([phi, 0.5, 0.5, 0.5, 0.5]) / (2.0 + phi)
+    covariance = mean + np.array([1.0 - ALPHA**2 + BETA, 0, 0, 0, 0])
+    return np.linalg.cholesky((2.0 + phi) * P), mean, covariance
+
+
+def through(f, x, P):
+    """Points, their images, the mean of the images, the weights of covariances."""
+    L, mean, covariance = weights(P)
+    points = np.array([x, *(x + L.T), *(x - L.T)])
+    images = np.array([f(point) for point in points])
+    return points - x, images - mean @ images, mean @ images, np.diag(covariance)
 
 
 class Smoother:

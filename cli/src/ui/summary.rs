@@ -269,11 +269,11 @@ mod tests {
             simulated_s: 60.0,
             steps: 30000,
             after_s: 5.0,
-            estimators: BTreeMap::from([("mmrls_sh_stf_robust".to_owned(), values)]),
+            estimators: BTreeMap::from([("dffrls_aekf_robust".to_owned(), values)]),
             run: BTreeMap::new(),
             refusals: Vec::new(),
             expectations: vec![ExpectationVerdict {
-                estimator: Some("mmrls_sh_stf_robust".into()),
+                estimator: Some("dffrls_aekf_robust".into()),
                 metric: "slope_rmse_deg".into(),
                 window: String::new(),
                 after_s: None,
@@ -296,7 +296,7 @@ mod tests {
     fn about() -> About {
         About {
             title: "hill seed 1".into(),
-            in_loop: Some("mmrls_sh_stf_robust".into()),
+            in_loop: Some("dffrls_aekf_robust".into()),
             took: "60.0 s simulated in 0.12 s, 500 times real time".into(),
             hints: vec!["look: rerun runs/hill/1/run.rrd".into()],
             interrupted: false,
@@ -311,7 +311,7 @@ mod tests {
         assert_eq!(lines[0], "hill seed 1");
         let words: Vec<&str> = lines[5].split_whitespace().collect();
         let row = [
-            "mmrls_sh_stf_robust",
+            "dffrls_aekf_robust",
             "*",
             "7.630",
             "0.500",
@@ -335,7 +335,7 @@ mod tests {
     fn it_fits_80_columns() {
         let mut long = summary(false, Some(0.5));
         let name = "dffrls_aekf_inclination".to_owned();
-        let values = long.estimators.remove("mmrls_sh_stf_robust").unwrap();
+        let values = long.estimators.remove("dffrls_aekf_robust").unwrap();
         long.estimators.insert(name.clone(), values);
         long.expectations[0].estimator = Some(name);
         long.expectations[0].window = " from where the front leaves second_sag to the end".into();
@@ -351,13 +351,13 @@ mod tests {
         ] {
             let text = text(&summary(false, value), &about());
             assert!(text.ends_with("FAILED: 1 of 3 checks\n"), "{text}");
-            let told = "FAILED: mmrls_sh_stf_robust slope_rmse_deg: ";
+            let told = "FAILED: dffrls_aekf_robust slope_rmse_deg: ";
             assert!(text.contains(told) && text.contains(why), "{text}");
         }
         let mut known = summary(false, Some(2.0));
         known.expectations[0].known_failure = Some("physics".into());
         let text = text(&known, &about());
-        assert!(text.contains("known failure: mmrls_sh_stf_robust slope_rmse_deg; "));
+        assert!(text.contains("known failure: dffrls_aekf_robust slope_rmse_deg; "));
         assert!(text.ends_with("held but for 1 known failure: 2 of 3 checks hold\n"));
     }
 }

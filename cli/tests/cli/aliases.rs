@@ -192,12 +192,7 @@ fn what_cannot_be_an_instance_is_refused() {
         ),
         (&["run", "quick.yaml", "--set", "in_loop=tund"], "tuned"),
         (
-            &[
-                "compare",
-                "quick.yaml",
-                "--estimators",
-                "tuned=mmrls_sh_stf_robust",
-            ],
+            &["compare", "quick.yaml", "--estimators", "tuned=rail_fusion"],
             "`tuned` is dffrls_aekf_robust in this scenario",
         ),
         (

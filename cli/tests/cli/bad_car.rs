@@ -11,7 +11,7 @@ car: road/hongqi_ehs3.yaml
 sensors: car_sensors.yaml
 stop: {after_s: 3}
 drive: {speed: [{at_s: 0, mps: 0}, {at_s: 2, mps: 2}]}
-estimators: {imm_stf_robust: {}}
+estimators: {dffrls_aekf_robust: {}}
 integrity: {max_misleading_share: 1}
 ";
 

@@ -132,7 +132,7 @@ const CHANGED: &[(&str, &str, &str)] = &[
     (
         "expect_unknown_estimator",
         "{estimator: dffrls_aekf_robust,",
-        "{estimator: dffrls_aukf_robust,",
+        "{estimator: imm_stf,",
     ),
     ("expect_after_the_end", "after_s: 10", "after_s: 100"),
     (

@@ -16,7 +16,7 @@ stop: {after_s: 12}
 physics: {plant: point-mass}
 drive: {speed: [{at_s: 0, mps: 0}, {at_s: 3, mps: 1.5}]}
 sensors: sensors.yaml
-estimators: {dffrls_aukf_robust: {}}
+estimators: {attitude: {}}
 integrity: {max_misleading_share: 1}
 seeds: 1..3
 expect: [{metric: speed_rmse_mps, at_most: 1}]

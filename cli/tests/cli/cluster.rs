@@ -12,12 +12,12 @@ stop: {after_s: 20}
 physics: {plant: point-mass}
 drive: {speed: [{at_s: 0, mps: 0}, {at_s: 3, mps: 1.5}]}
 sensors: ../sensors.yaml
-estimators: {dffrls_aukf_robust: {}}
+estimators: {attitude: {}}
 integrity: {max_misleading_share: 1}
 seeds: SEEDS
 expect:
   - {metric: speed_rmse_mps, at_most: BOUND}
-  - {estimator: dffrls_aukf_robust, metric: mass_availability, at_least: 0}
+  - {estimator: attitude, metric: mass_availability, at_least: 0}
 ";
 
 fn tests() -> TestFolder {

@@ -13,10 +13,10 @@ stop: {after_s: 30}
 physics: {plant: point-mass}
 drive: {speed: [{at_s: 0, mps: 0}, {at_s: 3, mps: 1.5}]}
 sensors: sensors.yaml
-estimators: {dffrls_aukf_robust: {}}
-in_loop: dffrls_aukf_robust
+estimators: {attitude: {}}
+in_loop: attitude
 published:
-  - {source: 'Somebody 2024, table 9', estimator: imm_stf_robust, metric: slope_mae_deg, value: 12.375}
+  - {source: 'Somebody 2024, table 9', estimator: rail_fusion, metric: slope_mae_deg, value: 12.375}
 ";
 
 fn dir() -> TestFolder {
@@ -46,11 +46,7 @@ fn compare<'a>(more: &[&'a str]) -> Vec<&'a str> {
 fn the_table_says_what_the_runs_say() {
     let dir = dir();
     let files = ["--json", "both.json", "--csv", "both.csv"];
-    let both = [
-        &["--estimators", "dffrls_aukf_robust,imm_stf_robust"][..],
-        &files,
-    ]
-    .concat();
+    let both = [&["--estimators", "attitude,rail_fusion"][..], &files].concat();
     let (code, out, err) = dir.monorig(&compare(&both));
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(
@@ -73,21 +69,21 @@ fn the_table_says_what_the_runs_say() {
     let row = &json["table"][1];
     assert_eq!(
         (&row["estimator"], &row["metric"]),
-        (&"imm_stf_robust".into(), &"slope_mae_deg".into())
+        (&"rail_fusion".into(), &"slope_mae_deg".into())
     );
     let close = |told: &Value, expected: f64| {
         let told = told["mean"].as_f64().unwrap();
         assert!((told - expected).abs() < 1e-12, "{told} {expected}");
     };
-    close(&row["mean"], mean(&|r| value(r, "imm_stf_robust")));
+    close(&row["mean"], mean(&|r| value(r, "rail_fusion")));
     close(
         &row["difference"],
         mean(&|r| {
-            let common = &r["summary"]["common"]["imm_stf_robust"]["errors"]["slope_mae_deg"];
+            let common = &r["summary"]["common"]["rail_fusion"]["errors"]["slope_mae_deg"];
             common[0].as_f64().unwrap() - common[1].as_f64().unwrap()
         }),
     );
-    close(&row["valid"]["mean"], mean(&|r| valid(r, "imm_stf_robust")));
+    close(&row["valid"]["mean"], mean(&|r| valid(r, "rail_fusion")));
     for (samples, share) in [("valid", "of all"), ("common", "common valid")] {
         assert!(
             row[samples]["share"]
@@ -104,7 +100,7 @@ fn the_table_says_what_the_runs_say() {
     assert_eq!(code, Some(0));
     let alone: Value = serde_json::from_str(&dir.read("alone.json")).unwrap();
     for (a, b) in alone["runs"].as_array().unwrap().iter().zip(runs) {
-        let of = |run: &Value| run["summary"]["estimators"]["dffrls_aukf_robust"].clone();
+        let of = |run: &Value| run["summary"]["estimators"]["attitude"].clone();
         assert_eq!(of(a), of(b));
     }
 }
@@ -133,7 +129,7 @@ fn errors_over_their_bound_are_shown_where_there_is_one() {
         .as_array()
         .unwrap()
         .iter()
-        .map(|run| &run["summary"]["estimators"]["dffrls_aukf_robust"])
+        .map(|run| &run["summary"]["estimators"]["attitude"])
         .map(|of| of["slope_rmse_over_bound"].as_f64().unwrap())
         .collect();
     ratios.sort_by(f64::total_cmp);
@@ -144,7 +140,7 @@ fn errors_over_their_bound_are_shown_where_there_is_one() {
     let row = out.lines().find(|l| l.contains("3/3"));
     let row = row.unwrap_or_else(|| panic!("{out}{err}"));
     assert!(
-        row.contains("dffrls_aukf_robust") && row.contains("quick seed"),
+        row.contains("attitude") && row.contains("quick seed"),
         "{row}"
     );
     let told: Vec<f64> = row
@@ -182,12 +178,12 @@ fn what_is_not_there_is_named() {
     let dir = dir();
     for (more, says) in [
         (
-            ["--estimators", "dffrls_aukf_robust,immstf_robust"],
-            "did you mean `imm_stf_robust`",
+            ["--estimators", "attitude,railfusion"],
+            "did you mean `rail_fusion`",
         ),
         (
-            ["--reference", "mmrls_sh_stf_robust"],
-            "--reference with one of: dffrls_aukf_robust",
+            ["--reference", "dffrls_aekf_robust"],
+            "--reference with one of: attitude",
         ),
         (
             ["--metrics", "slope_mea_deg"],

@@ -17,7 +17,7 @@ stop: {{after_s: 20}}
 physics: {{plant: point-mass}}
 drive: {{speed: [{{at_s: 0, mps: 0}}, {{at_s: 3, mps: 1.5}}]}}
 sensors: sensors.yaml
-estimators: {{dffrls_aukf_robust: {{}}}}
+estimators: {{dffrls_aekf_robust: {{}}}}
 seeds: 1..2
 expect: [{{metric: speed_rmse_mps, at_most: {bound}}}]
 integrity: {{{limits}}}
@@ -196,7 +196,7 @@ fn other_commands_end_with_their_result() {
 
     for (least, held, failed) in [(0, "not shown with 2 runs", ""), (2, "", "FAILED: ")] {
         let search = format!(
-            "version: 1\nwhy: A quick search.\nestimator: dffrls_aukf_robust\n\
+            "version: 1\nwhy: A quick search.\nestimator: dffrls_aekf_robust\n\
              parameters: {{delta: {{choices: [0.9, 0.99]}}}}\n\
              tuning: [{{scenario: good.yaml, set: {{expect: []}}, seeds: 1..2}}]\n\
              validation: [{{scenario: good.yaml, set: {{expect: []}}, seeds: 7..8}}]\n\

@@ -14,7 +14,7 @@ stop: {after_s: 60}
 physics: {plant: point-mass}
 drive: {speed: [{at_s: 0, mps: 0}, {at_s: 3, mps: 1.5}]}
 sensors: sensors.yaml
-estimators: {dffrls_aukf_robust: {}, dffrls_aekf_robust: {}}
+estimators: {attitude: {}, dffrls_aekf_robust: {}}
 events: [{at_s: 20, load_mass_kg: 1500}]
 seeds: 1..3
 expect:
@@ -105,10 +105,7 @@ fn of_a_run() {
 fn of_a_run_without_estimators() {
     let dir = TestFolder::new();
     let without = QUICK
-        .replace(
-            "estimators: {dffrls_aukf_robust: {}, dffrls_aekf_robust: {}}\n",
-            "",
-        )
+        .replace("estimators: {attitude: {}, dffrls_aekf_robust: {}}\n", "")
         .lines()
         .filter(|l| !l.contains("estimator: dffrls_aekf_robust"))
         .map(|l| format!("{l}\n"))
@@ -180,7 +177,7 @@ fn of_a_study() {
     let rmse: Vec<f64> = runs
         .map(|line| {
             let run: serde_json::Value = serde_json::from_str(line).unwrap();
-            let of = &run["summary"]["estimators"]["dffrls_aukf_robust"]["slope_rmse_deg"];
+            let of = &run["summary"]["estimators"]["attitude"]["slope_rmse_deg"];
             of.as_f64().unwrap()
         })
         .collect();
@@ -215,13 +212,13 @@ fn of_a_study() {
 #[test]
 fn of_a_comparison() {
     let dir = TestFolder::new();
-    let published = "published: [{source: 'A & B 2024, table 9', estimator: imm_stf_robust, metric: slope_mae_deg, value: 12.375}]\n";
+    let published = "published: [{source: 'A & B 2024, table 9', estimator: rail_fusion, metric: slope_mae_deg, value: 12.375}]\n";
     dir.write("quick.yaml", (QUICK.to_owned() + published).as_bytes());
     let (code, out, err) = dir.monorig(&[
         "compare",
         "quick.yaml",
         "--estimators",
-        "dffrls_aukf_robust,imm_stf_robust",
+        "attitude,rail_fusion",
         "--metrics",
         "slope_mae_deg,slope_error_p95_deg",
         "--json",
@@ -240,7 +237,7 @@ fn of_a_comparison() {
     let mut parts = vec![
         "Comparison on quick".to_owned(),
         "on the same samples".to_owned(),
-        "minus dffrls_aukf_robust".to_owned(),
+        "minus attitude".to_owned(),
         "Published: A & B 2024, table 9.".to_owned(),
         number(12.375),
     ];
@@ -342,7 +339,7 @@ fn two_runs_compared() {
         "load.mass_kg",
         "500",
         "B minus A",
-        "dffrls_aukf_robust",
+        "attitude",
     ] {
         assert!(text.contains(part), "{part}\n{text}");
     }

@@ -15,10 +15,10 @@ stop: {after_s: 20}
 physics: {plant: point-mass}
 drive: {speed: [{at_s: 0, mps: 0}, {at_s: 3, mps: 1.5}]}
 sensors: sensors.yaml
-estimators: {mmrls_sh_stf_robust: {}, dffrls_aekf_robust: {}}
+estimators: {rail_fusion: {}, dffrls_aekf_robust: {}}
 expect:
   - {metric: speed_rmse_mps, at_most: 1}
-  - {estimator: mmrls_sh_stf_robust, metric: mass_availability, at_least: 0}
+  - {estimator: rail_fusion, metric: mass_availability, at_least: 0}
   - {estimator: dffrls_aekf_robust, metric: mass_availability, at_least: 0}
 integrity: {max_misleading_share: 1}
 ";
@@ -37,7 +37,7 @@ vary:
   - {path: 'sensors.wheel_speed.errors.bias', normal: {mean: 0, sd: 0.01}}
   - {path: 'track.vertical[1].to_grade_deg', uniform: [6, 10]}
   - {path: sensors.gyro.sampling.dropout, also: [sensors.wheel_speed.sampling.dropout], uniform: [0, 0.02]}
-  - {path: estimators.mmrls_sh_stf_robust, choice: [{}]}
+  - {path: estimators.rail_fusion, choice: [{}]}
 ";
 
 fn dir(study: &str) -> TestFolder {

@@ -355,7 +355,7 @@ fn bad_studies() {
 const BAD_PARAMETERS: &[(&str, &str, &str)] = &[
     ("unknown", "version: 1\nwhy: x\nestimator: dffrls_aekf_robust\nparameters: {delat: 0.9}\n", "{from: tuned.yaml}"),
     ("out_of_range", "version: 1\nwhy: x\nestimator: dffrls_aekf_robust\nparameters:\n  delta: 1.9\n", "{from: tuned.yaml}"),
-    ("of_another_estimator", "version: 1\nwhy: x\nestimator: imm_stf_robust\nparameters: {}\n", "{from: tuned.yaml}"),
+    ("of_another_estimator", "version: 1\nwhy: x\nestimator: rail_fusion\nparameters: {}\n", "{from: tuned.yaml}"),
     ("not_there", "version: 1\nwhy: x\nestimator: dffrls_aekf_robust\nparameters: {}\n", "{from: tune.yaml}"),
     ("not_a_name", "version: 1\nwhy: x\nestimator: dffrls_aekf_robust\nparameters: {}\n", "{from: 3}"),
     ("without_a_reason", "version: 1\nwhy: ' '\nestimator: dffrls_aekf_robust\nparameters: {}\n", "{from: tuned.yaml}"),

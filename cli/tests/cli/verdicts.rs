@@ -20,7 +20,7 @@ stop: {{after_s: 60}}
 physics: {{plant: point-mass}}
 drive: {{speed: [{{at_s: 0, mps: 0}}, {{at_s: 3, mps: 1.5}}]}}
 sensors: sensors.yaml
-estimators: {{dffrls_aukf_robust: {{}}}}
+estimators: {{attitude: {{}}}}
 seeds: 1..4
 {expect}{integrity}"
     )
@@ -69,13 +69,13 @@ fn a_bound_that_does_not_hold_is_named() {
     let expect = "\
 expect:
   - {metric: speed_rmse_mps, at_most: 1}
-  - {estimator: dffrls_aukf_robust, metric: slope_mae_deg, after_s: 6, at_most: 1.0e-6, availability: 0.5}
+  - {estimator: attitude, metric: slope_mae_deg, after_s: 6, at_most: 1.0e-6, availability: 0.5}
 ";
     let dir = with(&[("one", quick(expect)), ("two", quick(HOLDS))]);
     let (code, out, err) = dir.monorig(&["test", "all", "--junit", "v.xml"]);
     assert_eq!(code, Some(1), "{out}{err}");
     assert!(out.contains("FAILED  one") && out.contains("held    two"));
-    let told = "dffrls_aukf_robust slope_mae_deg from 6 s: ";
+    let told = "attitude slope_mae_deg from 6 s: ";
     let said = words(&out);
     for part in [told, "is not ≤ 0.000001 (seed ", "; 0 of 4 seeds hold"] {
         assert!(said.contains(part), "{out}");
@@ -114,13 +114,13 @@ fn a_run_that_breaks_down_is_a_failure() {
 
 #[test]
 fn a_bad_file_is_shown_and_the_others_run() {
-    let bad = quick(HOLDS).replace("dffrls_aukf_robust", "dffrls_aukv_robust");
+    let bad = quick(HOLDS).replace("attitude", "attitute");
     let dir = with(&[("bad", bad), ("good", quick(HOLDS))]);
     let (code, out, err) = dir.monorig(&["test", "all"]);
     assert_eq!(code, Some(2), "{out}{err}");
     assert!(out.contains("held    good"), "{out}");
     assert!(
-        err.contains("all/bad.yaml:10:34") && err.contains("did you mean `dffrls_aukf_robust`"),
+        err.contains("all/bad.yaml:10:24") && err.contains("did you mean `attitude`"),
         "{err}"
     );
 }
@@ -165,8 +165,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
 /// ways will do.
 #[test]
 fn an_error_is_not_bounded_without_its_availability() {
-    let bound =
-        "expect:\n  - {estimator: dffrls_aukf_robust, metric: METRIC, after_s: 6, at_most: 5}\n";
+    let bound = "expect:\n  - {estimator: attitude, metric: METRIC, after_s: 6, at_most: 5}\n";
     for metric in ["slope_rmse_deg", "slope_rmse_deg_valid"] {
         let bare = bound.replace("METRIC", metric);
         let dir = with(&[("one", quick(&bare))]);
@@ -182,7 +181,7 @@ fn an_error_is_not_bounded_without_its_availability() {
         }
         // one over another time is none beside it
         let elsewhere = format!(
-            "{bare}  - {{estimator: dffrls_aukf_robust, metric: slope_availability, at_least: 0.5}}\n"
+            "{bare}  - {{estimator: attitude, metric: slope_availability, at_least: 0.5}}\n"
         );
         let dir = with(&[("one", quick(&elsewhere))]);
         assert_eq!(dir.monorig(&["test", "all"]).0, Some(2));
@@ -190,7 +189,7 @@ fn an_error_is_not_bounded_without_its_availability() {
             bare.replace("at_most: 5", "at_most: 5, availability: 0.5"),
             format!("{bare}availability: {{slope: 0.5}}\n"),
             format!(
-                "{bare}  - {{estimator: dffrls_aukf_robust, metric: slope_availability, after_s: 6, at_least: 0.5}}\n"
+                "{bare}  - {{estimator: attitude, metric: slope_availability, after_s: 6, at_least: 0.5}}\n"
             ),
         ] {
             let dir = with(&[("one", quick(&good))]);
@@ -203,12 +202,12 @@ fn an_error_is_not_bounded_without_its_availability() {
 /// An expectation of the availability is checked over the time of the error.
 #[test]
 fn the_availability_beside_an_error_is_a_bound() {
-    let expect = "expect:\n  - {estimator: dffrls_aukf_robust, metric: mass_rmse_kg, after_s: 6, at_most: 1.0e+9, availability: 0.5}\n";
+    let expect = "expect:\n  - {estimator: attitude, metric: mass_rmse_kg, after_s: 6, at_most: 1.0e+9, availability: 0.5}\n";
     let dir = with(&[("one", quick(expect))]);
     let (code, out, _) = dir.monorig(&["test", "all", "--seeds", "1"]);
     assert_eq!(code, Some(1), "{out}"); // it does not estimate the mass
     assert!(
-        words(&out).contains("dffrls_aukf_robust mass_availability from 6 s: 0.0000 is not ≥ 0.5"),
+        words(&out).contains("attitude mass_availability from 6 s: 0.0000 is not ≥ 0.5"),
         "{out}"
     );
 }
@@ -223,22 +222,22 @@ fn what_misleads_is_red_and_named_first() {
     let dir = with(&[("one", quick(&format!("{HOLDS}{MISLEADING}")))]);
     let (code, out, _) = dir.monorig(&["test", "all", "--junit", "v.xml"]);
     assert_eq!(code, Some(1), "{out}");
-    let first = "\n\none:\n  finding: dffrls_aukf_robust marks a slope valid that is";
+    let first = "\n\none:\n  finding: attitude marks a slope valid that is";
     assert!(out.contains(first), "{out}");
     let xml = dir.read("v.xml");
     assert!(
-        xml.contains("<failure") && xml.contains("dffrls_aukf_robust slope_misleading_share"),
+        xml.contains("<failure") && xml.contains("attitude slope_misleading_share"),
         "{xml}"
     );
     let (code, out, err) = dir.monorig(&["run", "all/one.yaml", "--no-rerun"]);
     assert_eq!(code, Some(1), "{out}{err}");
-    let told = "FAILED: dffrls_aukf_robust slope_misleading_share: ";
+    let told = "FAILED: attitude slope_misleading_share: ";
     assert!(
         out.contains(told) && last(&out).starts_with("FAILED: 1 of "),
         "{out}"
     );
     for tolerated in [
-        "integrity: {k: 1.0e-6, slope_alert_deg: 1.0e-6, effective_slope_alert_deg: 90, reference_only: [dffrls_aukf_robust]}\n",
+        "integrity: {k: 1.0e-6, slope_alert_deg: 1.0e-6, effective_slope_alert_deg: 90, reference_only: [attitude]}\n",
         "integrity: {k: 1.0e-6, slope_alert_deg: 1.0e-6, effective_slope_alert_deg: 90, max_misleading_share: 1}\n",
     ] {
         let dir = with(&[("one", quick(&format!("{HOLDS}{tolerated}")))]);
@@ -252,23 +251,22 @@ fn what_misleads_is_red_and_named_first() {
 fn a_known_failure_is_shown_and_not_red_until_it_is_worse_or_holds() {
     let expect = |bound: &str| {
         format!(
-            "expect:\n  - {{estimator: dffrls_aukf_robust, metric: slope_mae_deg, after_s: 6, at_most: {bound}, availability: 0.5}}\n\
-             known_failures:\n  - {{estimator: dffrls_aukf_robust, metric: slope_mae_deg, no_worse_than: FLOOR, why: a bias of the accelerometer}}\n"
+            "expect:\n  - {{estimator: attitude, metric: slope_mae_deg, after_s: 6, at_most: {bound}, availability: 0.5}}\n\
+             known_failures:\n  - {{estimator: attitude, metric: slope_mae_deg, no_worse_than: FLOOR, why: a bias of the accelerometer}}\n"
         )
         .replace("FLOOR", "30")
     };
     let dir = with(&[("one", quick(&expect("1.0e-6")))]);
     let (code, out, _) = dir.monorig(&["test", "all", "--junit", "v.xml", "--json", "v.json"]);
     assert_eq!(code, Some(0), "{out}");
-    let known =
-        "known failures (reasons: -v)\n  dffrls_aukf_robust    1 in 1 scenario: slope_mae_deg\n";
+    let known = "known failures (reasons: -v)\n  attitude    1 in 1 scenario: slope_mae_deg\n";
     assert!(out.contains(known), "{out}");
     assert!(
         last(&out).starts_with("held but for 1 known failure: 1 scenario, 4 runs"),
         "{out}"
     );
     let (_, all, _) = dir.monorig(&["test", "all", "-v"]);
-    let why = "known failure: a bias of the accelerometer\n    dffrls_aukf_robust slope_mae_deg from 6 s: ";
+    let why = "known failure: a bias of the accelerometer\n    attitude slope_mae_deg from 6 s: ";
     assert!(all.contains(why), "{all}");
     assert!(out.lines().all(|l| l.chars().count() <= 80), "{out}");
     let xml = dir.read("v.xml");
@@ -303,19 +301,19 @@ fn a_known_failure_is_shown_and_not_red_until_it_is_worse_or_holds() {
 
     for (known, says) in [
         (
-            "{estimator: dffrls_aukf_robust, metric: slope_rmse_deg, no_worse_than: 1, why: x}",
+            "{estimator: attitude, metric: slope_rmse_deg, no_worse_than: 1, why: x}",
             "there is no such bound in `expect`",
         ),
         (
-            "{estimator: dffrls_aukf_robust, metric: mass_availability, no_worse_than: 0, why: x}",
+            "{estimator: attitude, metric: mass_availability, no_worse_than: 0, why: x}",
             "nothing bounds `mass_availability` here",
         ),
         (
-            "{estimator: dffrls_aukf_robust, metric: slope_mae_deg, no_worse_than: 30, why: ''}",
+            "{estimator: attitude, metric: slope_mae_deg, no_worse_than: 30, why: ''}",
             "says why",
         ),
     ] {
-        let text = expect("1").replace("{estimator: dffrls_aukf_robust, metric: slope_mae_deg, no_worse_than: 30, why: a bias of the accelerometer}", known);
+        let text = expect("1").replace("{estimator: attitude, metric: slope_mae_deg, no_worse_than: 30, why: a bias of the accelerometer}", known);
         let dir = with(&[("one", quick(&text))]);
         let (code, _, err) = dir.monorig(&["test", "all"]);
         assert!(code == Some(2) && err.contains(says), "{err}");
@@ -326,22 +324,19 @@ fn a_known_failure_is_shown_and_not_red_until_it_is_worse_or_holds() {
 /// as for reference only is not.
 #[test]
 fn every_named_estimator_is_judged() {
-    let of_attitude =
-        "expect: [{estimator: attitude, metric: slope_availability, after_s: 6, at_least: 0.1}]\n";
+    let of_fusion = "expect: [{estimator: rail_fusion, metric: slope_availability, after_s: 6, at_least: 0.1}]\n";
     for (reference_only, judged) in [
-        ("[]", ["attitude", "dffrls_aukf_robust"].as_slice()),
-        ("[dffrls_aukf_robust]", &["attitude"]),
+        ("[]", ["attitude", "rail_fusion"].as_slice()),
+        ("[attitude]", &["rail_fusion"]),
     ] {
         let marks = MISLEADING.replace("}", &format!(", reference_only: {reference_only}}}"));
-        let text = quick(&format!("{of_attitude}{marks}")).replace(
-            "{dffrls_aukf_robust: {}}",
-            "{dffrls_aukf_robust: {}, attitude: {}}",
-        );
+        let text = quick(&format!("{of_fusion}{marks}"))
+            .replace("{attitude: {}}", "{attitude: {}, rail_fusion: {}}");
         let dir = with(&[("one", text)]);
         let (code, out, _) = dir.monorig(&["test", "all", "--seeds", "1", "--junit", "v.xml"]);
         assert_eq!(code, Some(1), "{out}");
         let xml = dir.read("v.xml");
-        for name in ["attitude", "dffrls_aukf_robust"] {
+        for name in ["attitude", "rail_fusion"] {
             let is_there = xml.contains(&format!("{name} slope_misleading_share"));
             assert_eq!(is_there, judged.contains(&name), "{name}: {xml}");
         }

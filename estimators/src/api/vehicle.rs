@@ -189,15 +189,6 @@ impl Vehicle {
         self.0
     }
 
-    /// The same without what only a road vehicle has.
-    #[cfg(test)]
-    pub(crate) fn without_road(&self) -> Self {
-        Self(VehicleData {
-            road: None,
-            ..self.0
-        })
-    }
-
     /// The same as a point: nothing of it before or behind the IMU.
     pub(crate) fn as_point(&self) -> Self {
         Self(VehicleData {

@@ -146,12 +146,7 @@ fn shunting(t: Real) -> Real {
 fn a_load_changed_at_a_standstill_is_weighed_before_the_mass_is_valid_again() {
     let loads = [10_000.0, 15_000.0, 21_000.0];
     let drives: [fn(Real) -> Real; 2] = [stay, shunting];
-    for (name, again) in [
-        ("rail_fusion", true),
-        ("dffrls_aekf_robust", true),
-        ("imm_stf_robust", false),
-        ("mmrls_sh_stf_robust", true),
-    ] {
+    for name in ["rail_fusion", "dffrls_aekf_robust"] {
         for (speed, mass_kg) in drives.into_iter().flat_map(|d| loads.map(|kg| (d, kg))) {
             let mut estimator = build(name, &vehicle(), []).unwrap();
             let world = World {
@@ -170,7 +165,7 @@ fn a_load_changed_at_a_standstill_is_weighed_before_the_mass_is_valid_again() {
             let worst = worst.fold(0.0, Real::max);
             std::println!("{name}, then {mass_kg} kg: {worst:.2} standard deviations");
             assert!(worst < 3.0, "{name}, then {mass_kg} kg: {worst}");
-            assert!(!again || at(140.0).valid, "{name}: never valid again");
+            assert!(at(140.0).valid, "{name}: never valid again");
         }
     }
 }
@@ -248,61 +243,6 @@ fn another_load_is_another_running_resistance() {
 }
 
 #[test]
-fn the_patent_finds_mass_and_slope_when_the_resistance_is_right_and_pays_when_it_is_not() {
-    let run = |mu: Real, seed: u64| {
-        let mut estimator = build(
-            "mmrls_sh_stf_robust",
-            &vehicle(),
-            [("mass0_kg", 12_000.0.into())],
-        )
-        .unwrap();
-        let rows = World { mu, ..world(seed) }.run(&mut estimator);
-        let last = rows.last().unwrap().estimate.total_mass_kg;
-        (
-            mass_error(&rows, 50.0),
-            grade_error_deg(&rows, 10.0),
-            (last.value - 15_000.0).abs() / last.sd,
-        )
-    };
-    for seed in 1..=10 {
-        let (mass, slope, normalised) = run(0.02, seed);
-        std::println!(
-            "patent, seed {seed}: mass {:.2} %, slope {slope:.3}°",
-            100.0 * mass
-        );
-        assert!(
-            mass < 0.02 && slope < 0.35 && normalised < 3.0,
-            "{mass} {slope} {normalised}"
-        );
-        let (wrong, _, normalised) = run(0.026, seed);
-        assert!(
-            wrong > mass && normalised < 3.0,
-            "{wrong} {mass} {normalised}"
-        );
-    }
-}
-
-#[test]
-fn a_load_set_down_is_noticed_by_the_patent_too() {
-    for seed in 1..=5 {
-        let mut estimator = build("mmrls_sh_stf_robust", &vehicle(), []).unwrap();
-        let world = World {
-            mass_change: Some((60.0, 10_000.0)),
-            grade: |s| 4f64.to_radians() * (0.3 * s).sin(),
-            speed: |t| 0.7 + 0.3 * (0.5 * t).sin(),
-            seconds: 120.0,
-            ..world(seed)
-        };
-        let after = mass_error(&world.run(&mut estimator), 100.0);
-        std::println!(
-            "patent, seed {seed}: {:.2} % after the change",
-            100.0 * after
-        );
-        assert!(after < 0.03, "seed {seed}: {after}");
-    }
-}
-
-#[test]
 fn a_reversal_tells_running_resistance_and_accelerometer_bias_apart() {
     for (seed, mu, accel_bias) in [(1, 0.026, 0.02), (2, 0.014, -0.02), (3, 0.026, -0.02)] {
         let mut estimator =
@@ -375,37 +315,33 @@ fn resistance_in_curves_is_learnt_and_does_not_pass_for_mass() {
 /// that of an estimator with a range of everything.
 #[test]
 fn the_range_of_the_mass_leaves_what_is_learnt_alone() {
-    for (name, range_kg) in [
-        ("dffrls_aekf_robust", [14_800.0, 15_200.0]),
-        ("imm_stf_robust", [14_950.0, 15_050.0]),
-        ("mmrls_sh_stf_robust", [14_900.0, 15_100.0]),
-    ] {
-        let run = |mass_range_kg| {
-            let told = Vehicle::new(VehicleData {
-                mass_range_kg,
-                ..vehicle().data()
-            })
-            .unwrap();
-            let mut estimator = build(name, &told, [("mass0_kg", 15_000.0.into())]).unwrap();
-            let speed = |t: Real| 1.0 + 0.4 * (0.7 * t).sin();
-            World { speed, ..world(3) }.run(&mut estimator)
-        };
-        let (narrow, wide) = (run(range_kg), run([1e3, 1e6]));
-        let (mut limited, mut free) = (0, 0);
-        for (narrow, wide) in narrow.iter().zip(&wide) {
-            let (narrow, wide) = (narrow.estimate, wide.estimate);
-            if narrow.flags.saturated {
-                limited += 1;
-            } else {
-                free += usize::from(limited > 0);
-                let (narrow, wide) = (narrow.total_mass_kg.value, wide.total_mass_kg.value);
-                assert!(
-                    (narrow / wide - 1.0).abs() < 1e-9,
-                    "{name}: {narrow} {wide}"
-                );
-            }
+    let name = "dffrls_aekf_robust";
+    let range_kg = [14_800.0, 15_200.0];
+    let run = |mass_range_kg| {
+        let told = Vehicle::new(VehicleData {
+            mass_range_kg,
+            ..vehicle().data()
+        })
+        .unwrap();
+        let mut estimator = build(name, &told, [("mass0_kg", 15_000.0.into())]).unwrap();
+        let speed = |t: Real| 1.0 + 0.4 * (0.7 * t).sin();
+        World { speed, ..world(3) }.run(&mut estimator)
+    };
+    let (narrow, wide) = (run(range_kg), run([1e3, 1e6]));
+    let (mut limited, mut free) = (0, 0);
+    for (narrow, wide) in narrow.iter().zip(&wide) {
+        let (narrow, wide) = (narrow.estimate, wide.estimate);
+        if narrow.flags.saturated {
+            limited += 1;
+        } else {
+            free += usize::from(limited > 0);
+            let (narrow, wide) = (narrow.total_mass_kg.value, wide.total_mass_kg.value);
+            assert!(
+                (narrow / wide - 1.0).abs() < 1e-9,
+                "{name}: {narrow} {wide}"
+            );
         }
-        std::println!("{name}: {limited} steps limited, {free} free after one");
-        assert!(limited > 100 && free > 100, "{name}: {limited} {free}");
     }
+    std::println!("{name}: {limited} steps limited, {free} free after one");
+    assert!(limited > 100 && free > 100, "{name}: {limited} {free}");
 }

@@ -49,27 +49,6 @@ pub fn grade_rms(name: &str, settings: &[(&str, Setting)], worlds: impl Fn(u64) 
     rms
 }
 
-/// The same of an internal quantity that is a grade, rad.
-pub fn internal_grade_rms(
-    name: &str,
-    internal: &str,
-    settings: &[(&str, Setting)],
-    worlds: impl Fn(u64) -> World,
-) -> Real {
-    let mut errors = Vec::new();
-    for seed in 1..=10 {
-        let estimator = build(name, &vehicle(), settings.iter().copied()).unwrap();
-        let mut watched = Watched::new(estimator, internal);
-        let rows = worlds(seed).run(&mut watched);
-        let pairs = rows.iter().zip(&watched.values);
-        let late = pairs.filter(|(row, _)| row.t >= 5.0);
-        errors.extend(late.map(|(row, found)| (found - row.theta).to_degrees()));
-    }
-    let rms = crate::testing::rms(&errors);
-    std::println!("{name}, {internal} {settings:?}: {rms:.4}°");
-    rms
-}
-
 /// Hides samples from an estimator, or changes the command it sees.
 pub struct Tampered<E, F> {
     pub estimator: E,
@@ -99,48 +78,4 @@ impl<E: Estimator, F: Fn(&mut Measurements, &mut Command)> Estimator for Tampere
 pub fn tampered(name: &str, tamper: impl Fn(&mut Measurements, &mut Command)) -> Vec<Row> {
     let estimator = build(name, &vehicle(), [("mass0_kg", 12_000.0.into())]).unwrap();
     world(1).run(&mut Tampered { estimator, tamper })
-}
-
-/// Keeps an internal quantity of every step.
-pub struct Watched {
-    pub estimator: AnyEstimator,
-    pub place: usize,
-    pub values: Vec<Real>,
-}
-
-impl Watched {
-    fn new(estimator: AnyEstimator, name: &str) -> Self {
-        let place = estimator
-            .internals()
-            .iter()
-            .position(|i| i.name == name)
-            .unwrap();
-        Self {
-            estimator,
-            place,
-            values: Vec::new(),
-        }
-    }
-}
-
-impl Estimator for Watched {
-    fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
-        let estimate = self.estimator.step(z, u, dt)?;
-        let mut values = [0.0; 16];
-        self.estimator.internal_values(&mut values);
-        self.values.push(values[self.place]);
-        Ok(estimate)
-    }
-
-    fn reset(&mut self) {
-        self.estimator.reset();
-    }
-
-    fn internals(&self) -> &[Internal] {
-        self.estimator.internals()
-    }
-
-    fn internal_values(&self, values: &mut [Real]) {
-        self.estimator.internal_values(values);
-    }
 }

@@ -91,19 +91,21 @@ fn nees(name: &str) -> [Real; 2] {
 #[test]
 fn the_standard_deviations_of_the_grades_are_those_of_their_errors() {
     let (_, high) = chi_square_band(RUNS as usize);
-    let supervised = NAMES
-        .iter()
-        .filter(|name| kind(name) == Some(Kind::Supervised));
+    let judged = |name: &&&str| kind(name).is_some_and(Kind::has_validity_rule);
     let mut wrong = Vec::new();
-    for name in supervised {
+    for name in NAMES.iter().filter(judged) {
+        let kind = kind(name).unwrap();
         let [at_imu, effective] = nees(name);
         std::println!(
             "{name}: NEES {at_imu:.3} at the IMU, {effective:.3} effective, limit {high:.3}"
         );
-        // The others have no effective grade of their own.
-        let method = name.ends_with("_robust");
-        for (which, nees) in [("at the IMU", at_imu), ("effective", effective)] {
-            if !(LEAST..high).contains(&nees) && (method || which == "at the IMU") {
+        // A baseline knows no train: its effective grade is the one at the IMU.
+        let of_train = kind != Kind::Baseline;
+        for (which, nees, judged) in [
+            ("at the IMU", at_imu, true),
+            ("effective", effective, of_train),
+        ] {
+            if judged && !(LEAST..high).contains(&nees) {
                 wrong.push((name, which, nees));
             }
         }

@@ -68,10 +68,8 @@ fn marks(name: &str, fault: Fault) -> usize {
 }
 
 fn supervised() -> impl Iterator<Item = &'static str> {
-    let made_for_use = |name: &&str| {
-        kind(name) == Some(Kind::Supervised) && *name != "resistance_dffrls_robust" // its mass is given
-    };
-    NAMES.iter().copied().filter(made_for_use)
+    let has_rule = |name: &&str| kind(name).is_some_and(Kind::has_validity_rule);
+    NAMES.iter().copied().filter(has_rule)
 }
 
 #[test]
@@ -90,7 +88,7 @@ fn wrong_wheels_and_accelerometers_end_validity_in_every_supervised_estimator() 
 fn what_is_marked_with_a_wrong_gyro_is_right() {
     for name in supervised() {
         for (what, fault) in GYRO {
-            if ["ekf_v_theta_biases", "complementary_filter"].contains(&name) {
+            if kind(name) == Some(Kind::Baseline) {
                 assert_eq!(marks(name, fault), 0, "{name}, {what}");
                 continue;
             }

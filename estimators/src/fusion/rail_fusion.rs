@@ -41,7 +41,6 @@ param_groups! {
 /// Limits of its source: a load that swings is weighed on rail read well.
 const SIGNALS: CoreSignals = CoreSignals {
     max_sum_sd: 0.003,
-    bend_hz: 1.0,
     gyro_check: true,
 };
 
@@ -133,7 +132,7 @@ impl RailFusion {
             },
             ..input.estimate()
         };
-        self.core.publish(estimate, true)
+        self.core.publish(estimate)
     }
 }
 

@@ -65,10 +65,10 @@ impl TrainCore {
         }
     }
 
-    /// Marks an estimate by the validity rule; `mass` is true if a mass is estimated.
-    pub fn publish(&mut self, mut estimate: Estimate, mass: bool) -> Estimate {
+    /// Marks an estimate by the validity rule.
+    pub fn publish(&mut self, mut estimate: Estimate) -> Estimate {
         estimate.total_mass_kg.valid &= self.load.is_confirmed();
-        self.validity.publish(estimate, mass)
+        self.validity.publish(estimate, true)
     }
 
     /// True if from this step on another load may hang on the train: it has stood for long enough.
@@ -203,7 +203,7 @@ mod tests {
             },
             ..Estimate::default()
         };
-        let valid = |core: &TrainCore| { *core }.publish(known, true).total_mass_kg.valid;
+        let valid = |core: &TrainCore| { *core }.publish(known).total_mass_kg.valid;
         block(&mut core);
         assert!(valid(&core));
         let begun: std::vec::Vec<i32> = (1..=700)

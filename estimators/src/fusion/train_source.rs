@@ -40,8 +40,6 @@ const BRAKE_LAG_S: Real = 0.3;
 pub struct CoreSignals {
     /// Standard deviation of sin θ + b/g up to which a block of the force balance is of use.
     pub max_sum_sd: Real,
-    /// Corner of the low-pass of the signals of a bend of a road, Hz.
-    pub bend_hz: Real,
     /// True if on a road the gyro must be plausible.
     pub gyro_check: bool,
 }
@@ -144,7 +142,7 @@ impl TrainSource {
             standstill_mps,
             air: ForceBalance::new(vehicle),
             max_sum_sd: signals.max_sum_sd,
-            bends: Bends::new(vehicle, signals.bend_hz),
+            bends: Bends::new(vehicle),
             attitude: AttitudeFilter::new(vehicle, attitude, supervision, integrity),
             torques: TorqueMonitor::new(vehicle, torque, monitored),
             brake: 0.0,
@@ -156,7 +154,7 @@ impl TrainSource {
     /// One step at the instant `t` after `dt` seconds, with the total mass found so far, kg, which counts in the bends
     /// of a road alone.
     pub fn step(&mut self, reading: &Reading, mass_kg: Real, t: Time, dt: Real) -> TrainInput {
-        self.bends.step(reading, &self.air, mass_kg, dt);
+        self.bends.step(reading, &self.air, mass_kg);
         if !self.plausibility.gyro_is_sound() {
             self.attitude.leave_gyro_out();
         }
@@ -311,7 +309,6 @@ mod tests {
     fn source(of: &Vehicle) -> TrainSource {
         let signals = CoreSignals {
             max_sum_sd: 0.004,
-            bend_hz: 1.0,
             gyro_check: true,
         };
         let (attitude, supervision) = Default::default();

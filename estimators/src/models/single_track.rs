@@ -21,10 +21,9 @@
 //! it corners.
 
 use crate::Real;
-use crate::api::real::{PI, cos, sin};
+use crate::api::real::{cos, sin};
 use crate::api::signals::{RoadVehicle, Vehicle};
 use crate::api::snapshot::{Archive, Blank, State, state};
-use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
 use crate::preprocess::front_end::Reading;
 
@@ -32,8 +31,6 @@ use crate::preprocess::front_end::Reading;
 const SLOW_MPS: Real = 1.0;
 /// No front wheel is steered further, rad.
 const MAX_STEER: Real = 0.7;
-/// Steering angle, rad, and lateral acceleration, m/s², from which on a vehicle counts as turning.
-const TURNING: [Real; 2] = [PI / 180.0, 0.3];
 
 /// Effects of a bend on the force balance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,58 +41,35 @@ pub struct Bend {
     pub taken_mps2: Real,
     /// v_y r: what the accelerometer along the body reads too little, m/s².
     pub drift_mps2: Real,
-    /// Steering angle δ, rad.
-    pub steer_rad: Real,
-    /// Lateral acceleration a_y, m/s².
-    pub across_mps2: Real,
 }
 
 impl Bend {
-    /// Returns true if the bend is more than a slight correction of the course.
-    pub fn turning(&self) -> bool {
-        let [steer, across] = TURNING;
-        self.steer_rad.abs() >= steer && self.across_mps2.abs() >= across
-    }
-
     /// Traction that the bend takes from a vehicle of `mass_kg`, N.
     pub fn force_n(&self, mass_kg: Real) -> Real {
         mass_kg * self.taken_mps2 - self.gained_n
     }
 }
 
-/// The bend now, and behind the same low-pass as the other signals of a regression. Never a bend on a rail.
+/// The bend of a road under the vehicle. A rail has none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bends {
     road: Option<RoadVehicle>,
     now: Bend,
-    filters: [MatchedFilter; 5],
 }
 
 impl Bends {
-    /// Builds the bend signals for a vehicle, with filters of corner `cutoff_hz`.
-    pub fn new(vehicle: &Vehicle, cutoff_hz: Real) -> Self {
+    /// Builds the bend signals for a vehicle.
+    pub fn new(vehicle: &Vehicle) -> Self {
         Self {
             road: vehicle.road,
             now: Bend::default(),
-            filters: [MatchedFilter::new(cutoff_hz); 5],
         }
     }
 
     /// One step for a vehicle of about `mass_kg`.
-    pub fn step(&mut self, reading: &Reading, balance: &ForceBalance, mass_kg: Real, dt: Real) {
+    pub fn step(&mut self, reading: &Reading, balance: &ForceBalance, mass_kg: Real) {
         let Some(road) = self.road else { return };
         self.now = bend(&road, reading, balance, mass_kg).unwrap_or_default();
-        let now = self.now;
-        let values = [
-            now.gained_n,
-            now.taken_mps2,
-            now.drift_mps2,
-            now.steer_rad,
-            now.across_mps2,
-        ];
-        for (filter, value) in self.filters.iter_mut().zip(values) {
-            filter.step(value, dt);
-        }
     }
 
     /// Returns true on a road; on a rail there is no bend that counts.
@@ -106,19 +80,6 @@ impl Bends {
     /// The bend as read.
     pub fn now(&self) -> Bend {
         self.now
-    }
-
-    /// The bend behind the low-pass.
-    pub fn filtered(&self) -> Bend {
-        let [gained_n, taken_mps2, drift_mps2, steer_rad, across_mps2] =
-            self.filters.map(|filter| filter.value().unwrap_or(0.0));
-        Bend {
-            gained_n,
-            taken_mps2,
-            drift_mps2,
-            steer_rad,
-            across_mps2,
-        }
     }
 }
 
@@ -142,8 +103,6 @@ fn bend(
         gained_n: front * (1.0 / cos(steer) - 1.0),
         taken_mps2: across * road.rear_axle_m / length * sin(steer) / cos(steer) - drift,
         drift_mps2: drift,
-        steer_rad: steer,
-        across_mps2: across,
     })
 }
 
@@ -153,14 +112,13 @@ impl Blank for Bend {
     }
 }
 
-state!(Bend { gained_n, taken_mps2, drift_mps2, steer_rad, across_mps2; });
+state!(Bend { gained_n, taken_mps2, drift_mps2; });
 
 /// On a rail there is none, and nothing to keep.
 impl State for Bends {
     fn visit(&mut self, archive: &mut Archive) {
         if self.road.is_some() {
             self.now.visit(archive);
-            self.filters.visit(archive);
         }
     }
 }
@@ -204,15 +162,9 @@ mod tests {
         let (left, right) = (at(0.3).unwrap(), at(-0.3).unwrap());
         assert!((left.taken_mps2 - right.taken_mps2).abs() < 1e-9);
         assert!((left.drift_mps2 - right.drift_mps2).abs() < 1e-9);
-        assert!(left.turning() && right.turning() && !Bend::default().turning());
-        let mut rail = Bends::new(&vehicle(), 1.0);
-        rail.step(
-            &Turn::solve(2e3, 10.0, 0.3, 0.0).reading(),
-            &balance,
-            2e3,
-            0.01,
-        );
-        assert_eq!((rail.now(), rail.filtered()), Default::default());
+        let mut rail = Bends::new(&vehicle());
+        rail.step(&Turn::solve(2e3, 10.0, 0.3, 0.0).reading(), &balance, 2e3);
+        assert_eq!(rail.now(), Bend::default());
     }
 
     #[test]
@@ -247,33 +199,12 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_needs_both_steering_and_side_force() {
-        for (steer_deg, across_mps2, turning) in [
-            (1.1, 0.31, true),
-            (-1.1, -0.31, true),
-            (1.1, 0.29, false),
-            (0.9, 0.31, false),
-        ] {
-            let bend = Bend {
-                steer_rad: Real::to_radians(steer_deg),
-                across_mps2,
-                ..Bend::default()
-            };
-            assert_eq!(bend.turning(), turning);
-        }
-    }
-
-    #[test]
-    fn the_bend_now_is_the_one_read_and_the_filtered_one_follows() {
+    fn the_bend_now_is_the_one_read() {
         let balance = ForceBalance::new(&car());
         let reading = Turn::solve(2e3, 10.0, 0.3, 0.0).reading();
-        let mut bends = Bends::new(&car(), 1.0);
-        for _ in 0..500 {
-            bends.step(&reading, &balance, 2e3, 0.01);
-        }
+        let mut bends = Bends::new(&car());
+        bends.step(&reading, &balance, 2e3);
         let read = bend(&car().road.unwrap(), &reading, &balance, 2e3).unwrap();
         assert_eq!(bends.now(), read);
-        let filtered = bends.filtered();
-        assert!((filtered.force_n(2e3) / read.force_n(2e3) - 1.0).abs() < 1e-6);
     }
 }

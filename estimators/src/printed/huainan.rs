@@ -22,9 +22,9 @@ use crate::filters::gaussian::cholesky;
 use crate::filters::low_pass::MatchedFilter;
 use crate::preprocess::front_end::Reading;
 use crate::preprocess::front_end::motion;
+use crate::printed::curvature_rls::{Curvature, CurvatureParams, DynamicForgetting};
 use crate::printed::{Erratum, PrintReading, PrintedAnswer, usable};
 use crate::runner::{Pipeline, copy_into};
-use crate::supervised::curvature_rls::{Curvature, CurvatureParams, DynamicForgetting};
 use crate::{Real, Time};
 
 params! {

@@ -1,7 +1,8 @@
 //! The published methods as they are printed, slips and all, so that each slip can be run and seen to fail.
 //!
-//! One file for each document, [`slope_ekf`] for the filter that two of them print alike; nothing outside this folder
-//! uses it but the registry. Behind the cargo feature `printed`.
+//! One file for each document, [`slope_ekf`] for the filter that two of them print alike, [`curvature_rls`] for the
+//! curvature of the DFFRLS-AUKF paper; nothing outside this folder uses it but the registry. Behind the cargo feature
+//! `printed`.
 //!
 //! Every erratum that can be executed is a parameter named after its equation: `printed`, or `corrected`; where the
 //! print can be read in two ways, `other` is the other reading. All default to `printed`. With all `corrected` but one,
@@ -20,6 +21,7 @@
 //! then *breaks down*, starts again from where it was built, and counts it (internal `breakdowns`). So nothing leaves
 //! an estimator that is not finite.
 
+pub(crate) mod curvature_rls;
 pub mod guo_2024;
 pub(crate) mod guo_2024_mass;
 pub mod huainan;

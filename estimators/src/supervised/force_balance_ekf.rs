@@ -13,7 +13,7 @@ use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 use crate::Real;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, PI, sin_cos, sqrt};
-use crate::api::snapshot::{Archive, State, visit_built};
+use crate::api::snapshot::{Archive, State};
 use crate::detect::gate::{Gate, Judgement};
 use crate::detect::innovation_gate::Passage;
 use crate::detect::validity::Integrity;
@@ -21,7 +21,6 @@ use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::model::{Model, Process};
 use crate::filters::sage_husa::{Aekf, Noise, SageHusa};
-use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
 use crate::models::force_balance::{Drive, ForceBalance, MAX_GRADE_RAD};
 use crate::preprocess::conditioning::LearntNoise;
 
@@ -37,9 +36,6 @@ params! {
 
 /// Growth of the slope's variance by dead reckoning, rad²/s: 3° after a second, 14° after twenty.
 const DEAD_RECKONING_RAD2_PER_S: Real = 3e-3;
-
-/// Speed no crane reaches, m/s.
-const MAX_SPEED_MPS: Real = 10.0;
 
 /// The force balance as a model: state [v, θ], measurement wheel speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,18 +93,6 @@ pub enum Adaptation {
         /// Fading factor.
         fading: Real,
     },
-    /// Sage-Husa while all is well, strong tracking while innovations are too large and keep to one side (patent
-    /// CN 111507019 B, step 4). Never both in one step: a jump of the slope must not be taken for a noisier sensor.
-    Switched {
-        /// Fading factor of Sage-Husa.
-        fading: Real,
-        /// Memory ρ of the strong tracking's innovation covariance.
-        memory: Real,
-        /// Its weakening factor β.
-        weakening: Real,
-        /// Smoothed NIS above which strong tracking takes over.
-        alarm: Real,
-    },
 }
 
 impl Adaptation {
@@ -118,19 +102,10 @@ impl Adaptation {
     }
 }
 
-/// Largest fading factor of strong tracking.
-const MAX_FADING: Real = 50.0;
-
 /// The filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceBalanceEkf {
     aekf: Aekf<ForceBalanceModel, 2, 1>,
-    tracking: Option<(StrongTracking<1>, Alarm<1>)>,
-    fading: Real,
-    /// Since the last update: how the state was carried, and the process noise that speed got. What strong tracking
-    /// needs.
-    carried: Matrix2<Real>,
-    process: Real,
     started: bool,
     saturated: bool,
     /// Innovation and NIS of the last measurement.
@@ -157,21 +132,9 @@ impl ForceBalanceEkf {
         let R = Matrix1::new(sd * sd);
         let noise = match adaptation {
             Adaptation::None => Noise::Known(R),
-            Adaptation::SageHusa { fading } | Adaptation::Switched { fading, .. } => {
+            Adaptation::SageHusa { fading } => {
                 Noise::SageHusa(SageHusa::new(R, fading, [0.01, 100.0]))
             }
-        };
-        let tracking = match adaptation {
-            Adaptation::Switched {
-                memory,
-                weakening,
-                alarm,
-                ..
-            } => Some((
-                StrongTracking::new(memory, weakening, MAX_FADING),
-                Alarm::new(alarm),
-            )),
-            _ => None,
         };
         let model = ForceBalanceModel {
             balance,
@@ -183,10 +146,6 @@ impl ForceBalanceEkf {
                 filter: Ekf::new(model, belief),
                 noise,
             },
-            tracking,
-            fading: 1.0,
-            carried: Matrix2::identity(),
-            process: 0.0,
             started: false,
             saturated: false,
             last: None,
@@ -208,16 +167,14 @@ impl ForceBalanceEkf {
     /// the slope is kept and its tie to the speed is cut.
     pub fn predict(&mut self, drive: Option<Drive>, dt: Real) {
         self.gate.tick(dt);
-        let Ekf { model, belief } = &mut self.aekf.filter;
+        let belief = &mut self.aekf.filter.belief;
         let Some(drive) = drive else {
             belief.P.m12 = 0.0;
             belief.P.m21 = 0.0;
-            (self.carried, self.process) = (Matrix2::identity(), 0.0);
             belief.P.m11 += dt; // any acceleration up to 1 m/s² or so
             return;
         };
-        self.process += model.Q(&drive, dt).m11;
-        self.carried = self.aekf.filter.predict(&drive, dt) * self.carried;
+        self.aekf.filter.predict(&drive, dt);
     }
 
     /// Dead reckoning: moving under the brake, or with torque unknown, the slope may become another; its variance
@@ -257,43 +214,16 @@ impl ForceBalanceEkf {
 
     fn fuse(&mut self, wheel_speed_mps: Real, adapt: bool) -> Option<Correction<1, 2>> {
         let z = vector![wheel_speed_mps];
-        let tracking = adapt && self.track(wheel_speed_mps);
-        (self.carried, self.process) = (Matrix2::identity(), 0.0);
         let correction = self.aekf.update(z)?;
         self.last = Some((correction.y.x, correction.nis));
         let x = &mut self.aekf.filter.belief.x;
         let inside = x.y.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);
         self.saturated = inside != x.y;
         x.y = inside;
-        if adapt && !tracking {
+        if adapt {
             self.aekf.adapt(z);
         }
         Some(correction)
-    }
-
-    /// Strong tracking, where it is on and the innovations call for it: fades the slope. Returns true if it is active.
-    fn track(&mut self, wheel_speed_mps: Real) -> bool {
-        let Some((tracking, alarm)) = self.tracking.as_mut() else {
-            return false;
-        };
-        let (R, belief) = (self.aekf.noise.R(), &mut self.aekf.filter.belief);
-        let y = wheel_speed_mps - belief.x.x;
-        let explained = Matrix1::new((belief.P.m11 - self.process).max(0.0));
-        let active = alarm.active(&vector![y], &Matrix1::new(belief.P.m11 + R.x));
-        let lambda = tracking.fading(&vector![y], &explained, &Matrix1::new(self.process), R);
-        self.fading = if active { lambda } else { 1.0 };
-        // As if the slope had faded at the last update and been carried since.
-        let mut jump = Gaussian::independent(Vector2::zeros(), vector![0.0, sqrt(belief.P.m22)]);
-        let unfaded = jump.P;
-        fade(&mut jump, &vector![1.0, self.fading]);
-        belief.P += self.carried * (jump.P - unfaded) * self.carried.transpose();
-        belief.symmetrise();
-        // Fading step upon step would grow without end while measurements make no sense.
-        belief.limit_variance(&vector![
-            MAX_SPEED_MPS * MAX_SPEED_MPS,
-            MAX_GRADE_RAD * MAX_GRADE_RAD
-        ]);
-        active
     }
 
     /// Belief about [v in m/s, θ in rad].
@@ -321,11 +251,6 @@ impl ForceBalanceEkf {
         self.measurement_sd() / self.unadapted_sd
     }
 
-    /// Fading factor of the last update, 1 while strong tracking is off.
-    pub fn fading(&self) -> Real {
-        self.fading
-    }
-
     /// Returns true if the grade is held at its limit.
     pub fn clamped(&self) -> bool {
         self.saturated
@@ -349,10 +274,6 @@ impl State for ForceBalanceEkf {
     fn visit(&mut self, archive: &mut Archive) {
         let Self {
             aekf,
-            tracking,
-            fading,
-            carried,
-            process,
             started,
             saturated,
             last,
@@ -361,10 +282,6 @@ impl State for ForceBalanceEkf {
             unadapted_sd,
         } = self;
         aekf.visit(archive);
-        visit_built(tracking, archive);
-        fading.visit(archive);
-        carried.visit(archive);
-        process.visit(archive);
         started.visit(archive);
         saturated.visit(archive);
         last.visit(archive);

@@ -1,4 +1,4 @@
-//! Tests of [`super`]: start, limits, dead reckoning, strong tracking.
+//! Tests of [`super`]: start, limits, dead reckoning.
 
 use super::*;
 use crate::testing::vehicles::vehicle;
@@ -36,15 +36,6 @@ const DRIVE: Drive = Drive {
     resistance: 0.02,
 };
 
-fn switched() -> Adaptation {
-    Adaptation::Switched {
-        fading: 0.998,
-        memory: 0.95,
-        weakening: 1.5,
-        alarm: 2.0,
-    }
-}
-
 #[test]
 fn it_starts_from_the_grade_told_and_the_first_wheel_speed() {
     let params = GradeParams {
@@ -57,7 +48,7 @@ fn it_starts_from_the_grade_told_and_the_first_wheel_speed() {
     assert!((belief.x.y - 10f64.to_radians() as Real).abs() < 1e-12);
     assert!((belief.P.m22.sqrt() - Real::to_radians(3.0)).abs() < 1e-12);
     assert_eq!(filter.measurement_sd(), 0.005);
-    assert_eq!((filter.innovation(), filter.fading()), ((0.0, 0.0), 1.0));
+    assert_eq!(filter.innovation(), (0.0, 0.0));
     assert!(!filter.started());
     filter.update(0.7, false);
     assert!(filter.started());
@@ -123,7 +114,6 @@ fn the_adapted_noise_learns_only_when_told_to_and_a_limit_of_it_is_told() {
         (Adaptation::sage_husa(0.9), true, true),
         (Adaptation::sage_husa(0.9), false, false),
         (Adaptation::None, true, false),
-        (switched(), true, true),
     ] {
         let mut filter = filter(GradeParams::default(), adaptation);
         let hold = Drive {
@@ -141,44 +131,6 @@ fn the_adapted_noise_learns_only_when_told_to_and_a_limit_of_it_is_told() {
             assert!(!filter.clamped());
         }
     }
-}
-
-/// As if the slope had become more uncertain at the last update and been carried since: the same update by a plain
-/// filter to which that is done.
-#[test]
-fn strong_tracking_fades_the_slope_as_of_the_last_update() {
-    let params = GradeParams::default();
-    let mut filter = filter(params, switched());
-    let (mut v, mut faded) = (1.0, 0);
-    filter.update(v, true);
-    for k in 0..400 {
-        let before = filter.aekf.filter.belief;
-        let told = filter.measurement_sd();
-        for _ in 0..3 {
-            filter.predict(Some(DRIVE), 0.01);
-        }
-        v += if k < 200 { 0.009 } else { -0.02 };
-        filter.update(v, true);
-        let lambda = filter.fading();
-        assert!((1.0..=MAX_FADING).contains(&lambda));
-        if lambda == 1.0 {
-            continue;
-        }
-        faded += 1;
-        let mut plain = filter_of(params, Adaptation::None, told);
-        plain.started = true;
-        plain.aekf.filter.belief = before;
-        let carried = before.P.m22 + 3.0 * 0.01 * params.q_theta;
-        plain.aekf.filter.belief.P.m22 += (lambda - 1.0) * carried;
-        for _ in 0..3 {
-            plain.predict(Some(DRIVE), 0.01);
-        }
-        plain.update(v, false);
-        let (a, b) = (filter.belief(), plain.belief());
-        assert!((a.x - b.x).norm() < 1e-9, "{k}: {a:?} {b:?}");
-        assert!((a.P - b.P).norm() < 1e-9 * b.P.norm(), "{k}: {a:?} {b:?}");
-    }
-    assert!(faded > 3, "{faded}");
 }
 
 #[test]
@@ -250,21 +202,4 @@ fn a_wheel_speed_beyond_the_gate_changes_nothing_until_it_stays() {
         rejected += 1;
     }
     assert!((48..=52).contains(&rejected), "{rejected}");
-}
-
-/// Between two updates the process noise of speed adds up, and starts anew with each.
-#[test]
-fn the_process_noise_since_the_last_update_adds_up() {
-    let params = GradeParams::default();
-    let mut filter = filter(params, switched());
-    filter.update(1.0, true);
-    for _ in 0..2 {
-        for k in 1..=5 {
-            filter.predict(Some(DRIVE), 0.01);
-            let expected = params.q_v * 0.01 * k as Real;
-            assert!((filter.process / expected - 1.0).abs() < 1e-9);
-        }
-        filter.update(1.0, true);
-        assert_eq!(filter.process, 0.0);
-    }
 }

@@ -90,8 +90,6 @@ pub struct Step<'a> {
 pub trait SupervisedMethod: Copy + core::fmt::Debug + State {
     /// Names of its internal quantities.
     const INTERNALS: &'static [Internal];
-    /// True if it estimates the mass.
-    const WEIGHS: bool = true;
 
     /// Takes a sample of the force balance and returns what became of it.
     fn sample(&mut self, _sample: &BalanceSample) -> AidStatus {
@@ -268,7 +266,6 @@ impl<M: SupervisedMethod> Supervised<M> {
                 (&torque, supervision.torque_monitor),
                 CoreSignals {
                     max_sum_sd: Real::MAX,
-                    bend_hz: cutoff_hz,
                     gyro_check: false,
                 },
             ),
@@ -333,10 +330,7 @@ impl<M: SupervisedMethod> Supervised<M> {
             self.status = control::without(AidOutcome::Rejected(Rejection::NotExcited));
             return None;
         }
-        let sample = BalanceSample {
-            bend: self.source.bends().filtered(),
-            ..BalanceSample::new(sample, &means, self.tare_kg, self.source.read_sd())
-        };
+        let sample = BalanceSample::new(sample, &means, self.tare_kg, self.source.read_sd());
         self.status = self.method.sample(&sample);
         let nis = self.status.nis()?;
         let period_s = self.since_s;
@@ -475,7 +469,7 @@ impl<M: SupervisedMethod> Pipeline for Supervised<M> {
             },
             ..input.estimate()
         };
-        self.core.publish(estimate, M::WEIGHS)
+        self.core.publish(estimate)
     }
 
     fn internal_values(&self, values: &mut [Real]) {

@@ -5,7 +5,6 @@ use crate::Real;
 use crate::api::real::GRAVITY;
 use crate::api::snapshot::{Blank, state};
 use crate::models::sample::ResampledSample;
-use crate::models::single_track::Bend;
 use crate::rail::train_means::TrainMeans;
 
 /// Standard deviation of the grade of rail that was not read, rad per m: the undulation of a roadway.
@@ -22,8 +21,6 @@ pub struct BalanceSample {
     pub doubt_mps2: [Real; 2],
     /// Mean horizontal curvature under the tare without its sign, 1/m.
     pub curvature_per_m: Real,
-    /// Bend of a road, behind the same low-pass.
-    pub bend: Bend,
 }
 
 impl BalanceSample {
@@ -42,7 +39,6 @@ impl BalanceSample {
                 per_m * means.behind_load_m + read,
             ],
             curvature_per_m: means.bend_per_m,
-            bend: Bend::default(),
         }
     }
 
@@ -69,4 +65,4 @@ impl Blank for BalanceSample {
     }
 }
 
-state!(BalanceSample { sample, u_mps2, doubt_mps2, curvature_per_m, bend; });
+state!(BalanceSample { sample, u_mps2, doubt_mps2, curvature_per_m; });

@@ -1,5 +1,4 @@
-//! Mass by a regression, then slope by the force balance with that mass: the two stages of Liu et al. 2023 and of
-//! patent CN 111507019 B.
+//! Mass by a regression, then slope by the force balance with that mass: the two stages of Liu et al. 2023.
 
 use crate::Real;
 use crate::api::aid::AidStatus;
@@ -176,7 +175,6 @@ impl<M: MassEstimator + State + core::fmt::Debug> SupervisedMethod for TwoStage<
             Internal::new("wheel_speed_sd_mps", "m/s"),
             Internal::new("method_grade_rad", "rad"),
             Internal::new("method_grade_sd_rad", "rad"),
-            Internal::new("fading", "-"),
         ]
     };
 
@@ -239,7 +237,6 @@ impl<M: MassEstimator + State + core::fmt::Debug> SupervisedMethod for TwoStage<
             slope.measurement_sd(),
             grade.value,
             grade.sd,
-            slope.fading(),
         ];
         copy_into(values, &now);
     }

@@ -7,7 +7,6 @@ use crate::models::single_track::{Bend, Bends};
 use crate::preprocess::front_end::Reading;
 use crate::supervised::force_balance_ekf::{Adaptation, GradeParams};
 use crate::supervised::force_balance_rls::{ForceBalanceRls, MassParams};
-use crate::supervised::multi_model_rls::{MultiModelMass, MultiModelParams};
 use crate::testing::Random;
 use crate::testing::balance::{Instant, Truth};
 use crate::testing::steps;
@@ -235,17 +234,17 @@ fn the_resistance_turns_with_the_speed() {
 /// A car that turns steadily on the level: what the bend takes from the traction is no slope.
 #[test]
 fn what_a_bend_takes_from_the_traction_is_no_slope() {
-    let params = MultiModelParams {
+    let params = MassParams {
         mass0_kg: Some(2_170.0),
         mass_sd: 0.001,
         ..Default::default()
     };
     let vehicle = car();
-    let mass = MultiModelMass::new(&vehicle, params, None);
+    let mass = ForceBalanceRls::new(&vehicle, params, Forgetting::None, None);
     let mut method = TwoStage::new(&vehicle, mass, slope(&vehicle, Adaptation::None), true);
     let turn = Turn::solve(2_170.0, 8.0, 0.4, 0.0).reading();
-    let mut bends = Bends::new(&vehicle, 1.0);
-    bends.step(&turn, &method.balance, 2_170.0, DT);
+    let mut bends = Bends::new(&vehicle);
+    bends.step(&turn, &method.balance, 2_170.0);
     let grade = run_in(&mut method, 30.0, bends.now(), |_| turn);
     let taken = bends.now().force_n(2_170.0) / (2_170.0 * 9.81);
     assert!(taken > 5e-3, "{taken}");
@@ -291,16 +290,10 @@ fn the_standard_deviation_is_that_of_filter_and_parameters() {
 fn internal_quantities_are_told_in_their_order() {
     let mut method = two_stage(&vehicle());
     let grade = run(&mut method, 20.0, level);
-    let mut values = [9.0; 11];
+    let mut values = [9.0; 10];
     method.internal_values(&mut values);
     let slope = &method.slope;
-    let expected = [
-        slope.measurement_sd(),
-        grade.value,
-        grade.sd,
-        slope.fading(),
-        9.0,
-    ];
+    let expected = [slope.measurement_sd(), grade.value, grade.sd, 9.0];
     assert_eq!(values[6..], expected);
     assert_eq!(values[..6], method.mass.internals(0.0));
 }

@@ -31,8 +31,6 @@ use crate::models::swing_balance::{Nominal, SwingInput, SwingModel};
 use crate::models::{attitude, swing_balance};
 use crate::rail::train_means::TrainMeans;
 use crate::supervised::force_balance_ekf::ForceBalanceModel;
-use crate::supervised::imm::{self, Acceleration, SlopeModel};
-use crate::supervised::inertial::{InertialModel, Motion};
 use crate::testing::Random;
 use crate::testing::vehicles::vehicle;
 
@@ -46,10 +44,8 @@ const MODELS: &[Case] = &[
     ("ForceBalanceModel", force_balance),
     ("GradeModel", liu_grade),
     ("InclinationModel", inclination),
-    ("InertialModel", inertial),
     ("JointModel", joint),
     ("RampModel", ramp),
-    ("SlopeModel", slope),
 ];
 
 /// Every process that is no model, because it has several measurements, each of which is an aid; sorted.
@@ -134,22 +130,6 @@ fn inclination(random: &mut Random) {
     check(&model, &u, speed_and_grade(random));
 }
 
-fn inertial(random: &mut Random) {
-    let model = InertialModel {
-        q_v: 1e-6,
-        q_theta: 5e-6,
-    };
-    let (force, curvature_per_m) = (random.normal(), 0.1 * random.normal());
-    for specific_force_mps2 in [None, Some(force)] {
-        let motion = Motion {
-            specific_force_mps2,
-            curvature_per_m,
-            force_noise_mps2: 0.0,
-        };
-        check(&model, &motion, speed_and_grade(random));
-    }
-}
-
 fn joint(random: &mut Random) {
     let model = JointModel {
         balance: ForceBalance::new(&vehicle()),
@@ -184,24 +164,6 @@ fn ramp(random: &mut Random) {
         for drive in [None, Some(drive)] {
             let x = vector![random.normal(), random.normal(), 0.3 * random.normal()];
             check(&model, &drive, x);
-        }
-    }
-}
-
-fn slope(random: &mut Random) {
-    for acceleration in [Acceleration::Kinematic, Acceleration::Dynamic] {
-        let model = SlopeModel {
-            acceleration,
-            q: [1e-6, 0.3, 5e-4],
-        };
-        let push = imm::Push {
-            level_mps2: random.normal(),
-            inertia: 1.0 + random.uniform(),
-            sd_mps2: 0.03,
-        };
-        for push in [None, Some(push)] {
-            let x = vector![random.normal(), random.normal(), 0.3 * random.normal()];
-            check(&model, &push, x);
         }
     }
 }

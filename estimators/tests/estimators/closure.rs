@@ -1,4 +1,5 @@
-//! A published method depends on filters, models, the public types and one interface, and on nothing else of the crate.
+//! A published method depends on filters, models, the public types and one interface, and on nothing else of the crate;
+//! as printed it stands on the samples of a pipeline besides, and on nothing of ours.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -96,6 +97,31 @@ fn a_published_method_stands_on_filters_and_models_and_nothing_else() {
         {
             let allowed = ["api", "filters", "models", "methods"].contains(&room);
             assert!(allowed, "{method:?} stands on {room}: {places:#?}");
+        }
+    }
+}
+
+/// A method as printed is a pipeline of its own: it takes its samples from `preprocess` and is run by `runner`. What
+/// these two stand on is theirs; what the printed file itself imports is none of our supervision.
+#[test]
+fn a_method_as_printed_imports_neither_supervision_nor_fusion() {
+    let files = fs::read_dir(source().join("printed")).unwrap();
+    let files: Vec<PathBuf> = files.map(|entry| entry.unwrap().path()).collect();
+    assert!(files.len() >= 7, "{files:?}");
+    let allowed = [
+        "api",
+        "filters",
+        "models",
+        "preprocess",
+        "printed",
+        "lib.rs",
+        "runner.rs",
+    ];
+    for file in files {
+        for import in imports(&file) {
+            let place = import.strip_prefix(source()).unwrap().to_owned();
+            let room = place.iter().next().unwrap().to_str().unwrap();
+            assert!(allowed.contains(&room), "{file:?} imports {place:?}");
         }
     }
 }

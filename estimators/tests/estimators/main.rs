@@ -18,7 +18,6 @@ mod printed;
 mod rail_fusion;
 mod recording;
 mod reference;
-mod resistance;
 mod robust;
 mod single_precision;
 mod snapshot;

@@ -79,7 +79,7 @@ fn negate(sample: &mut Option<Sample<[Real; 3]>>, axes: &[usize]) {
 #[test]
 fn left_is_as_right() {
     for name in NAMES {
-        if registry::kind(name) != Some(Kind::Supervised) {
+        if !registry::kind(name).is_some_and(Kind::has_validity_rule) {
             continue;
         }
         let mirrored = drive(name, |z| {

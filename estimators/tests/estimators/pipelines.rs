@@ -147,24 +147,10 @@ fn number(run: usize, rows: Vec<Vec<f64>>) -> impl Iterator<Item = Vec<f64>> {
         .map(move |row| [vec![run as f64], row].concat())
 }
 
-/// The supervised methods, in the core of a train, on the drive of `fusion.py` on a rail and that of
-/// `pipeline_patent.py` on a road.
+/// The supervised method, in the core of a train, on the drive of `fusion.py` on a rail.
 mod supervised {
     use super::*;
     use crate::fusion_drive::{Drive, RAIL};
-
-    /// The drive on a road.
-    const ROAD: Drive = Drive {
-        input: "pipeline_patent_input.csv",
-        road: Some(RoadVehicle {
-            drag_area_m2: 4.0,
-            air_density_kgpm3: 1.2,
-            front_axle_m: 0.8,
-            rear_axle_m: 0.9,
-            front_cornering_npr: 400e3,
-            rear_cornering_npr: 400e3,
-        }),
-    };
 
     /// Every tenth step: what is estimated with its standard deviations, and the internals named.
     fn compare(
@@ -212,92 +198,6 @@ mod supervised {
         compare(
             ("pipeline_liu", &RAIL),
             "dffrls_aekf_robust",
-            &settings,
-            &internals,
-        );
-    }
-
-    #[test]
-    fn curvature_and_inclination() {
-        let internals = [
-            "curvature_per_m",
-            "curvature_sd_per_m",
-            "lambda",
-            "wheel_speed_sd_mps",
-            "method_grade_rad",
-            "method_grade_sd_rad",
-        ];
-        compare(
-            ("pipeline_inertial", &RAIL),
-            "dffrls_aukf_robust",
-            &[],
-            &internals,
-        );
-    }
-
-    #[test]
-    fn guo_2024() {
-        let settings = [
-            ("mass0_kg", 21e3),
-            ("q_i", 1e-4),
-            ("force_sd_mps2", 0.2),
-            ("slope_gate_mps2", 0.2),
-            ("alarm", 1.2),
-        ];
-        let internals = [
-            "mass_residual_n",
-            "kinematic_fading",
-            "dynamic_fading",
-            "kinematic_grade_rad",
-            "dynamic_grade_rad",
-            "dynamic_model_probability",
-        ];
-        compare(
-            ("pipeline_guo", &ROAD),
-            "imm_stf_robust",
-            &settings,
-            &internals,
-        );
-    }
-
-    #[test]
-    fn patent() {
-        let settings = [
-            ("mass0_kg", 21e3),
-            ("load_change", 5.0),
-            ("q_theta", 1e-5),
-            ("alarm", 1.2),
-        ];
-        let internals = [
-            "straight_mass_kg",
-            "turning_mass_kg",
-            "straight_weight",
-            "load_changes",
-            "wheel_speed_sd_mps",
-            "method_grade_rad",
-            "method_grade_sd_rad",
-            "fading",
-        ];
-        compare(
-            ("pipeline_patent", &ROAD),
-            "mmrls_sh_stf_robust",
-            &settings,
-            &internals,
-        );
-    }
-
-    #[test]
-    fn resistance() {
-        let settings = [("known_mass_kg", 17e3)];
-        let internals = [
-            "running_resistance",
-            "running_resistance_sd",
-            "lambda",
-            "residual_mps2",
-        ];
-        compare(
-            ("pipeline_resistance", &RAIL),
-            "resistance_dffrls_robust",
             &settings,
             &internals,
         );

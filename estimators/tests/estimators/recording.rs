@@ -12,8 +12,8 @@ use monorig_estimators::{Estimate, Estimator, Time};
 const NAMES: [&str; 4] = [
     "ekf_v_theta_biases",
     "complementary_filter",
-    "dffrls_aukf_robust",
-    "imm_stf_robust",
+    "attitude",
+    "dffrls_aekf_robust",
 ];
 
 /// The robot as a vehicle of two drives, with an accelerometer that nobody calibrated.

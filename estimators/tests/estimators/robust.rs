@@ -420,7 +420,7 @@ const BY_INVERSE_MASS: [&str; 4] = ["dffrls_aekf", "rls_ekf", "ffrls", "joint_ek
 /// where nothing can be learnt, and their mass after that is part of the method. They only have to stay finite and no
 /// more uncertain than at the start.
 fn supervised(name: &str) -> bool {
-    registry::kind(name) == Some(registry::Kind::Supervised)
+    registry::kind(name).is_some_and(registry::Kind::has_validity_rule)
 }
 
 /// Standard deviation of what the estimator learns: of M, or of 1/M.
@@ -530,14 +530,8 @@ fn soak_a_day_at_standstill_winds_nothing_up() {
     long_run(0.0, SLOW_DT, DAY);
 }
 
-/// Supervised estimators that find no mass: the slope alone, or the resistance of a train of known mass.
-const WITHOUT_MASS: [&str; 5] = [
-    "attitude",
-    "complementary_filter",
-    "dffrls_aukf_robust",
-    "ekf_v_theta_biases",
-    "resistance_dffrls_robust",
-];
+/// Supervised estimators that find no mass but the slope alone.
+const WITHOUT_MASS: [&str; 3] = ["attitude", "complementary_filter", "ekf_v_theta_biases"];
 
 #[test]
 fn a_mass_once_learnt_is_kept_for_two_hours_at_constant_speed() {

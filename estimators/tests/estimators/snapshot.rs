@@ -236,10 +236,7 @@ fn a_snapshot_of_another_estimator_vehicle_or_parameter_is_refused() {
     let mut estimator = built("dffrls_aekf_robust", 2, &[]);
     let before = estimator;
     for (other, why) in [
-        (
-            built("mmrls_sh_stf_robust", 2, &[]),
-            SnapshotError::OtherEstimator,
-        ),
+        (built("mmrls_sh_stf", 2, &[]), SnapshotError::OtherEstimator),
         (
             built("dffrls_aekf_robust", 3, &[]),
             SnapshotError::OtherSettings,

@@ -183,7 +183,7 @@ fn a_load_that_nothing_moves_is_not_learnt() {
 /// differ by the squares, on the grade at the IMU and on the mean over the train.
 #[test]
 fn the_mount_of_the_imu_is_in_the_doubt_of_each_grade() {
-    for name in ["attitude", "rail_fusion", "dffrls_aukf_robust"] {
+    for name in ["attitude", "rail_fusion", "dffrls_aekf_robust"] {
         let mut variances = Vec::new();
         for degrees in [0.2, 1.0] {
             let mut estimator = build(name, &[("mount_sd_deg", Setting::Number(degrees))]);

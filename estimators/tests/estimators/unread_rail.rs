@@ -51,7 +51,7 @@ fn drive(
 /// least: the rail next to what was read is known in part. Beyond ten metres it grows no more.
 #[test]
 fn going_back_over_unread_rail_adds_to_the_doubt() {
-    for name in ["dffrls_aukf_robust", "imm_stf_robust", "rail_fusion"] {
+    for name in ["dffrls_aekf_robust", "rail_fusion"] {
         let wanted = |t: f64| if t < 2.0 { 0.0 } else { -0.5 };
         let braked = |_: f64, z: &mut Measurements| z.motor_torque_nm = Default::default();
         let seen = drive(name, &[], 0.0, 36.0, wanted, braked);

@@ -67,7 +67,7 @@ def test_arrays_are_steps(name: str, vehicle: monorig.Vehicle) -> None:
 
 @pytest.mark.parametrize("name", ["liu2023_section1", "minimal", "load_sway"])
 def test_kept_samples_give_what_the_run_gave(name: str, scenarios: pathlib.Path) -> None:
-    ours = ["rail_fusion", "dffrls_aekf", "imm_stf_robust"]
+    ours = ["rail_fusion", "dffrls_aekf", "attitude"]
     scenario = scenarios / f"{name}.yaml"
     changes: dict[str, object] = {f"estimators.{n}": {} for n in ours}
     simulation = monorig.Simulation(scenario, set=changes)

@@ -438,7 +438,7 @@ mod tests {
 
     fn run(seed: u64, value: Option<f64>, finished: bool, quantile: Option<f64>) -> RunResult {
         let verdict = ExpectationVerdict {
-            estimator: Some("mmrls_sh_stf_robust".into()),
+            estimator: Some("dffrls_aekf_robust".into()),
             metric: "slope_rmse_deg".into(),
             window: " from 5 s".into(),
             after_s: Some(5.0),
@@ -466,7 +466,7 @@ mod tests {
                 simulated_s: 60.0,
                 steps: 1,
                 after_s: 5.0,
-                estimators: BTreeMap::from([("mmrls_sh_stf_robust".to_owned(), BTreeMap::new())]),
+                estimators: BTreeMap::from([("dffrls_aekf_robust".to_owned(), BTreeMap::new())]),
                 run: BTreeMap::new(),
                 refusals: Vec::new(),
                 expectations: vec![verdict],
@@ -492,7 +492,7 @@ mod tests {
         assert_eq!(
             reasons(&judged),
             [
-                "mmrls_sh_stf_robust slope_rmse_deg from 5 s: 3.2500 is not ≤ 1 (seed 2); 1 of 3 seeds hold"
+                "dffrls_aekf_robust slope_rmse_deg from 5 s: 3.2500 is not ≤ 1 (seed 2); 1 of 3 seeds hold"
             ]
         );
     }
@@ -536,15 +536,15 @@ mod tests {
     #[test]
     fn an_estimator_that_is_never_valid_fails() {
         let mut invalid = run(1, Some(0.5), true, None);
-        invalid.summary.as_mut().unwrap().never_valid = vec!["mmrls_sh_stf_robust".into()];
+        invalid.summary.as_mut().unwrap().never_valid = vec!["dffrls_aekf_robust".into()];
         let judged = ScenarioVerdict::new("hill", vec![invalid]);
-        assert!(reasons(&judged)[0].contains("mmrls_sh_stf_robust: its estimates were invalid"));
+        assert!(reasons(&judged)[0].contains("dffrls_aekf_robust: its estimates were invalid"));
     }
 
     fn misleading(seed: u64, valid: u64, misleading: u64, error: f64) -> RunResult {
         let mut run = run(seed, Some(0.5), true, None);
         run.summary.as_mut().unwrap().integrity = vec![Integrity {
-            estimator: "mmrls_sh_stf_robust".into(),
+            estimator: "dffrls_aekf_robust".into(),
             quantity: Quantity::Mass,
             samples: 12_000,
             valid,
@@ -579,7 +579,7 @@ mod tests {
         assert_eq!(
             reasons(&failed),
             [
-                "mmrls_sh_stf_robust mass_misleading_share: mmrls_sh_stf_robust marks a mass valid that is 30 % off: NEES 215 (seed 1); \
+                "dffrls_aekf_robust mass_misleading_share: dffrls_aekf_robust marks a mass valid that is 30 % off: NEES 215 (seed 1); \
               0.11 % of the valid samples; 1 of 2 seeds hold"
             ]
         );
@@ -595,7 +595,7 @@ mod tests {
     #[test]
     fn findings_are_named_worst_first() {
         let mut mild = misleading(3, 4000, 4000, 0.2);
-        mild.summary.as_mut().unwrap().integrity[0].estimator = "imm_stf_robust".into();
+        mild.summary.as_mut().unwrap().integrity[0].estimator = "rail_fusion".into();
         let mut reference = misleading(4, 4000, 4000, 5.0);
         let integrity = &mut reference.summary.as_mut().unwrap().integrity[0];
         integrity.estimator = "ffrls".into();
@@ -613,9 +613,9 @@ mod tests {
         assert_eq!(
             texts,
             [
-                "mmrls_sh_stf_robust marks a mass valid that is 59 % off: NEES 215 (seed 2, t = 12.1 s); 1.0 % of its valid samples are \
+                "dffrls_aekf_robust marks a mass valid that is 59 % off: NEES 215 (seed 2, t = 12.1 s); 1.0 % of its valid samples are \
                  misleading",
-                "imm_stf_robust marks a mass valid that is 20 % off: NEES 215 (seed 3, t = 12.1 s); 100 % of its valid samples are \
+                "rail_fusion marks a mass valid that is 20 % off: NEES 215 (seed 3, t = 12.1 s); 100 % of its valid samples are \
                  misleading",
                 "ffrls marks a mass valid that is 500 % off: NEES 215 (seed 4, t = 12.1 s); 100 % of its valid samples are misleading \
                  [for reference only]",

@@ -63,12 +63,7 @@ fn groups(n: usize) -> Vec<ValueGroup<f64>> {
         let sd = 0.1 + 0.05 * k as f64;
         (0..n).map(|i| sd * bell(i + 9999 * k)).collect()
     };
-    let names = [
-        "dffrls_aekf_robust",
-        "mmrls_sh_stf_robust",
-        "imm <stf> & co",
-    ]
-    .iter();
+    let names = ["dffrls_aekf_robust", "rail_fusion", "imm <stf> & co"].iter();
     let names = names.enumerate();
     names
         .map(|(k, n)| ValueGroup::new(*n, Ink::series(k), of(k)))

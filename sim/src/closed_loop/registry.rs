@@ -183,7 +183,7 @@ impl Default for Registry {
                 let build = |vehicle: &Vehicle, settings: NamedSettings<'_>| {
                     if *name == RAIL_ONLY && vehicle.road.is_some() {
                         let message = "it is made for a rail: no drag of the air is in its force balance, and this is a road vehicle";
-                        let help = "`attitude`, or a supervised method such as `imm_stf_robust`";
+                        let help = "`attitude`, or the supervised method `dffrls_aekf_robust`";
                         return Err(Refusal::new(message, help));
                     }
                     let built = ours::build(name, vehicle, settings.iter().copied())?;
@@ -191,7 +191,7 @@ impl Default for Registry {
                 };
                 PartType {
                     about: ours::about(name).unwrap_or_default().into(),
-                    reference: matches!(ours::kind(name), Some(Kind::Published | Kind::Printed)),
+                    reference: !ours::kind(name).is_some_and(Kind::has_validity_rule),
                     ours: Some(name),
                     ..EstimatorType::new(name, groups, build)
                 }

@@ -289,7 +289,7 @@ fn what_is_not_in_the_registry_is_refused_with_the_nearest_name() {
 fn boxes_of_ones_own_run_beside_the_registry() {
     let mut sim = in_code()
         .estimator("mine", Box::new(Constant(vec![20e3])))
-        .registered_estimator("mmrls_sh_stf_robust", Settings::default())
+        .registered_estimator("rail_fusion", Settings::default())
         .controller(Box::new(Brakes))
         .build(1)
         .unwrap();

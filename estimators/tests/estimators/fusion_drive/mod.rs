@@ -1,9 +1,8 @@
-//! The drives of `tests/reference/fusion.py` on a rail and of `pipeline_patent.py` on a road: their train, its samples,
-//! and an estimator over them.
+//! The drive of `tests/reference/fusion.py` on a rail: its train, the samples, and an estimator over them.
 
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::mass_layout::{CarriedMass, MassLayout, SuspendedLoad};
-use monorig_estimators::api::signals::{Command, Estimate, Measurements, RoadVehicle, Sample};
+use monorig_estimators::api::signals::{Command, Estimate, Measurements, Sample};
 use monorig_estimators::registry;
 use monorig_estimators::{Setting, Time, Vehicle, VehicleData};
 
@@ -15,18 +14,15 @@ const DT: f64 = 0.01;
 pub struct Drive {
     /// Its file of samples.
     pub input: &'static str,
-    /// The road; `None` on a rail.
-    pub road: Option<RoadVehicle>,
 }
 
 /// The drive on a rail.
 pub const RAIL: Drive = Drive {
     input: "fusion_input.csv",
-    road: None,
 };
 
 /// The train of the oracles.
-fn vehicle(road: Option<RoadVehicle>) -> Vehicle {
+fn vehicle() -> Vehicle {
     let mut layout = MassLayout {
         load: SuspendedLoad {
             places_m: [4.0, 6.0],
@@ -65,13 +61,12 @@ fn vehicle(road: Option<RoadVehicle>) -> Vehicle {
         load_span_m: [4.0, 6.0],
         imu_arm_m: 0.3,
         layout: Some(layout),
-        road,
         ..VehicleData::default()
     })
     .unwrap()
 }
 
-/// Measurements and command of a row of a drive, which on a road ends with the steering angle.
+/// Measurements and command of a row of a drive.
 fn samples(row: &[f64]) -> (Measurements, Command) {
     let &[
         t,
@@ -86,7 +81,6 @@ fn samples(row: &[f64]) -> (Measurements, Command) {
         speed1,
         speed2,
         brake,
-        ref steering @ ..,
     ] = row
     else {
         panic!("{row:?}");
@@ -101,7 +95,6 @@ fn samples(row: &[f64]) -> (Measurements, Command) {
         t,
         value: [p, q, r],
     });
-    z.steering_angle_rad = steering.first().map(|value| Sample { t, value: *value });
     let drives = [(torque1, speed1), (torque2, speed2)];
     for (k, (torque, speed)) in drives.into_iter().enumerate() {
         z.motor_torque_nm[k] = Some(Sample { t, value: torque });
@@ -126,7 +119,7 @@ pub fn drive(
     let validity = ["nis_monitor", "plausibility"];
     let off = validity.map(|key| (key, Setting::Flag(false)));
     let settings = settings.iter().copied().chain(off);
-    let mut estimator = registry::build(name, &vehicle(over.road), settings).unwrap();
+    let mut estimator = registry::build(name, &vehicle(), settings).unwrap();
     let place = |wanted: &&str| {
         let mut all = estimator.internals().iter();
         all.position(|i| i.name == *wanted).unwrap()

@@ -110,7 +110,7 @@ fn a_train_survives_every_lossless_format_bit_for_bit() {
         ("expect", "[]"),
         (
             "estimators",
-            "{dffrls_aekf_robust: {lambda0: 0.98}, rail_fusion: {}, imm_stf_robust: {}, mine: {is: dffrls_aekf}}",
+            "{dffrls_aekf_robust: {lambda0: 0.98}, rail_fusion: {}, attitude: {}, mine: {is: dffrls_aekf}}",
         ),
         ("in_loop", "dffrls_aekf_robust"),
         (

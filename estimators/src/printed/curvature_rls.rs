@@ -142,19 +142,9 @@ impl Curvature {
         }
     }
 
-    /// Speed below which the train counts as standing, m/s.
-    pub fn standstill_mps(&self) -> Real {
-        self.standstill_mps
-    }
-
     /// Returns true if the train has moved long enough for the regression to learn.
     pub fn learning(&self) -> bool {
         self.running_s >= self.params.settle_s
-    }
-
-    /// Forgetting factor of the last update.
-    pub fn lambda(&self) -> Real {
-        self.outcome.lambda
     }
 }
 
@@ -227,9 +217,12 @@ mod tests {
             };
             Curvature::new(&vehicle(), params, Forgetting::None)
         };
-        assert_eq!(new(None).standstill_mps(), 0.05);
+        assert_eq!(new(None).standstill_mps, 0.05);
         let mut curvature = new(Some(0.2));
-        assert_eq!((curvature.standstill_mps(), curvature.lambda()), (0.2, 1.0));
+        assert_eq!(
+            (curvature.standstill_mps, curvature.outcome.lambda),
+            (0.2, 1.0)
+        );
         for (speed, learning) in [(0.1, false), (0.5, true), (0.1, false), (-0.5, true)] {
             for k in 0..95 {
                 curvature.step(&straight(k, speed), 0.0, 0.01);
@@ -283,6 +276,6 @@ mod tests {
         for k in 0..300 {
             curvature.step(&straight(k, 1.0), 0.0, 0.01);
         }
-        assert_eq!(curvature.lambda(), 0.9);
+        assert_eq!(curvature.outcome.lambda, 0.9);
     }
 }
