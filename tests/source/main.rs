@@ -1,7 +1,8 @@
-//! The source itself: what is public, one meaning a name, comments that fit.
+//! The source itself: what is public, one meaning a name, comments that fit, no circles of files or rooms.
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 
+mod arrows;
 mod modules;
 mod public_face;
 mod style;
