@@ -1,9 +1,9 @@
 //! Tests of [`super`]: the force balance as a row of the model, and what makes a grade valid.
 
 use super::*;
+use crate::api::reading::LearntNoise;
 use crate::fusion::attitude::Attitude;
 use crate::models::single_track::Bends;
-use crate::preprocess::conditioning::LearntNoise;
 use crate::testing::steps;
 use crate::testing::vehicles::{Turn, car, vehicle};
 

@@ -1,9 +1,9 @@
 //! Health of the IMU: stuck detectors, spike gate of the gyro, and the length of the specific force.
 
 use crate::Real;
+use crate::api::reading::Channels;
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
-use crate::preprocess::front_end::Channels;
 
 /// Low-pass of |f| − g, s. A shorter one (0.1 s) rejects the shocks of rail joints, too.
 const NORM_LAG_S: Real = 0.4;
