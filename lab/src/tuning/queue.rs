@@ -14,8 +14,8 @@
 //! asked again; should both answer after all, both answers are the same bits. Clocks of machines are never compared:
 //! a sign of life is a time that *moves*.
 
-use crate::tuning::evaluate::Stage;
 use crate::tuning::progress::Progress;
+use crate::tuning::study::Stage;
 use crate::tuning::study::Values;
 use crate::tuning::trial_store::TrialsHeader;
 use monorig_sim::config::file::{input_error, read_result};
