@@ -107,7 +107,6 @@ pub(crate) mod aiding;
 pub mod api;
 pub(crate) mod detect;
 pub mod filters;
-pub(crate) mod front;
 pub mod fusion;
 pub mod methods;
 pub mod models;
@@ -129,17 +128,10 @@ pub use api::aid::AidStatus;
 pub use api::error::Error;
 pub use api::estimator::{Estimator, Internal};
 pub use api::params::{ParamError, Parameters, Setting};
+pub use api::real::Real;
 pub use api::signals::{Command, Estimate, Measurements, Sample, Value};
 pub use api::snapshot::SnapshotError;
 pub use api::time::Time;
 pub use api::vehicle::{Vehicle, VehicleData};
 pub use nalgebra;
 pub use runner::Runner;
-
-/// The scalar of every estimator: double precision here, single in the package `monorig-estimators-f32`.
-#[cfg(not(single_precision))]
-pub type Real = f64;
-
-/// The scalar of every estimator: single precision here, double in the package `monorig-estimators`.
-#[cfg(single_precision)]
-pub type Real = f32;

@@ -10,7 +10,6 @@ use crate::api::params::{Key, Name, ParamError, Parameters, Setting};
 use crate::api::signals::{Command, Estimate, Measurements};
 use crate::api::snapshot::SnapshotError;
 use crate::api::vehicle::Vehicle;
-use crate::front::Front;
 use crate::fusion::train_source::{TrainInput, TrainSource};
 #[cfg(feature = "rail_fusion")]
 use crate::fusion::{attitude_alone as attitude, rail_fusion};
@@ -35,6 +34,7 @@ use crate::methods::signal_source::{MethodInput, SignalSource};
 use crate::methods::{complementary_filter, ekf_v_theta_biases};
 #[cfg(feature = "printed")]
 use crate::printed::{guo_2024, huainan, liu_2023, liu_2023_resistance, patent};
+use crate::runner::Front;
 use crate::runner::Runner;
 #[cfg(feature = "liu2023")]
 use crate::supervised::liu_2023::dffrls_aekf_robust;

@@ -17,10 +17,9 @@ use crate::models::swing::{SUBSTEPS, SwingBlock};
 use crate::models::swing_balance::{
     ANGLE, B, CV, D, ETA, LENGTH, MASS, N, QC, R0, RATE, SwingModel,
 };
+use crate::rail::mass_on_rail::ETA_M;
 use crate::rail::train_means::TrainMeans;
 
-/// Distance at which η is the grade that the rail behind differs by, m.
-pub const ETA_M: Real = 9.0;
 /// Standard deviation of the grade ahead of the rail read, rad per m.
 const AHEAD_SD_PER_M: Real = 0.032;
 

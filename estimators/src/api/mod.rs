@@ -7,6 +7,7 @@ pub(crate) mod fingerprint;
 pub mod mass_layout;
 pub(crate) mod measurements;
 pub mod params;
+pub(crate) mod reading;
 pub mod real;
 pub mod signals;
 pub mod snapshot;

@@ -1,7 +1,14 @@
-//! Elementary functions of [`Real`] from libm: the same bits on every machine, and no standard library.
+//! The scalar of every estimator, and its elementary functions from libm: the same bits on every machine, and no standard library.
 
-use crate::Real;
 use libm::Libm;
+
+/// The scalar of every estimator: double precision here, single in the package `monorig-estimators-f32`.
+#[cfg(not(single_precision))]
+pub type Real = f64;
+
+/// The scalar of every estimator: single precision here, double in the package `monorig-estimators`.
+#[cfg(single_precision)]
+pub type Real = f32;
 
 /// Gravity of the force balances, m/s²: the default of the scenarios. It is a local value and no unit; standard
 /// gravity, by which sheets count in g, is 9.80665 m/s².

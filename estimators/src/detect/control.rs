@@ -3,8 +3,8 @@
 
 use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
+use crate::api::reading::Reading;
 use crate::filters::rls::Outcome;
-use crate::preprocess::front_end::Reading;
 
 /// Measurement of a source in one step, if there is one.
 #[derive(Clone, Copy, Debug, PartialEq)]

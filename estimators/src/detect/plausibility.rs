@@ -2,11 +2,11 @@
 //! its states.
 
 use crate::Real;
+use crate::api::reading::Reading;
 use crate::api::snapshot::state;
 use crate::detect::gravity_check::GravityCheck;
 use crate::detect::gyro_range::GyroRange;
 use crate::detect::kinematic_consistency::KinematicConsistency;
-use crate::preprocess::front_end::Reading;
 
 /// Instruments that an estimate uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -237,8 +237,8 @@ impl State for Validity {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::api::reading::Reading;
     use crate::detect::plausibility::{Instruments, Plausibility};
-    use crate::preprocess::front_end::Reading;
 
     fn estimate() -> Estimate {
         let value = |value: Real, sd: Real| Value {

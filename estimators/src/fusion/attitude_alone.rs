@@ -7,6 +7,7 @@
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
+use crate::api::reading::Reading;
 use crate::api::real::{lag, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
@@ -16,7 +17,6 @@ use crate::fusion::attitude::AttitudeFilter;
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::methods::published::no_mass;
 use crate::models::attitude::{BIAS_X, GYRO_Y, PHI, SCALE, THETA};
-use crate::preprocess::front_end::Reading;
 use crate::runner::{Pipeline, copy_into};
 use crate::{Real, Time};
 

@@ -1,7 +1,6 @@
 //! Effective grade: mean over the masses by the rail memory, and by the force balance where the rail was not read.
 
 use crate::Real;
-use crate::aiding::force_balance::ETA_M;
 use crate::api::aid::AidOutcome;
 use crate::api::real::{GRAVITY, asin, exp, sqrt};
 use crate::api::signals::Value;
@@ -10,15 +9,13 @@ use crate::fusion::swing_balance::SwingMass;
 use crate::fusion::swing_balance::block::Block;
 use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::models::swing_balance::{ANGLE, B, CV, MASS, Nominal, QC, R0};
+use crate::rail::mass_on_rail::MassOnRail;
 use crate::rail::rail_memory::RailMemory;
-use crate::rail::train_means::{TrainMeans, TrainOnRail};
+use crate::rail::train_means::TrainOnRail;
 
 /// Time and way between two looks at the memory, s, m: the sooner.
 const PERIOD_S: Real = 0.1;
 const PERIOD_M: Real = 0.1;
-/// Standard deviation of the grade ahead of what was read: rad per m, and m per rad/m of its gradient.
-const AHEAD_RAD_PER_M: Real = 0.02;
-const AHEAD_M: Real = 0.7;
 /// Standard deviation of the grade by the force: its constant part, rad, and factors on acceleration over g and on the
 /// swing.
 const FORCE_SD_RAD: Real = 0.001;
@@ -62,41 +59,6 @@ pub struct UnitGrade {
     pub pitch_sd_rad: Real,
     /// Standard deviation that the mount and the reading of the rail add to it, rad.
     pub constant_sd_rad: Real,
-}
-
-/// Masses that the effective grade is a mean over, and the grade of the rail behind the one read.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MassOnRail {
-    /// Total mass, kg.
-    pub mass_kg: Real,
-    /// Load in it, kg.
-    pub load_kg: Real,
-    /// Standard deviation of the load, kg.
-    pub load_sd_kg: Real,
-    /// Grade [`ETA_M`] behind the rail read beyond that of its end, rad.
-    pub eta_rad: Real,
-    /// Its variance, rad².
-    pub eta_variance: Real,
-}
-
-impl MassOnRail {
-    /// Mean distance of the masses behind the rail read, as a share of [`ETA_M`].
-    fn behind(&self, means: &TrainMeans) -> Real {
-        (means.behind_tare_kgm + self.load_kg * means.behind_load_m) / ETA_M / self.mass_kg
-    }
-
-    /// Variance of the mean grade from rail behind what was read.
-    fn behind_variance(&self, means: &TrainMeans) -> Real {
-        let behind = self.behind(means);
-        behind * behind * self.eta_variance
-    }
-
-    /// Variance of the mean grade from rail that was not read.
-    fn unread_variance(&self, means: &TrainMeans, rail: &RailMemory) -> Real {
-        let per_m = AHEAD_RAD_PER_M + AHEAD_M * rail.end_gradient().abs();
-        let ahead = means.ahead_kgm / self.mass_kg * per_m;
-        ahead * ahead + self.behind_variance(means)
-    }
 }
 
 impl EffectiveGrade {

@@ -15,11 +15,11 @@
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
 use crate::api::params::param_groups;
+use crate::api::reading::Reading;
 use crate::api::real::{GRAVITY, PI, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::detect::validity::Integrity;
-use crate::front::Staged;
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::fusion::attitude::survey::LaggedGrade;
 use crate::fusion::effective::EffectiveGrade;
@@ -28,8 +28,8 @@ use crate::fusion::swing_balance::params::{SwingBalanceParams, SwingSupervision}
 use crate::fusion::train_core::{TrainCore, layout};
 use crate::fusion::train_source::{CoreSignals, TrainInput, TrainSample, TrainSource};
 use crate::models::swing_balance::{ANGLE, D, ETA, LENGTH, Nominal, R0};
-use crate::preprocess::front_end::Reading;
 use crate::rail::train_means::TrainOnRail;
+use crate::runner::Staged;
 use crate::runner::{Pipeline, copy_into};
 use crate::{Real, Time};
 

@@ -4,12 +4,12 @@
 //! It uses no force for the grade, so no fault of a torque, of the load or of the running resistance can reach the
 //! slope.
 
+use crate::api::reading::Reading;
 use crate::api::real::{GRAVITY, exp, sqrt};
 use crate::api::signals::{Estimate, Value, Vehicle};
 use crate::api::snapshot::state;
 use crate::detect::plausibility::{Instruments, Plausibility};
 use crate::detect::validity::Integrity;
-use crate::front::Stage;
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
 use crate::fusion::attitude::survey::LaggedGrade;
 use crate::fusion::attitude::{Attitude, AttitudeFilter};
@@ -19,7 +19,7 @@ use crate::fusion::swing_balance::params::SwingBalanceParams;
 use crate::fusion::swing_balance::torque_monitor::TorqueMonitor;
 use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::Bends;
-use crate::preprocess::front_end::Reading;
+use crate::runner::Stage;
 use crate::{Real, Time};
 
 /// Speed below which no horizontal curvature is read, m/s.

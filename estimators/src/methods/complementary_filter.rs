@@ -12,6 +12,7 @@
 use crate::api::aid::{AidOutcome, AidStatus};
 use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
+use crate::api::reading::Reading;
 use crate::api::real::{GRAVITY, PI, exp, sin, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
@@ -23,7 +24,6 @@ use crate::detect::validity::{BaselineIntegrity, Integrity, Source, Validity};
 use crate::filters::low_pass::MatchedFilter;
 use crate::methods::published::no_mass;
 use crate::models::force_balance::MAX_GRADE_RAD;
-use crate::preprocess::front_end::Reading;
 use crate::runner::{Pipeline, copy_into};
 use crate::{Real, Time};
 

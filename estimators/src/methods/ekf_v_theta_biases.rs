@@ -13,6 +13,7 @@ use nalgebra::{Matrix1, Matrix4, SMatrix, Vector1, Vector4, matrix, vector};
 use crate::api::aid::AidStatus;
 use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
+use crate::api::reading::Reading;
 use crate::api::real::{GRAVITY, PI, cos, sin, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
@@ -26,7 +27,6 @@ use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::model::{Model, Process};
 use crate::methods::published::no_mass;
 use crate::models::force_balance::MAX_GRADE_RAD;
-use crate::preprocess::front_end::Reading;
 use crate::runner::{Pipeline, copy_into};
 use crate::{Real, Time};
 

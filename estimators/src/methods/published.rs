@@ -6,16 +6,16 @@
 use core::fmt;
 
 use crate::api::estimator::Internal;
+use crate::api::reading::Reading;
 use crate::api::real::{sqrt, within};
 use crate::api::signals::{Estimate, Flags, Value};
 use crate::api::snapshot::{Archive, State, state};
 use crate::api::vehicle::Vehicle;
-use crate::front::{Stage, Staged};
 use crate::methods::method::{Found, Method};
 use crate::methods::signal_source::{MethodInput, SignalSource};
 use crate::models::force_balance::MAX_GRADE_RAD;
-use crate::preprocess::front_end::Reading;
 use crate::runner::Pipeline;
+use crate::runner::{Stage, Staged};
 use crate::{Real, Time};
 
 /// A published method made a pipeline.

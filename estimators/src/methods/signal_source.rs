@@ -1,13 +1,14 @@
 //! First stage of a published method: makes of the reading of a step the input of the method. No parameter of the
 //! method changes it but the low-pass's corner and rate.
 
+use crate::api::reading::Reading;
 use crate::api::snapshot::state;
 use crate::api::vehicle::Vehicle;
-use crate::front::Stage;
 use crate::methods::method::Signals;
 use crate::models::force_balance::ForceBalance;
-use crate::preprocess::front_end::{Reading, motion};
+use crate::preprocess::front_end::motion;
 use crate::preprocess::resampler::Resampler;
+use crate::runner::Stage;
 use crate::{Real, Time};
 
 /// Input of a published method in one step, and what its estimate takes of the signals besides.

@@ -21,11 +21,11 @@
 //! it corners.
 
 use crate::Real;
+use crate::api::reading::Reading;
 use crate::api::real::{cos, sin};
 use crate::api::signals::{RoadVehicle, Vehicle};
 use crate::api::snapshot::{Archive, Blank, State, state};
 use crate::models::force_balance::ForceBalance;
-use crate::preprocess::front_end::Reading;
 
 /// Speed, m/s, below which the slip angles of the model are not defined well; backwards they are others.
 const SLOW_MPS: Real = 1.0;

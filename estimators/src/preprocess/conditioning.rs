@@ -2,6 +2,7 @@
 
 use crate::Real;
 use crate::api::params::{choices, params};
+use crate::api::reading::LearntNoise;
 use crate::api::snapshot::state;
 use crate::api::vehicle::Vehicle;
 use crate::detect::outlier_hold::{HoldLimits, OutlierHold};
@@ -47,39 +48,6 @@ const SPEED_LIMITS: [HoldLimits; 2] = [
 
 /// Largest gap between samples from which noise can be learnt, s.
 const MAX_NOISE_PERIOD_S: Real = 0.3;
-
-/// Ratio of the learnt standard deviation to the parameter from which the learnt one counts, and largest ratio.
-const NOISE_RATIOS: [Real; 2] = [2.0, 30.0];
-
-/// Noise learnt from the samples; `None` where the parameters give it, or not yet known.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LearntNoise {
-    /// Standard deviation of wheel speed, m/s.
-    pub wheel_speed_mps: Option<Real>,
-    /// Standard deviation of the specific force along the train, m/s².
-    pub specific_force_mps2: Option<Real>,
-}
-
-impl LearntNoise {
-    /// Standard deviation of wheel speed to use where `told` is that of the parameters, m/s.
-    pub fn wheel_speed(&self, told: Real) -> Real {
-        bounded(self.wheel_speed_mps, told)
-    }
-
-    /// Standard deviation of the specific force to use where `told` is that of the parameters, m/s².
-    pub fn specific_force(&self, told: Real) -> Real {
-        bounded(self.specific_force_mps2, told)
-    }
-}
-
-/// Bounds the learnt standard deviation by the parameter `told`. It is never below `told`: samples do not show all of
-/// the noise (a median of wheels, a mean of samples). It counts only from twice `told` on, because it contains the
-/// vehicle's own motion, and up to thirty times `told`.
-fn bounded(learnt: Option<Real>, told: Real) -> Real {
-    let [least, most] = NOISE_RATIOS;
-    let counts = learnt.filter(|sd| *sd > least * told);
-    counts.map_or(told, |sd| sd.min(most * told))
-}
 
 /// Conditioning of the channels of one estimator.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,73 +1,15 @@
 //! Signal front end: from the samples of one step to the signals that pipelines work with.
 
 use crate::api::aid::Rejection;
+use crate::api::reading::{LearntNoise, Reading};
 use crate::api::signals::{Command, MAX_DRIVES, Measurements, Sample, Vehicle};
 use crate::api::snapshot::{Archive, State, visit_built};
-use crate::preprocess::conditioning::{Conditioning, ConditioningParams, LearntNoise};
+use crate::preprocess::conditioning::{Conditioning, ConditioningParams};
 use crate::preprocess::drive_hold::{DriveHold, UnitMask};
 use crate::preprocess::input_check::{InputCheck, Stamps, newest};
 use crate::preprocess::sample_hold::{SampleHold, VectorHold};
 use crate::preprocess::wheel_speed_vote::WheelSpeedVote;
 use crate::{Error, Real, Time};
-
-/// The signals of one step; `None` = not known now (stale, stuck, or never sampled).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Reading {
-    /// Speed by the wheels, m/s, if at least one drive unit sent a new sample.
-    pub new_speed_mps: Option<Real>,
-    /// Speed by the fresh wheels, m/s ([`WheelSpeedVote`]).
-    pub speed_mps: Option<Real>,
-    /// Why there is none, or no new one, although wheels are sampled: most of them slip, all are stuck, or the sample
-    /// was held out as an outlier (the speed is then the last one).
-    pub wheel_speed_fault: Option<Rejection>,
-    /// Sum of all motor torques, N·m.
-    pub motor_torque_nm: Option<Real>,
-    /// Torque of drive 0, N·m: on a road vehicle that of the front, steered axle.
-    pub front_torque_nm: Option<Real>,
-    /// Specific force along the train, m/s².
-    pub specific_force_mps2: Option<Real>,
-    /// Specific force to the left, m/s².
-    pub lateral_force_mps2: Option<Real>,
-    /// Specific force upwards, m/s²: g at rest on the level.
-    pub vertical_force_mps2: Option<Real>,
-    /// Rate of the pitch angle, rad/s, + when the grade grows.
-    pub pitch_rate_radps: Option<Real>,
-    /// Rate about the vertical axis, rad/s, + to the left.
-    pub yaw_rate_radps: Option<Real>,
-    /// Standard deviation of the gyro's biases that are left, rad/s; 0 without conditioning.
-    pub gyro_bias_sd_radps: Real,
-    /// Noise learnt from the samples.
-    pub noise: LearntNoise,
-    /// Steering angle of a road vehicle's front wheels, rad, + to the left.
-    pub steering_angle_rad: Option<Real>,
-    /// Share of the clamp brake commanded, 0…1.
-    pub brake: Real,
-    /// All axes of the IMU, and each drive unit by itself.
-    pub channels: Channels,
-}
-
-/// Channels that the merged signals of a [`Reading`] are made of, for estimators that gate each channel themselves.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Channels {
-    /// Specific force in IMU axes, m/s².
-    pub specific_force_mps2: Option<[Real; 3]>,
-    /// Angular rate in IMU axes, rad/s.
-    pub angular_rate_radps: Option<[Real; 3]>,
-    /// True for the specific force, and for the angular rate, that is a new sample.
-    pub new: [bool; 2],
-    /// Wheel speed of each drive unit with a new sample, m/s.
-    pub new_wheel_speed_mps: [Option<Real>; MAX_DRIVES],
-    /// True if wheel speeds are out of use because they are stuck.
-    pub wheels_stuck: bool,
-    /// Motor torque of each drive unit, N·m.
-    pub motor_torque_nm: [Option<Real>; MAX_DRIVES],
-    /// Motor torque commanded of each drive unit, N·m.
-    pub commanded_torque_nm: [Real; MAX_DRIVES],
-    /// Age of the newest torque, specific force and wheel speed when they came, by their stamps, s.
-    pub age_s: [Real; 3],
-    /// Time since the last step by the clock, s.
-    pub since_s: Real,
-}
 
 /// Signal front end of one estimator: input check, one sample and hold per channel, wheel-speed vote, sum of torques;
 /// of a robust one conditioning of the channels too.

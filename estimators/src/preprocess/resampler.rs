@@ -2,11 +2,11 @@
 //! train runs.
 
 use crate::Real;
+use crate::api::reading::Reading;
 use crate::api::snapshot::state;
 use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
 use crate::models::sample::ResampledSample;
-use crate::preprocess::front_end::Reading;
 
 /// Speed below which a yaw rate gives no curvature, m/s, and the largest curvature of a rail, 1/m.
 const SLOW_MPS: Real = 0.1;

@@ -12,6 +12,7 @@ use nalgebra::vector;
 
 use crate::Real;
 use crate::api::params::params;
+use crate::api::reading::Reading;
 use crate::api::real::{GRAVITY, cos, sqrt, within};
 use crate::api::signals::Vehicle;
 use crate::api::snapshot::state;
@@ -20,7 +21,6 @@ use crate::filters::forgetting::Forgetting;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::rls::{Outcome, Rls};
 use crate::models::slope_force::SlopeForce;
-use crate::preprocess::front_end::Reading;
 
 params! {
     /// Parameters of the curvature regression.

@@ -14,12 +14,12 @@ use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3, matrix, vector};
 
 use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
+use crate::api::reading::Reading;
 use crate::api::real::{GRAVITY, PI, asin, exp, sqrt};
 use crate::api::signals::{Estimate, Vehicle};
 use crate::filters::gaussian::Gaussian;
 use crate::filters::strong_tracking::{Alarm, StrongTracking, fade};
 use crate::models::force_balance::ForceBalance;
-use crate::preprocess::front_end::Reading;
 use crate::preprocess::front_end::motion;
 use crate::printed::guo_2024_mass::{DifferencesPrinted, MassFromDifferences};
 use crate::printed::{Erratum, PrintedAnswer, usable};

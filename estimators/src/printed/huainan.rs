@@ -16,11 +16,11 @@ use nalgebra::{Matrix2, Vector2, vector};
 
 use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
+use crate::api::reading::Reading;
 use crate::api::real::{GRAVITY, PI, pow, sin, sqrt};
 use crate::api::signals::{Estimate, Vehicle};
 use crate::filters::gaussian::cholesky;
 use crate::filters::low_pass::MatchedFilter;
-use crate::preprocess::front_end::Reading;
 use crate::preprocess::front_end::motion;
 use crate::printed::curvature_rls::{Curvature, CurvatureParams, DynamicForgetting};
 use crate::printed::{Erratum, PrintReading, PrintedAnswer, usable};

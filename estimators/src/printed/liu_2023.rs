@@ -14,11 +14,11 @@ use nalgebra::{Matrix2, Vector2, vector};
 
 use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
+use crate::api::reading::Reading;
 use crate::api::real::{GRAVITY, exp, sqrt};
 use crate::api::signals::{Estimate, Vehicle};
 use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
-use crate::preprocess::front_end::Reading;
 use crate::preprocess::front_end::motion;
 use crate::printed::slope_ekf::{Balance, NoiseRule, SlopeEkf, Told};
 use crate::printed::{Erratum, PrintReading, PrintedAnswer, mass_from_inverse, usable};

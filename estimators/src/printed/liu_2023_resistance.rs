@@ -7,11 +7,11 @@
 
 use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
+use crate::api::reading::Reading;
 use crate::api::real::{GRAVITY, asin, exp};
 use crate::api::signals::{Estimate, Vehicle};
 use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
-use crate::preprocess::front_end::Reading;
 use crate::preprocess::front_end::motion;
 use crate::printed::{Erratum, PrintedAnswer, usable};
 use crate::runner::{Pipeline, copy_into};

@@ -14,12 +14,12 @@
 
 use crate::api::estimator::Internal;
 use crate::api::params::{param_groups, params};
+use crate::api::reading::Reading;
 use crate::api::real::{GRAVITY, PI, cos, exp, pow, sin, sqrt, tanh};
 use crate::api::signals::{Estimate, Vehicle};
 use crate::filters::low_pass::MatchedFilter;
 use crate::models::force_balance::ForceBalance;
 use crate::models::sample::ResampledSample;
-use crate::preprocess::front_end::Reading;
 use crate::preprocess::front_end::motion;
 use crate::preprocess::resampler::Resampler;
 use crate::printed::slope_ekf::{Balance, NoiseRule, SlopeEkf, Told};

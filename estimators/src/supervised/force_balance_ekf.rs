@@ -12,6 +12,7 @@ use nalgebra::{Matrix1, Matrix2, SMatrix, Vector1, Vector2, matrix, vector};
 
 use crate::Real;
 use crate::api::params::params;
+use crate::api::reading::LearntNoise;
 use crate::api::real::{GRAVITY, PI, sin_cos, sqrt};
 use crate::api::snapshot::{Archive, State};
 use crate::detect::gate::{Gate, Judgement};
@@ -22,7 +23,6 @@ use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::model::{Model, Process};
 use crate::filters::sage_husa::{Aekf, Noise, SageHusa};
 use crate::models::force_balance::{Drive, ForceBalance, MAX_GRADE_RAD};
-use crate::preprocess::conditioning::LearntNoise;
 
 params! {
     /// Parameters of the slope filter.

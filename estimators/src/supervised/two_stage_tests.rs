@@ -1,10 +1,10 @@
 //! Tests of [`super`]: what stands behind the grade of a two-stage method.
 
 use super::*;
+use crate::api::reading::Reading;
 use crate::detect::validity::Integrity;
 use crate::filters::forgetting::Forgetting;
 use crate::models::single_track::{Bend, Bends};
-use crate::preprocess::front_end::Reading;
 use crate::supervised::force_balance_ekf::{Adaptation, GradeParams};
 use crate::supervised::force_balance_rls::{ForceBalanceRls, MassParams};
 use crate::testing::Random;

@@ -1,10 +1,11 @@
 //! Steps as the core gives them to a method.
 
 use crate::Real;
+use crate::api::reading::Reading;
 use crate::fusion::attitude::Attitude;
 use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::Bend;
-use crate::preprocess::front_end::{Reading, motion};
+use crate::preprocess::front_end::motion;
 use crate::supervised::pipeline::Step;
 
 /// A step of a core without error: attitude by the `grade_rad` of the rail, traction by the torque of the reading.

@@ -3,10 +3,10 @@
 use crate::Real;
 use crate::Time;
 use crate::api::estimator::Estimator;
+use crate::api::reading::Reading;
 use crate::api::signals::{
     Command, Estimate, Measurements, RoadVehicle, Sample, Vehicle, VehicleData,
 };
-use crate::preprocess::front_end::Reading;
 use crate::testing::Random;
 use std::vec::Vec;
 

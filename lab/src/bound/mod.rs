@@ -15,6 +15,7 @@ mod running;
 mod sheet;
 
 pub use channels::{BoundChannels, descriptions};
+pub use running::BoundSample;
 pub(crate) use running::RunningBound;
 pub use sheet::SheetNoise;
 
@@ -27,19 +28,6 @@ use std::collections::VecDeque;
 pub const AFTER_S: f64 = 5.0;
 /// Distance of two rows of the table of a bound, s.
 const EVERY_S: f64 = 0.1;
-
-/// Standard deviations that no estimator can be better than, at an instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BoundSample {
-    /// s.
-    pub t_s: f64,
-    /// Bound of the grade at the IMU, rad.
-    pub slope_rad: f64,
-    /// Bound of the effective grade, rad.
-    pub effective_rad: f64,
-    /// Bound of the total mass, as a share of it.
-    pub mass_rel: f64,
-}
 
 /// Mean squares of an estimator's errors, over the same samples as those of the bound.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,12 +1,24 @@
 //! The bound of a run while it goes on.
 
-use super::BoundSample;
 use super::attitude::{AttitudeBound, Motion};
 use super::mass::MassBound;
 use super::sheet::SheetNoise;
 use monorig_estimators::api::signals::Vehicle;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::plant::Truth;
+
+/// Standard deviations that no estimator can be better than, at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundSample {
+    /// s.
+    pub t_s: f64,
+    /// Bound of the grade at the IMU, rad.
+    pub slope_rad: f64,
+    /// Bound of the effective grade, rad.
+    pub effective_rad: f64,
+    /// Bound of the total mass, as a share of it.
+    pub mass_rel: f64,
+}
 
 /// The bound of a run, computed from its true motion and the noise of its sheet.
 pub(crate) struct RunningBound {

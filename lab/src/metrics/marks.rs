@@ -3,12 +3,29 @@
 //!
 //! Terms after the navigation of aircraft (RTCA DO-229; Stanford diagram: Tossaint et al. 2007).
 
+use crate::metrics::Quantity;
 use crate::metrics::series::ErrorSample;
 use crate::metrics::statistics::{Accumulator, Mean, Running};
-use crate::metrics::{Marks, Quantity};
 use monorig_sim::config::scenario::IntegrityLimits;
 
 const HOUR_S: f64 = 3600.0;
+
+/// Quality of an estimator's marks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Marks {
+    /// Share of samples marked valid.
+    Availability,
+    /// Share of the valid samples that is misleading.
+    Integrity,
+    /// Share of the valid samples that is beyond the protection level, whatever the size of the error.
+    Overconfidence,
+    /// Time from which the quantity stays valid and right to the end.
+    Recovery,
+    /// Losses of validity per hour.
+    Continuity,
+    /// Share of samples that have a reference, whatever their marks.
+    Referenced,
+}
 
 /// One of them.
 pub(super) fn start(

@@ -21,6 +21,7 @@ mod table;
 mod window;
 mod windowed;
 
+pub(crate) use marks::Marks;
 pub(crate) use pace::Pace;
 pub(crate) use quantity::Quantity;
 pub(crate) use statistics::{Accumulator, Running};
@@ -70,23 +71,6 @@ pub(crate) enum Of {
     Estimator(fn() -> Running<ErrorSample>),
     /// Train and controller.
     Run(fn() -> Running<Tracking>),
-}
-
-/// Quality of an estimator's marks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Marks {
-    /// Share of samples marked valid.
-    Availability,
-    /// Share of the valid samples that is misleading.
-    Integrity,
-    /// Share of the valid samples that is beyond the protection level, whatever the size of the error.
-    Overconfidence,
-    /// Time from which the quantity stays valid and right to the end.
-    Recovery,
-    /// Losses of validity per hour.
-    Continuity,
-    /// Share of samples that have a reference, whatever their marks.
-    Referenced,
 }
 
 /// The best value of a metric.

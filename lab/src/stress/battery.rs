@@ -2,7 +2,7 @@
 
 use crate::batch::made_from::MadeFrom;
 use crate::batch::{Interrupted, RunSpec, Shard, run_observed};
-use crate::stress::header::StressHeader;
+use crate::stress::header::{StressHeader, StressStore};
 use crate::stress::print::Print;
 use crate::stress::{Condition, ConditionRow, NOMINAL, StressRun};
 use crate::verdicts::expected;
@@ -227,6 +227,27 @@ impl Battery {
             shard,
             made_from: MadeFrom::new(monorig, inputs, resolved),
         }
+    }
+}
+
+impl StressStore {
+    /// Opens the file of a battery to go on with it, or begins it. Returns the runs that are there.
+    pub fn resume_battery(
+        path: &Path,
+        header: &StressHeader,
+        battery: &Battery,
+    ) -> Result<(Self, Vec<StressRun>), Error> {
+        let mut there = Vec::new();
+        let store = Self::open(path, header, |n, line| {
+            let run: StressRun = serde_json::from_slice(line)
+                .map_err(|_| format!("row {n} is not a run of a battery"))?;
+            if !battery.is_run(header.shard.index(n), &run) {
+                return Err(format!("row {n} is not a run of this battery"));
+            }
+            there.push(run);
+            Ok(())
+        })?;
+        Ok((store, there))
     }
 }
 

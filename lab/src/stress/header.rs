@@ -3,10 +3,7 @@
 use crate::batch::Shard;
 use crate::batch::jsonl::{Header, Jsonl};
 use crate::batch::made_from::MadeFrom;
-use crate::stress::{Battery, StressRun};
-use monorig_sim::error::Error;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 
 /// The first line of the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,24 +38,3 @@ impl Header for StressHeader {
 
 /// The open file.
 pub type StressStore = Jsonl<StressHeader>;
-
-impl StressStore {
-    /// Opens the file of a battery to go on with it, or begins it. Returns the runs that are there.
-    pub fn resume_battery(
-        path: &Path,
-        header: &StressHeader,
-        battery: &Battery,
-    ) -> Result<(Self, Vec<StressRun>), Error> {
-        let mut there = Vec::new();
-        let store = Self::open(path, header, |n, line| {
-            let run: StressRun = serde_json::from_slice(line)
-                .map_err(|_| format!("row {n} is not a run of a battery"))?;
-            if !battery.is_run(header.shard.index(n), &run) {
-                return Err(format!("row {n} is not a run of this battery"));
-            }
-            there.push(run);
-            Ok(())
-        })?;
-        Ok((store, there))
-    }
-}

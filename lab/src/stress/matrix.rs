@@ -1,36 +1,9 @@
 //! The matrix: what every estimator comes to under every condition, over all scenarios and seeds.
 
+use crate::stress::stress_run::FIGURES;
 use crate::stress::{Group, NOMINAL, StressRun};
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
-
-/// Metrics of each quantity in the order of [`Figures`].
-pub(crate) const FIGURES: [[&str; 6]; 3] = [
-    [
-        "mass_rmse_rel_valid",
-        "mass_sd_rel_mean_valid",
-        "mass_availability",
-        "mass_misleading_share",
-        "mass_overconfident_share",
-        "mass_recovered_s",
-    ],
-    [
-        "slope_rmse_deg_valid",
-        "slope_sd_mean_deg_valid",
-        "slope_availability",
-        "slope_misleading_share",
-        "slope_overconfident_share",
-        "slope_recovered_s",
-    ],
-    [
-        "effective_slope_rmse_deg_valid",
-        "effective_slope_sd_mean_deg_valid",
-        "effective_slope_availability",
-        "effective_slope_misleading_share",
-        "effective_slope_overconfident_share",
-        "effective_slope_recovered_s",
-    ],
-];
 
 /// A row of the matrix: a condition, or none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

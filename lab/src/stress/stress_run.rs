@@ -1,9 +1,36 @@
 //! One run of a battery, as a line of JSON.
 
-use crate::stress::matrix::FIGURES;
 use crate::verdicts::run_result::RunResult;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+
+/// Metrics of each quantity in the order of [`crate::stress::Figures`].
+pub(crate) const FIGURES: [[&str; 6]; 3] = [
+    [
+        "mass_rmse_rel_valid",
+        "mass_sd_rel_mean_valid",
+        "mass_availability",
+        "mass_misleading_share",
+        "mass_overconfident_share",
+        "mass_recovered_s",
+    ],
+    [
+        "slope_rmse_deg_valid",
+        "slope_sd_mean_deg_valid",
+        "slope_availability",
+        "slope_misleading_share",
+        "slope_overconfident_share",
+        "slope_recovered_s",
+    ],
+    [
+        "effective_slope_rmse_deg_valid",
+        "effective_slope_sd_mean_deg_valid",
+        "effective_slope_availability",
+        "effective_slope_misleading_share",
+        "effective_slope_overconfident_share",
+        "effective_slope_recovered_s",
+    ],
+];
 
 /// Outcome of a run of a battery.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

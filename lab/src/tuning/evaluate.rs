@@ -5,10 +5,12 @@ use crate::metrics::series::{ErrorSample, ErrorSeries};
 use crate::metrics::{self, InWindow};
 use crate::replay::kept::{KeptOfRun, play_kept};
 use crate::replay::{ReplayData, cache::Cache, play::play};
-use crate::tuning::loss::metric_windows;
+pub use crate::tuning::loss::RunMetrics;
+use crate::tuning::loss::{MetricWindow, metric_windows};
 use crate::tuning::progress::Progress;
+pub use crate::tuning::study::Stage;
 use crate::tuning::study::Values;
-use crate::tuning::study::{Evaluation, RunGroup, TuningStudy};
+use crate::tuning::study::{Evaluation, TuningStudy};
 use monorig_estimators::registry::AnyEstimator;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::BoxedEstimator;
@@ -17,52 +19,6 @@ use monorig_sim::config::scenario::{IntegrityLimits, Scenario};
 use monorig_sim::error::Error;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// A metric over a window of time.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct MetricWindow {
-    /// Its name.
-    pub(crate) metric: String,
-    /// From here, s.
-    pub(crate) after_s: f64,
-    /// To here, s.
-    pub(crate) until_s: f64,
-}
-
-/// The runs for tuning, or those for validation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
-    /// Those the optimiser sees.
-    Tuning,
-    /// Those it never sees.
-    Validation,
-}
-
-impl Stage {
-    /// Its runs.
-    pub(crate) fn groups(self, study: &TuningStudy) -> &[RunGroup] {
-        match self {
-            Self::Tuning => &study.tuning,
-            Self::Validation => &study.validation,
-        }
-    }
-
-    /// As progress is shown.
-    fn label(self) -> &'static str {
-        match self {
-            Self::Tuning => "tuning runs",
-            Self::Validation => "validation runs",
-        }
-    }
-
-    /// Group and seed of each run, in order.
-    fn list(self, study: &TuningStudy) -> Vec<(usize, u64)> {
-        let groups = self.groups(study).iter().enumerate();
-        groups
-            .flat_map(|(i, g)| g.seeds.iter().map(move |seed| (i, *seed)))
-            .collect()
-    }
-}
 
 /// Who evaluates, and with what.
 #[derive(Clone, Copy)]
@@ -93,16 +49,6 @@ struct OneRun {
 enum SampleSource {
     Replay(Box<ReplayData>),
     ClosedLoop(Box<Scenario>),
-}
-
-/// The metrics of one run, in the order they were asked for, or why there are none.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RunMetrics {
-    /// Index of the group.
-    pub(crate) group: usize,
-    pub(crate) seed: u64,
-    /// The metrics.
-    pub values: Result<Vec<f64>, String>,
 }
 
 impl OneRun {

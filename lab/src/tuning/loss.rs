@@ -6,7 +6,6 @@
 //! hard scenarios have the weights of the study, whatever their units.
 
 use crate::metrics;
-use crate::tuning::evaluate::{MetricWindow, RunMetrics};
 use crate::tuning::space::digits;
 use crate::tuning::study::{Combine, RunGroup, TuningFile};
 
@@ -36,6 +35,27 @@ pub(crate) struct TrialVerdict {
     pub(crate) violation: f64,
     /// Why there is no loss.
     pub(crate) failed: Option<String>,
+}
+
+/// A metric over a window of time.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct MetricWindow {
+    /// Its name.
+    pub(crate) metric: String,
+    /// From here, s.
+    pub(crate) after_s: f64,
+    /// To here, s.
+    pub(crate) until_s: f64,
+}
+
+/// The metrics of one run, in the order they were asked for, or why there are none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunMetrics {
+    /// Index of the group.
+    pub(crate) group: usize,
+    pub(crate) seed: u64,
+    /// The metrics.
+    pub values: Result<Vec<f64>, String>,
 }
 
 /// The metrics whose samples count, and those that watch over them.

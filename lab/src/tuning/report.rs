@@ -15,7 +15,7 @@ use crate::reports::table::{Cell, Table};
 use crate::text::number;
 use crate::tuning::result::{Trace, TuningResult};
 use crate::tuning::sensitivity::{Curve, Map};
-use crate::tuning::space::as_number;
+use crate::tuning::study::as_number;
 use crate::tuning::study::{Combine, Scale, TuningStudy};
 use crate::tuning::trial_store::Trial;
 use crate::tuning::validate::{ComparisonVerdict, PairedComparison};

@@ -1,6 +1,6 @@
 //! The parameters that vary, as a unit cube: what optimisers see.
 
-use crate::tuning::study::{Range, Scale, Values};
+use crate::tuning::study::{Range, Scale, Values, as_number, bend, unbend};
 use monorig_sim::config::checked::Finite;
 use monorig_sim::config::scenario::ParameterValue;
 use std::collections::BTreeMap;
@@ -138,30 +138,6 @@ impl Dimension {
 /// A number as a parameter's value; none if it is not finite.
 fn number(x: f64) -> Option<ParameterValue> {
     Finite::try_from(x).ok().map(ParameterValue::Number)
-}
-
-/// The value of a parameter that is a number.
-pub(crate) fn as_number(value: &ParameterValue) -> Option<f64> {
-    match value {
-        ParameterValue::Number(x) => Some(x.get()),
-        _ => None,
-    }
-}
-
-pub(crate) fn bend(scale: Scale, x: f64) -> f64 {
-    match scale {
-        Scale::Linear => x,
-        Scale::Log => x.ln(),
-        Scale::Memory => -(1.0 - x).ln(),
-    }
-}
-
-fn unbend(scale: Scale, y: f64) -> f64 {
-    match scale {
-        Scale::Linear => y,
-        Scale::Log => y.exp(),
-        Scale::Memory => 1.0 - (-y).exp(),
-    }
 }
 
 /// A number rounded to so many significant decimal digits. With 15 or fewer, what is written to a file is what is

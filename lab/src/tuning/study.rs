@@ -1,7 +1,6 @@
 //! The study file, and the study read from it.
 
 use crate::batch::made_from::MadeFrom;
-use crate::tuning::space::{as_number, bend};
 use monorig_estimators::api::params::Setting;
 use monorig_sim::closed_loop::registry::{EstimatorType, Refusal, Registry};
 use monorig_sim::closed_loop::resolved;
@@ -108,6 +107,32 @@ pub(crate) enum Scale {
     Log,
     /// Evenly in the logarithm of the memory 1/(1 − x): for forgetting factors.
     Memory,
+}
+
+/// Place of a value on the scale.
+pub(crate) fn bend(scale: Scale, x: f64) -> f64 {
+    match scale {
+        Scale::Linear => x,
+        Scale::Log => x.ln(),
+        Scale::Memory => -(1.0 - x).ln(),
+    }
+}
+
+/// Value at a place on the scale.
+pub(crate) fn unbend(scale: Scale, y: f64) -> f64 {
+    match scale {
+        Scale::Linear => y,
+        Scale::Log => y.exp(),
+        Scale::Memory => 1.0 - (-y).exp(),
+    }
+}
+
+/// The value of a parameter that is a number.
+pub(crate) fn as_number(value: &ParameterValue) -> Option<f64> {
+    match value {
+        ParameterValue::Number(x) => Some(x.get()),
+        _ => None,
+    }
 }
 
 /// Seeds of a scenario.
@@ -446,4 +471,39 @@ fn parameter_value(setting: Setting<'_>) -> Option<ParameterValue> {
         Setting::Flag(flag) => ParameterValue::Flag(flag),
         Setting::Choice(word) => ParameterValue::Choice(word.to_owned()),
     })
+}
+
+/// The runs for tuning, or those for validation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Those the optimiser sees.
+    Tuning,
+    /// Those it never sees.
+    Validation,
+}
+
+impl Stage {
+    /// Its runs.
+    pub(crate) fn groups(self, study: &TuningStudy) -> &[RunGroup] {
+        match self {
+            Self::Tuning => &study.tuning,
+            Self::Validation => &study.validation,
+        }
+    }
+
+    /// As progress is shown.
+    pub(crate) fn label(self) -> &'static str {
+        match self {
+            Self::Tuning => "tuning runs",
+            Self::Validation => "validation runs",
+        }
+    }
+
+    /// Group and seed of each run, in order.
+    pub(crate) fn list(self, study: &TuningStudy) -> Vec<(usize, u64)> {
+        let groups = self.groups(study).iter().enumerate();
+        groups
+            .flat_map(|(i, g)| g.seeds.iter().map(move |seed| (i, *seed)))
+            .collect()
+    }
 }

@@ -1,6 +1,6 @@
 //! Findings: reasons not to trust an estimate, worst first.
 
-use crate::verdicts::integrity::{Integrity, Outcome};
+use crate::verdicts::integrity::{Integrity, Outcome, percent};
 use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::Summary;
 
@@ -87,15 +87,4 @@ fn finding(of: &Integrity, seed: u64) -> Option<Finding> {
         estimator: of.estimator.clone(),
         for_reference: of.outcome() == Outcome::ForReference,
     })
-}
-
-/// A share in per cent with two significant digits.
-pub(super) fn percent(share: f64) -> String {
-    let x = 100.0 * share;
-    match x {
-        x if x >= 10.0 => format!("{x:.0}"),
-        x if x >= 1.0 => format!("{x:.1}"),
-        x if x >= 0.1 => format!("{x:.2}"),
-        x => format!("{x:.3}"),
-    }
 }

@@ -2,7 +2,6 @@
 
 use crate::metrics::series::ErrorSample;
 use crate::metrics::{Quantity, misleading_share};
-use crate::verdicts::findings::percent;
 use monorig_sim::config::scenario::{IntegrityLimits, KnownFailure, ScenarioFile};
 use serde::{Deserialize, Serialize};
 
@@ -207,5 +206,16 @@ impl Integrity {
             self.estimator,
             self.quantity.words()
         ))
+    }
+}
+
+/// A share in per cent with two significant digits.
+pub(super) fn percent(share: f64) -> String {
+    let x = 100.0 * share;
+    match x {
+        x if x >= 10.0 => format!("{x:.0}"),
+        x if x >= 1.0 => format!("{x:.1}"),
+        x if x >= 0.1 => format!("{x:.2}"),
+        x => format!("{x:.3}"),
     }
 }

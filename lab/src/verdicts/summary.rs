@@ -3,7 +3,6 @@
 
 use crate::verdicts::common::CommonErrors;
 use crate::verdicts::integrity::{Integrity, Outcome};
-use crate::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::config::scenario::IntegrityLimits;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -163,11 +162,6 @@ impl ExpectationVerdict {
 }
 
 impl Summary {
-    /// The verdict over this run: what its exit code, its report and every list say of it.
-    pub fn verdict(&self) -> ScenarioVerdict {
-        ScenarioVerdict::of_run(self)
-    }
-
     /// True for an estimator that is shown for reference and not judged.
     pub fn is_for_reference(&self, estimator: &str) -> bool {
         let mut of = self.integrity.iter().filter(|i| i.estimator == estimator);
@@ -188,11 +182,6 @@ impl Summary {
                 .then(b.quantity.cmp(&a.quantity))
         });
         worst.map_or("-".to_owned(), |(_, words)| words)
-    }
-
-    /// True for a good run, by its verdict.
-    pub fn good(&self) -> bool {
-        self.verdict().held
     }
 
     /// Checks that its verdicts follow from its values. The error says which does not.

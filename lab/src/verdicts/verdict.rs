@@ -2,8 +2,8 @@
 //! expected hold?
 
 use crate::metrics::misleading_share;
-use crate::verdicts::findings::{self, Finding, percent};
-use crate::verdicts::integrity::{Integrity, Outcome};
+use crate::verdicts::findings::{self, Finding};
+use crate::verdicts::integrity::{Integrity, Outcome, percent};
 use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::{ExpectationVerdict, Summary};
 use serde::{Deserialize, Serialize};
@@ -64,6 +64,18 @@ pub struct Check {
     /// True for a check that others have made, such as one against a baseline.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     added: bool,
+}
+
+impl Summary {
+    /// The verdict over this run: what its exit code, its report and every list say of it.
+    pub fn verdict(&self) -> ScenarioVerdict {
+        ScenarioVerdict::of_run(self)
+    }
+
+    /// True for a good run, by its verdict.
+    pub fn good(&self) -> bool {
+        self.verdict().held
+    }
 }
 
 impl ScenarioVerdict {

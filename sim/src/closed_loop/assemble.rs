@@ -150,7 +150,6 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
                 train: &train,
                 gravity_mps2: gravity,
                 dt_s,
-                is_ours: true,
             };
             causes.build(|| moving.plant(s.plant(), train.clone(), rail.clone(), &options))?
         }

@@ -39,6 +39,7 @@ pub mod registry;
 mod resolved;
 pub mod run;
 mod simulation;
+mod step_plant;
 mod wall_clock;
 
 pub use builder::SimulationBuilder;

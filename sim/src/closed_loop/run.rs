@@ -6,10 +6,10 @@ use super::estimators::RunningEstimator;
 use super::events::Computer;
 pub use super::observer::{Observer, StepFrame};
 use super::simulation::Simulation;
+use super::step_plant::step_plant;
 use crate::control::{Perception, Reference};
 use crate::error::Error;
 use crate::guarded::guarded;
-use crate::plant::divergence::Causes;
 use monorig_estimators::api::signals::{Command, Measurements};
 
 /// Run a simulation to the end of its scenario. `go_on` is given the share done, 0…1, now and then; when it returns
@@ -122,13 +122,7 @@ impl Steps {
             });
         }
         self.command = command;
-        let causes = Causes {
-            train: &s.train,
-            gravity_mps2: s.scenario.file.physics.gravity_mps2.get(),
-            dt_s: s.dt_s,
-            is_ours: s.plant_is_ours,
-        };
-        causes.step(s.plant.as_mut(), &command)?;
+        step_plant(s, &command)?;
         self.made += 1;
         let mut z = Measurements::default();
         s.sensors.measure(s.plant.truth(), &mut z)?;

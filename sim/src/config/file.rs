@@ -5,6 +5,7 @@
 //! several files meet, is reported with [`input_error`], which looks up the line of a key path.
 
 mod error_messages;
+mod key_path;
 pub(crate) mod limits;
 mod locate;
 mod ranges;
@@ -17,6 +18,7 @@ pub use suggest::nearest;
 
 use crate::config::input_files::InputFiles;
 use crate::error::{DataError, Error, InputError};
+use key_path::{join, with_key};
 use locate::Target;
 use serde::de::DeserializeOwned;
 use std::io::Read;
@@ -438,23 +440,6 @@ fn tagged(tree: &serde_yaml::Value, path: &str) -> Option<(String, String)> {
             tagged(key, path).or_else(|| tagged(value, &join(path, key.as_str().unwrap_or("?"))))
         }),
         _ => None,
-    }
-}
-
-/// `parent.key`.
-fn join(parent: &str, key: &str) -> String {
-    match parent {
-        "" => key.to_owned(),
-        _ => format!("{parent}.{key}"),
-    }
-}
-
-/// `parent.key`, unless the path ends with the key already.
-fn with_key(parent: &str, key: &str) -> String {
-    if parent == key || parent.ends_with(&format!(".{key}")) {
-        parent.to_owned()
-    } else {
-        join(parent, key)
     }
 }
 

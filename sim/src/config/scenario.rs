@@ -6,6 +6,7 @@ mod controller;
 mod event;
 mod expect;
 mod external;
+mod find_moment;
 mod integrity;
 mod lengths;
 mod load;
@@ -15,6 +16,7 @@ mod parameters;
 mod plant_kind;
 mod published;
 mod seeds;
+mod wrong;
 
 pub use controller::ControllerSettings;
 pub(crate) use controller::DEFAULT_CONTROLLER;
@@ -167,6 +169,13 @@ impl ScenarioFile {
     pub fn restarts(&self) -> bool {
         let restarts = |e: &Event| matches!(e, Event::Restart { .. });
         self.events.iter().any(restarts)
+    }
+}
+
+impl IntegrityLimits {
+    /// Of a scenario.
+    pub fn of(file: &ScenarioFile) -> Self {
+        Self::from(&file.integrity)
     }
 }
 

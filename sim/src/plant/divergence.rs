@@ -4,16 +4,9 @@
 //! round within a step, a drag that stops a train in a step. Forces then grow from step to step until they are no
 //! numbers.
 
-use super::Plant;
 use crate::error::Error;
 use crate::guarded::guarded;
 use crate::train::Train;
-use monorig_estimators::api::signals::Command;
-
-/// No train and no car is faster, m/s.
-const MAX_SPEED_MPS: f64 = 1e3;
-/// No train and no car has a larger acceleration along its way, m/s².
-const MAX_ACCEL_MPS2: f64 = 1e6;
 
 /// The value of a train that changes velocities most within a step of `dt_s`.
 fn likely_key(train: &Train, gravity_mps2: f64, dt_s: f64) -> &'static str {
@@ -60,8 +53,6 @@ pub(crate) struct Causes<'a> {
     pub(crate) train: &'a Train,
     pub(crate) gravity_mps2: f64,
     pub(crate) dt_s: f64,
-    /// True of a plant of monorig's own: its panics are those of its arithmetic.
-    pub(crate) is_ours: bool,
 }
 
 impl Causes<'_> {
@@ -70,24 +61,8 @@ impl Causes<'_> {
         guarded(make).unwrap_or_else(|_| Err(self.broken(0.0, None)))
     }
 
-    /// A step of the plant.
-    pub(crate) fn step(&self, plant: &mut dyn Plant, command: &Command) -> Result<(), Error> {
-        let t_s = plant.truth().t_s;
-        let stepped = guarded(|| plant.step(command, self.dt_s));
-        let truth = plant.truth();
-        let moves =
-            truth.speed_mps.abs() <= MAX_SPEED_MPS && truth.accel_mps2.abs() <= MAX_ACCEL_MPS2;
-        match stepped {
-            Ok(done) if moves || plant.is_recorded() => done,
-            Err(told) if !self.is_ours => Err(Error::Broken {
-                t_s,
-                what: format!("the plant panicked: {told}"),
-            }),
-            _ => Err(self.broken(t_s, plant.diverging_body())),
-        }
-    }
-
-    fn broken(&self, t_s: f64, body: Option<&str>) -> Error {
+    /// Error of a plant that diverges at `t_s` (s), in this body if it names one.
+    pub(crate) fn broken(&self, t_s: f64, body: Option<&str>) -> Error {
         let key = likely_key(self.train, self.gravity_mps2, self.dt_s);
         let body = body.map_or(String::new(), |name| format!(" of `{name}`"));
         Error::Broken {

@@ -4,7 +4,6 @@
 //! jump (an arc right beside a line), as it does on rails bent that way; clothoids, easements and transitions avoid it.
 
 use crate::error::DataError;
-use crate::rail::Place;
 
 /// Longest track, m; a longer one is taken for a typing error.
 pub(crate) const MAX_LENGTH_M: f64 = 50_000.0;
@@ -114,6 +113,17 @@ impl Angle {
     pub fn slope(&self, s: f64) -> f64 {
         self.piece(s).map_or(0.0, |p| p.law.slope(s - p.from))
     }
+}
+
+/// A named stretch of the track: an element that the track file gives a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// Name.
+    pub name: String,
+    /// Chainage of its beginning, m.
+    pub from_m: f64,
+    /// Chainage of its end, m.
+    pub to_m: f64,
 }
 
 /// Strings stretches together.

@@ -6,8 +6,8 @@
 //! straight stretch of constant grade is one node however long. The first and the last node carry the end tangents on.
 
 use super::alignment::Angle;
+use super::frame::{Cursor, RailFrame, across, pieces};
 use super::joints::Joints;
-use super::{Cursor, RailFrame};
 use nalgebra::Vector3;
 
 /// Longest curved node, m, and largest angle a node may turn through, rad.
@@ -71,7 +71,7 @@ impl Node {
             mid,
             reach: f64::INFINITY,
             c,
-            across: super::across(&t),
+            across: across(&t),
         }
     }
 
@@ -182,7 +182,7 @@ impl Nodes {
                 p.add(t * span);
                 continue;
             }
-            let count = super::pieces(span, MAX_NODE_LENGTH_M.min(MAX_NODE_TURN_RAD / bend));
+            let count = pieces(span, MAX_NODE_LENGTH_M.min(MAX_NODE_TURN_RAD / bend));
             for i in 0..count {
                 let at = |i: usize| {
                     if i == count {
@@ -330,7 +330,7 @@ impl Nodes {
             let count = if n.reach == f64::INFINITY {
                 1
             } else {
-                super::pieces(b - a, step)
+                pieces(b - a, step)
             };
             for i in 1..=count {
                 let s = if i == count {

@@ -7,12 +7,14 @@ use super::loads::{ChassisGeometry, Suspension};
 use super::shapes;
 use super::tyre::Tyre;
 use super::wheel::WheelSpec;
+use crate::config::file::{Sets, read_yaml_with, with_sets};
 use crate::config::motor_file::MotorFile;
-use crate::error::DataError;
+use crate::error::{DataError, Error};
 use crate::train::{Body, Drive, Limits, Mount, Resistance, Train};
 use monorig_estimators::api::signals::{RoadVehicle, VehicleData};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use std::f64::consts::PI;
+use std::path::Path;
 
 /// Specific force for which the data sheet gives the lean, m/s².
 const LEAN_GIVEN_AT_MPS2: f64 = 9.81;
@@ -28,6 +30,19 @@ const MAX_HEIGHT_RATIO: f64 = 1.0;
 pub struct Car {
     /// Its data sheet.
     pub data: CarFile,
+}
+
+impl Car {
+    /// Read and check a car file.
+    pub fn load(path: &Path) -> Result<Self, Error> {
+        Self::load_with(path, &Sets::default())
+    }
+
+    /// The same with changes made to the file.
+    pub(crate) fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
+        let file: CarFile = read_yaml_with(path, sets)?;
+        Self::new(file).map_err(|e| with_sets(e.in_file(path), sets))
+    }
 }
 
 impl Car {

@@ -1,13 +1,9 @@
 //! The car file: the data of a car, with numbers whose range is checked while the file is read.
 
-use super::car::Car;
 use crate::config::checked::{Fraction, NonNegative, Positive, Version1};
-use crate::config::file::{Sets, read_yaml_with, with_sets};
 use crate::config::motor_file::MotorFile;
-use crate::error::Error;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 
 /// A car file, `assets/road/*.yaml`.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
@@ -171,17 +167,4 @@ pub struct CarLimits {
     pub max_grade_deg: Positive,
     /// Highest speed, m/s.
     pub max_speed_mps: Positive,
-}
-
-impl Car {
-    /// Read and check a car file.
-    pub fn load(path: &Path) -> Result<Self, Error> {
-        Self::load_with(path, &Sets::default())
-    }
-
-    /// The same with changes made to the file.
-    pub(crate) fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
-        let file: CarFile = read_yaml_with(path, sets)?;
-        Self::new(file).map_err(|e| with_sets(e.in_file(path), sets))
-    }
 }

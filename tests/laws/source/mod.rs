@@ -1,5 +1,6 @@
-//! The source itself: what is public, one meaning a name, comments that fit.
+//! The source itself: what is public, one meaning a name, comments that fit, no circles of files or rooms.
 
+mod arrows;
 mod modules;
 mod public_face;
 mod style;

@@ -9,6 +9,8 @@ pub struct Module {
     pub path: Vec<String>,
     /// A path of `pub mod` leads to it.
     pub public: bool,
+    /// The file it stands in.
+    pub file: PathBuf,
     /// The items, modules below it left out.
     pub items: Vec<Item>,
 }
@@ -70,9 +72,12 @@ fn walk(all: Vec<Item>, path: &[String], public: bool, place: &Place, found: &mu
             Item::Mod(module) if is_for_tests(&module.attrs) => {}
             Item::Mod(module) => {
                 let name = module.ident.to_string();
-                let below = Place::of_module(place, &name);
+                let mut below = Place::of_module(place, &name);
                 let inside = match module.content {
-                    Some((_, inside)) => inside,
+                    Some((_, inside)) => {
+                        below.file.clone_from(&place.file);
+                        inside
+                    }
                     None => items(&below.file),
                 };
                 let public = public && matches!(module.vis, Visibility::Public(_));
@@ -84,6 +89,7 @@ fn walk(all: Vec<Item>, path: &[String], public: bool, place: &Place, found: &mu
     found.push(Module {
         path: path.to_vec(),
         public,
+        file: place.file.clone(),
         items: own,
     });
 }

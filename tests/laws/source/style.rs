@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 /// Widest line of a comment, characters.
 const MAX_COLUMNS: usize = 120;
 
-/// Members in which so many comments are wider, and so many doc comments open with a noun clause. Both may only fall; in
-/// every other member and in the examples there are none.
+/// Members in which so many comments are wider, and so many doc comments open with a noun clause. Both may only fall;
+/// every other member and the examples have none.
 const AT_MOST: [(&str, usize, usize); 4] = [
     ("estimators", 13, 0),
     ("sim", 2, 0),

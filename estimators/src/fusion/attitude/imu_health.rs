@@ -1,8 +1,8 @@
 //! Health of the IMU: stuck detectors, shocks, and the spike gate of the gyro.
 
 use crate::Real;
+use crate::api::reading::Channels;
 use crate::api::snapshot::state;
-use crate::preprocess::front_end::Channels;
 
 /// Equal samples on all three axes from which an instrument is stuck, and changes after which that is looked at.
 const STUCK_SAMPLES: u32 = 3;

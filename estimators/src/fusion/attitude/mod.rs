@@ -31,6 +31,7 @@ use crate::aiding::vertical::Vertical;
 use crate::aiding::wheels::{Ballot, WheelGate};
 use crate::aiding::{Aid, GateRule, fuse};
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
+use crate::api::reading::Channels;
 use crate::api::real::{GRAVITY, sqrt, within};
 use crate::api::signals::Vehicle;
 use crate::api::snapshot::{Archive, State, state};
@@ -42,7 +43,6 @@ use crate::models::attitude::{
     SCALE, THETA, V,
 };
 use crate::models::force_balance::MAX_GRADE_RAD;
-use crate::preprocess::front_end::Channels;
 use arm_error::ArmError;
 use calibration::Calibration;
 use gyro_monitor::GyroMonitor;

@@ -5,10 +5,10 @@ use nalgebra::SVector;
 
 use super::params::AttitudeParams;
 use crate::Real;
+use crate::api::reading::Channels;
 use crate::api::real::{GRAVITY, asin, cos, sqrt};
 use crate::filters::gaussian::Gaussian;
 use crate::models::attitude::{BIAS_X, BIAS_Y, N, PHI, THETA};
-use crate::preprocess::front_end::Channels;
 
 /// Uncertainty of v̇ at the first sample, m/s²: of a vehicle that stands, of one that runs on a rail, and on a road.
 const FIRST_ACCELERATION_SD_MPS2: [Real; 3] = [0.02, 1.0, 2.5];

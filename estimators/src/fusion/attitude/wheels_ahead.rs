@@ -4,8 +4,8 @@
 //! in it the vehicle gains v̇ τ, and ½ v⃛ τ² that is not known.
 
 use crate::Real;
+use crate::api::reading::Channels;
 use crate::api::snapshot::state;
-use crate::preprocess::front_end::Channels;
 
 /// Memory of the time, s.
 const MEMORY_S: Real = 1.0;

@@ -16,13 +16,13 @@ pub mod torque_monitor;
 use nalgebra::SVector;
 
 use crate::Real;
-use crate::aiding::force_balance::ETA_M;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::{Archive, State, state};
 use crate::detect::standing_load::KeptMass;
-use crate::fusion::effective::MassOnRail;
 use crate::models::swing_balance::{CV, ETA, MASS, N, Nominal, R0};
+use crate::rail::mass_on_rail::ETA_M;
+use crate::rail::mass_on_rail::MassOnRail;
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::{TrainMeans, TrainOnRail};
 use block::{Block, BlockBuilder, BlockInput, MAX_BRAKE};

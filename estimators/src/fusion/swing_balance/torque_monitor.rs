@@ -1,10 +1,10 @@
 //! Torque monitor: traction from the motor torques, each compared with the others and all with the command.
 
 use crate::Real;
+use crate::api::reading::Channels;
 use crate::api::real::{sqrt, within};
 use crate::api::signals::{MAX_DRIVES, Vehicle};
 use crate::api::snapshot::state;
-use crate::preprocess::front_end::Channels;
 use crate::preprocess::sorted::Sorted;
 
 use super::block::stored;

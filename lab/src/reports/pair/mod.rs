@@ -3,6 +3,9 @@
 mod changes;
 mod curves;
 mod figures;
+mod two_runs;
+
+pub use two_runs::Pair;
 
 use crate::reports::page::{Block, Page, Section};
 use crate::reports::run::recorded::Recorded;
@@ -10,30 +13,8 @@ use crate::reports::run::verdicts;
 use crate::reports::table::{Cell, Table};
 use crate::verdicts::judgement::Grade;
 use monorig_sim::error::Error;
-use std::path::Path;
-
-/// Two runs; A is the one that B is held against.
-pub struct Pair {
-    a: Recorded,
-    b: Recorded,
-}
 
 impl Pair {
-    /// Read the folders of both.
-    pub fn read(a: &Path, b: &Path) -> Result<Self, Error> {
-        Ok(Self {
-            a: Recorded::read(a)?,
-            b: Recorded::read(b)?,
-        })
-    }
-
-    /// Estimators of both runs.
-    fn estimators(&self) -> impl Iterator<Item = &str> {
-        let names = self.a.summary.estimators.keys();
-        let common = names.filter(|n| self.b.summary.estimators.contains_key(*n));
-        common.map(String::as_str)
-    }
-
     /// Lay out the report. `links` lead from its folder to those of A and B, each empty or with a slash at its end.
     pub fn page(&self, links: [&str; 2]) -> Result<Page, Error> {
         let [a, b] = [&self.a, &self.b].map(name);

@@ -1,6 +1,7 @@
 //! Ranges of numbers by the unit at the end of their key (`mass_kg`, `dt_ms`): what no mine, train, instrument or log
 //! has is refused where it is read, in every file, before a type looks at it. Types narrow them further.
 
+use super::key_path::join;
 use serde_yaml::Value;
 
 /// Keys whose values have a range of their own: least and most magnitude. Zero is left to the type of the value.
@@ -65,7 +66,7 @@ fn below(tree: &Value, path: &str, key: &str) -> Option<(String, String, String)
         }
         Value::Mapping(map) => map.iter().find_map(|(name, value)| {
             let name = name.as_str()?;
-            below(value, &super::join(path, name), name)
+            below(value, &join(path, name), name)
         }),
         _ => None,
     }

@@ -1,34 +1,14 @@
 //! Checks of a scenario beyond the type of each value.
 
-use super::check_expect;
+use super::check_expect::{self, one_of_them};
 use super::lengths;
 use super::names::{near_name, valid_name};
+use super::wrong::{Wrong, wrong};
 use super::{DriveCycle, Event, FeedForward, PlantKind, ScenarioFile, SpeedPoint};
 use crate::config::checked::NonNegative;
-use crate::config::file::nearest;
 
 /// A run of more physics steps than this (23 days at 2 ms) is taken for a typing error.
 const MAX_STEPS: f64 = 1e9;
-
-/// A mistake in a scenario: its key, the message and the remedy.
-#[derive(Debug)]
-pub(super) struct Wrong {
-    pub key: String,
-    pub message: String,
-    pub help: String,
-}
-
-pub(super) fn wrong<T>(
-    key: impl Into<String>,
-    message: impl Into<String>,
-    help: impl Into<String>,
-) -> Result<T, Wrong> {
-    Err(Wrong {
-        key: key.into(),
-        message: message.into(),
-        help: help.into(),
-    })
-}
 
 /// Check a scenario file by itself.
 pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
@@ -316,16 +296,6 @@ fn names(file: &ScenarioFile) -> Result<(), Wrong> {
             ),
         ),
         None => Ok(()),
-    }
-}
-
-/// The estimators of the scenario by name, the nearest to `name` first.
-pub(super) fn one_of_them(file: &ScenarioFile, name: &str) -> String {
-    let listed = || file.estimators.keys().map(String::as_str);
-    let all = format!("one of: {}", listed().collect::<Vec<_>>().join(", "));
-    match nearest(name, listed()) {
-        Some(near) => format!("did you mean `{near}`? {all}"),
-        None => all,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Checks of expectations, known failures, alert limits and the names of events.
 
 use super::ScenarioFile;
-use super::check::{Wrong, one_of_them, wrong};
+use super::wrong::{Wrong, wrong};
 use crate::config::checked::{Fraction, NonNegative, Positive};
 use crate::config::file::nearest;
 
@@ -264,4 +264,14 @@ fn expectations(file: &ScenarioFile) -> Result<(), Wrong> {
         }
     }
     Ok(())
+}
+
+/// The estimators of the scenario by name, the nearest to `name` first.
+pub(super) fn one_of_them(file: &ScenarioFile, name: &str) -> String {
+    let listed = || file.estimators.keys().map(String::as_str);
+    let all = format!("one of: {}", listed().collect::<Vec<_>>().join(", "));
+    match nearest(name, listed()) {
+        Some(near) => format!("did you mean `{near}`? {all}"),
+        None => all,
+    }
 }

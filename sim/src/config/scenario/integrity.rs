@@ -1,6 +1,5 @@
 //! When an estimate marked valid is misleading: alert limits of a scenario.
 
-use super::ScenarioFile;
 use crate::config::checked::{Fraction, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -54,13 +53,6 @@ pub struct IntegrityLimits {
     pub effective_slope_deg: f64,
     /// Most that may be misleading of the valid samples, over all seeds.
     pub max_share: f64,
-}
-
-impl IntegrityLimits {
-    /// Of a scenario.
-    pub fn of(file: &ScenarioFile) -> Self {
-        Self::from(&file.integrity)
-    }
 }
 
 impl From<&Integrity> for IntegrityLimits {

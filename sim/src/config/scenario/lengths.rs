@@ -1,7 +1,7 @@
 //! Longest lists of a scenario. A longer one is taken for a mix-up, and would need more memory than there is.
 
 use super::ScenarioFile;
-use super::check::{Wrong, wrong};
+use super::wrong::{Wrong, wrong};
 
 /// Most obstacles: each is a body of the physics.
 const MAX_OBSTACLES: usize = 1000;

@@ -12,6 +12,7 @@ mod convert;
 mod free_motion;
 mod load;
 mod momentum;
+mod sway;
 mod truth;
 
 use crate::error::Error;
@@ -26,7 +27,7 @@ use bodies::Bodies;
 use monorig_estimators::api::signals::Command;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::sync::Arc;
-use truth::Sway;
+use sway::Sway;
 
 /// A station farther from the rail than this has left it, m (half an I140E flange).
 const MAX_OFF_RAIL_M: f64 = 0.034;

@@ -1,0 +1,28 @@
+//! Two recorded runs.
+
+use crate::reports::run::recorded::Recorded;
+use monorig_sim::error::Error;
+use std::path::Path;
+
+/// Two runs; A is the one that B is held against.
+pub struct Pair {
+    pub(super) a: Recorded,
+    pub(super) b: Recorded,
+}
+
+impl Pair {
+    /// Read the folders of both.
+    pub fn read(a: &Path, b: &Path) -> Result<Self, Error> {
+        Ok(Self {
+            a: Recorded::read(a)?,
+            b: Recorded::read(b)?,
+        })
+    }
+
+    /// Estimators of both runs.
+    pub(super) fn estimators(&self) -> impl Iterator<Item = &str> {
+        let names = self.a.summary.estimators.keys();
+        let common = names.filter(|n| self.b.summary.estimators.contains_key(*n));
+        common.map(String::as_str)
+    }
+}
