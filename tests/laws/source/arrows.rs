@@ -5,7 +5,7 @@
 //! arrow itself: a `mod.rs` that declares and re-exports its modules stands in no circle. A room is a module right below
 //! the root of a crate, with everything in it. Methods are not followed; modules for tests are left out.
 
-use crate::modules::{Module, is_for_tests, of_crate};
+use super::modules::{Module, is_for_tests, of_crate};
 use std::collections::{BTreeMap, BTreeSet};
 use syn::visit::Visit;
 use syn::{Attribute, Item, UseTree, Visibility};

@@ -39,8 +39,8 @@ use crate::detect::control::Control;
 use crate::detect::validity::Integrity;
 use crate::filters::gaussian::Gaussian;
 use crate::models::attitude::{
-    Angles, AttitudeInput, AttitudeModel, AttitudeRates, BIAS_X, GYRO_Z, KAPPA, Lever, N, PHI,
-    SCALE, THETA, V,
+    Angles, AttitudeInput, AttitudeModel, AttitudeRates, BIAS_X, KAPPA, Lever, N, PHI, SCALE,
+    THETA, V,
 };
 use crate::models::force_balance::MAX_GRADE_RAD;
 use arm_error::ArmError;
