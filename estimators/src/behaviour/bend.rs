@@ -25,7 +25,7 @@ fn the_single_track_correction_takes_the_bend_out_of_the_slope() {
     // 60 km/h with 2 m/s² across, and a tight bend in town.
     for (speed, yaw_rate) in [(16.7, 0.12), (6.0, 0.5)] {
         let turn = Turn::solve(2_170.0, speed, yaw_rate, 0.5);
-        let with = error("imm_stf", &turn).abs();
+        let with = error("dffrls_aekf_robust", &turn).abs();
         let without = error("imm_stf_no_lateral", &turn).abs();
         std::println!("{with:.4}° at {speed} m/s, {without:.4}° without the correction");
         assert!(
