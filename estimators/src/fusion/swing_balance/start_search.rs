@@ -3,7 +3,8 @@
 //! The swing weighs what hangs on the chains, so the balance is not linear in the mass: an extended Kalman filter that
 //! starts far from it can come to rest on a wrong pair of mass and pendulum length, with a standard deviation that
 //! covers neither. So the first blocks are gone over once for each of `START.loads`, as a Gaussian sum (Sorenson &
-//! Alspach 1971): the best one goes on, its variance widened to that of the sum, and by what the filter alone contradicts it.
+//! Alspach 1971): the best one goes on, its variance widened to that of the sum, and by what the filter alone
+//! contradicts it.
 //! Widened is the load with what the blocks tie to it: a heavier load with less resistance explains the same force.
 //!
 //! A pass is weighed by its normalised innovations squared alone. A likelihood would have the determinants of their
