@@ -1,9 +1,8 @@
 //! Every number of our own estimator that a user does not set: its unit, and where it comes from.
 //!
 //! Provenance: *derived* follows from another number or from the hardware, *data sheet* is the sheet of an instrument,
-//! *measured* names the note with the measurement, *chosen* was set by hand and kept because no run contradicts it. What a
-//! user sets stands with the parameters of each filter. `estimators/tests/closure.rs` refuses a numeric constant in any
-//! other file of these rooms.
+//! *measured* names the note with the measurement, *chosen* was set by hand. What a user sets stands with the parameters
+//! of each filter. `estimators/tests/closure.rs` refuses a numeric constant in any other file of these rooms.
 
 use crate::Real;
 
