@@ -13,15 +13,13 @@ use nalgebra::SVector;
 use crate::Real;
 use crate::aiding::Aid;
 use crate::api::real::{GRAVITY, sqrt};
+use crate::fusion::tuning;
 use crate::models::swing::{SUBSTEPS, SwingBlock};
 use crate::models::swing_balance::{
     ANGLE, B, CV, D, ETA, LENGTH, MASS, N, QC, R0, RATE, SwingModel,
 };
 use crate::rail::mass_on_rail::ETA_M;
 use crate::rail::train_means::TrainMeans;
-
-/// Standard deviation of the grade ahead of the rail read, rad per m.
-const AHEAD_SD_PER_M: Real = 0.032;
 
 /// The measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,7 +77,7 @@ impl BlockForce<'_> {
     /// g Σ m x/9 m of a load of `load_kg`, N per rad.
     fn behind(&self, load_kg: Real) -> Real {
         let means = self.means;
-        GRAVITY / ETA_M * (means.behind_tare_kgm + load_kg * means.behind_load_m)
+        GRAVITY / tuning::RAIL.eta_m * (means.behind_tare_kgm + load_kg * means.behind_load_m)
     }
 
     /// ∂a_L/∂φ̄, m/s² per rad.
@@ -128,7 +126,7 @@ impl BlockForce<'_> {
         let of = |sd: Real| sd * sd;
         let hanging_kg = noise.mass_kg - n.tare_kg + n.gear_kg;
         let moved = self.acceleration_mps2().abs() + self.load_acceleration(x).abs();
-        let ahead_rad = AHEAD_SD_PER_M * self.means.ahead_kgm / n.tare_kg;
+        let ahead_rad = tuning::RAIL.ahead_sd_per_m * self.means.ahead_kgm / n.tare_kg;
         self.variance = noise.traction_variance
             + of(noise.model_sd_mps2 * noise.mass_kg)
             + of(ahead_rad * noise.mass_kg * GRAVITY)
@@ -180,7 +178,7 @@ impl Aid<N> for BlockForce<'_> {
         h[MASS] = self.load_acceleration(x)
             + GRAVITY * means.load_deep
             + self.friction_mps2()
-            + GRAVITY / ETA_M * means.behind_load_m * x[ETA]
+            + GRAVITY / tuning::RAIL.eta_m * means.behind_load_m * x[ETA]
             + h[LENGTH] * self.model.log_length_by_mass(x)
             - x[B];
         h[R0] = self.sign() * self.normal();

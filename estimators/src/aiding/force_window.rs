@@ -11,17 +11,9 @@ use crate::aiding::lateral::Lateral;
 use crate::aiding::vertical::Vertical;
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
+use crate::fusion::tuning;
 use crate::models::attitude::{GYRO_X, GYRO_Y, GYRO_Z, Lever, N, V};
 use crate::preprocess::noise_learning::NoiseLearning;
-
-/// Length of a window, s.
-const WINDOW_S: Real = 0.05;
-/// Low-pass of the body rates whose change over a window is a force on the lever, s.
-const RATE_LAG_S: Real = 0.02;
-/// Factor on the variance of f_y: impacts of the guide wheels.
-const LATERAL_NOISE_FACTOR: Real = 25.0;
-/// Velocity random walk that is assumed until that of the instrument has been seen, m/s/√s: of a shaken robot.
-const UNSEEN_WALK: Real = 0.1;
 
 /// Noise of the specific force across the body, from the sensor sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +61,8 @@ impl ForceWindow {
     pub fn seen_turn_walk(&self) -> Real {
         let [.., turn] = &self.seen;
         if self.noise.learns {
-            turn.sd().map_or(0.0, |sd| sd * sqrt(WINDOW_S))
+            turn.sd()
+                .map_or(0.0, |sd| sd * sqrt(tuning::FORCE_WINDOW.window_s))
         } else {
             0.0
         }
@@ -79,7 +72,9 @@ impl ForceWindow {
         if !self.noise.learns || self.rates.is_none() {
             return 0.0;
         }
-        seen.sd().map_or(UNSEEN_WALK, |sd| sd * sqrt(WINDOW_S))
+        seen.sd().map_or(tuning::FORCE_WINDOW.unseen_walk, |sd| {
+            sd * sqrt(tuning::FORCE_WINDOW.window_s)
+        })
     }
 
     /// Variance of the mean of a window of `T` seconds: `factor` times that of the sheet, or that `seen`.
@@ -102,7 +97,7 @@ impl ForceWindow {
         let raw = Vector3::from(rate);
         let rate = raw - Vector3::new(x[GYRO_X], x[GYRO_Y], x[GYRO_Z]);
         let [mut now, first] = self.rates.unwrap_or([rate; 2]);
-        now += (rate - now) * (dt / (RATE_LAG_S + dt));
+        now += (rate - now) * (dt / (tuning::FORCE_WINDOW.rate_lag_s + dt));
         self.rates = Some([now, first]);
         let [fx, fy, fz] = force;
         let g_phi = GRAVITY * cos_theta;
@@ -113,7 +108,7 @@ impl ForceWindow {
         *y += (fy - x[V] * rate.z - g_phi * sin_phi) * dt;
         *z += (fz + x[V] * q - g_phi * cos_phi - lever.below_m * q * q) * dt;
         self.length_s += dt;
-        if self.length_s < WINDOW_S - 1e-6 {
+        if self.length_s < tuning::FORCE_WINDOW.window_s - 1e-6 {
             return None;
         }
         let (T, turn) = (self.length_s, now - first);
@@ -132,7 +127,8 @@ impl ForceWindow {
                 residual_mps2: across,
                 yaw_rate_radps: raw.z,
                 turned_mps2: turned,
-                variance: self.variance(seen_across, LATERAL_NOISE_FACTOR, T) + side * side,
+                variance: self.variance(seen_across, tuning::FORCE_WINDOW.lateral_noise_factor, T)
+                    + side * side,
             },
             Vertical {
                 residual_mps2: up,

@@ -5,10 +5,8 @@ use nalgebra::SVector;
 
 use crate::Real;
 use crate::aiding::Aid;
+use crate::fusion::tuning;
 use crate::models::attitude::{GYRO_X, GYRO_Y, GYRO_Z, N};
-
-/// Noise of the gyro with the vibration of a standing vehicle, rad/√s.
-pub const STANDING_NOISE: Real = 3e-4;
 
 /// The measurement by one axis of the gyro.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +48,7 @@ impl Aid<N> for Standstill {
     }
 
     fn R(&self) -> Real {
-        STANDING_NOISE * STANDING_NOISE / self.dt
+        tuning::STANDSTILL.noise * tuning::STANDSTILL.noise / self.dt
     }
 }
 

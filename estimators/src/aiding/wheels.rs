@@ -12,18 +12,8 @@ use crate::api::signals::MAX_DRIVES;
 use crate::api::snapshot::state;
 use crate::detect::control::Control;
 use crate::filters::gaussian::Gaussian;
+use crate::fusion::tuning;
 use crate::models::attitude::{LinearPitchRate, N, SCALE, V};
-
-/// Share of the speed by which wheels may differ beyond their noise (creep, scale).
-pub const SPREAD: Real = 0.004;
-/// Standard deviations within which wheels agree, and wheels whose agreement tells more than that they slip alike.
-pub const AGREE_SD: Real = 7.0;
-const MIN_AGREED: usize = 3;
-/// Memory of the scale of one wheel against the mean of all, s, and the speed from which it is learnt, m/s.
-const SCALE_MEMORY_S: Real = 20.0;
-const SCALE_SPEED_MPS: Real = 0.2;
-/// Largest scale error of one wheel against the mean.
-const MAX_SCALE: Real = 0.2;
 
 /// Mean of the wheels in use, as a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,7 +136,7 @@ impl WheelGate {
             gained_mps,
         };
         let predicted = wheels.h(&belief.x);
-        let spread = SPREAD * predicted;
+        let spread = tuning::WHEELS.spread * predicted;
         let variance = belief.P[(V, V)] + wheels.variance + gained_variance + spread * spread;
         let limit = self.gate_sd * sqrt(variance);
         let ballot = self.vote(new_mps, torque_nm, predicted, limit);
@@ -154,7 +144,7 @@ impl WheelGate {
         wheels.variance = wheels.variance / ballot.used.max(1) as Real + gained_variance;
         if ballot.rejected == 0
             && ballot.used == self.drives
-            && ballot.speed_mps.abs() > SCALE_SPEED_MPS
+            && ballot.speed_mps.abs() > tuning::WHEELS.scale_mps
         {
             self.learn_scales(new_mps, ballot.speed_mps, dt);
         }
@@ -204,17 +194,19 @@ impl WheelGate {
             range_mps: if used > 0 { high - low } else { 0.0 },
             limit_mps: limit,
             contradicts: used == 0
-                && rejected >= MIN_AGREED
+                && rejected >= tuning::WHEELS.min_agreed
                 && slipping == 0
-                && most - least < AGREE_SD * self.sd_mps + SPREAD * most.abs(),
+                && most - least
+                    < tuning::STATISTICS.agree_sd * self.sd_mps
+                        + tuning::WHEELS.spread * most.abs(),
         }
     }
 
     fn learn_scales(&mut self, new_mps: &[Option<Real>; MAX_DRIVES], mean: Real, dt: Real) {
         for (scale, sample) in self.scale.iter_mut().zip(new_mps) {
             if let Some(v) = sample {
-                *scale += dt / SCALE_MEMORY_S * (v / mean - 1.0 - *scale);
-                *scale = scale.clamp(-MAX_SCALE, MAX_SCALE);
+                *scale += dt / tuning::WHEELS.scale_memory_s * (v / mean - 1.0 - *scale);
+                *scale = scale.clamp(-tuning::WHEELS.max_scale, tuning::WHEELS.max_scale);
             }
         }
     }
@@ -264,7 +256,7 @@ mod tests {
     /// Deviation from 2 m/s beyond which a wheel is rejected: five standard deviations of the speed, the wheel and its
     /// creep.
     fn limit() -> Real {
-        let creep = SPREAD * SPEED_MPS;
+        let creep = tuning::WHEELS.spread * SPEED_MPS;
         GATE_SD * (SPEED_SD_MPS * SPEED_SD_MPS + SD_MPS * SD_MPS + creep * creep).sqrt()
     }
 
@@ -358,7 +350,7 @@ mod tests {
         };
         assert!(wheels.innovation(&belief().x).abs() < 1e-12);
         assert!((wheels.R() - SD_MPS * SD_MPS - 0.01).abs() < 1e-12);
-        let creep = SPREAD * expected;
+        let creep = tuning::WHEELS.spread * expected;
         let known = SPEED_SD_MPS * SPEED_SD_MPS + SD_MPS * SD_MPS + creep * creep;
         let limit = GATE_SD * (known + 0.01).sqrt();
         assert!((ballot.limit_mps / limit - 1.0).abs() < 1e-9);
@@ -416,7 +408,7 @@ mod tests {
     #[test]
     fn wheels_that_agree_contradict() {
         for speed in [10.0, -10.0, 0.5 as Real] {
-            let range = AGREE_SD * SD_MPS + SPREAD * speed.abs();
+            let range = tuning::STATISTICS.agree_sd * SD_MPS + tuning::WHEELS.spread * speed.abs();
             let contradicts = |off: &[Real], torque: Real| {
                 let gate = WheelGate::new(4, SD_MPS, GATE_SD, true);
                 let values: std::vec::Vec<Real> = off.iter().map(|off| speed + off).collect();

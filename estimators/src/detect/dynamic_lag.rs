@@ -5,12 +5,7 @@ use crate::api::real::sqrt;
 use crate::api::signals::Value;
 use crate::api::snapshot::state;
 use crate::filters::lag_share::LagShare;
-
-/// Standard deviations that an estimate moves by without more being wrong than noise.
-const SIGNIFICANT: Real = 3.0;
-
-/// Memory of the largest motion over the settling time: a transient outlasts its edge.
-const MEMORY: Real = 2.0;
+use crate::fusion::tuning;
 
 /// Dynamic lag of one estimate.
 ///
@@ -51,9 +46,9 @@ impl DynamicLag {
         let slow = self.slow.get_or_insert(estimate.value);
         *slow += low.of(dt, self.settling_s) * (estimate.value - *slow);
         let moved = (estimate.value - *slow).abs();
-        self.moved -= memory.of(dt, MEMORY * self.settling_s) * self.moved;
+        self.moved -= memory.of(dt, tuning::DYNAMIC_LAG.memory * self.settling_s) * self.moved;
         self.moved = self.moved.max(moved);
-        let noise = SIGNIFICANT * estimate.sd;
+        let noise = tuning::STATISTICS.noise_sd * estimate.sd;
         let excess = (self.moved * self.moved - noise * noise).max(0.0);
         Value {
             sd: sqrt(estimate.sd * estimate.sd + self.share * self.share * excess),

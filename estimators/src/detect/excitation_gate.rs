@@ -4,6 +4,7 @@ use crate::Real;
 use crate::api::real::lag;
 use crate::api::snapshot::state;
 use crate::filters::ewma_variance::EwmaVariance;
+use crate::fusion::tuning;
 
 /// Excitation gate: open while the running standard deviation of the regressor is above a threshold.
 ///
@@ -17,9 +18,6 @@ pub struct ExcitationGate {
     regressor: EwmaVariance,
     excited: bool,
 }
-
-/// Longest period that counts as one, s.
-const MAX_PERIOD_S: Real = 60.0;
 
 impl ExcitationGate {
     /// Opens above a standard deviation of `threshold`, in the unit of the regressor, of memory `memory_s`. If not
@@ -36,7 +34,7 @@ impl ExcitationGate {
 
     /// Takes a value of the regressor, held for `period_s`.
     pub fn observe(&mut self, regressor: Real, period_s: Real) {
-        let share = lag(period_s.min(MAX_PERIOD_S), self.memory_s);
+        let share = lag(period_s.min(tuning::EXCITATION.max_period_s), self.memory_s);
         self.regressor.add(regressor, share);
         self.excited = !self.on || self.regressor.sd() > self.threshold;
     }

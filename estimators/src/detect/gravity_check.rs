@@ -4,17 +4,7 @@ use crate::Real;
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
 use crate::filters::lag_share::LagShare;
-
-/// Time constant of the mean of the specific force, s, and the time after which it counts.
-const WINDOW_S: Real = 1.0;
-
-/// Smallest and largest size of the mean specific force over g while the vehicle stands, and while it moves: braking at
-/// 5 m/s² makes 1.12.
-const STANDING: [Real; 2] = [0.95, 1.05];
-const MOVING: [Real; 2] = [0.8, 1.25];
-
-/// Smallest share of g along the vertical axis: that of the steepest grade, 60°, is a half.
-const MIN_UPRIGHT: Real = 0.5;
+use crate::fusion::tuning;
 
 /// Gravity check of a three-axis accelerometer: the mean specific force must be g within 5 % standing and within a
 /// quarter moving, and its largest part must point up the vertical axis.
@@ -36,20 +26,25 @@ impl GravityCheck {
             self.mean = Some(force_mps2);
             return;
         };
-        let share = self.share.of(dt, WINDOW_S);
+        let share = self.share.of(dt, tuning::GRAVITY_CHECK.window_s);
         for (mean, now) in mean.iter_mut().zip(force_mps2) {
             *mean += share * (now - *mean);
         }
-        self.seen_s = (self.seen_s + dt).min(WINDOW_S);
+        self.seen_s = (self.seen_s + dt).min(tuning::GRAVITY_CHECK.window_s);
         let [x, y, z] = *mean;
         let size = sqrt(x * x + y * y + z * z) / GRAVITY;
-        let [least, most] = if standing { STANDING } else { MOVING };
-        self.plausible = (least..=most).contains(&size) && z > MIN_UPRIGHT * GRAVITY;
+        let [least, most] = if standing {
+            tuning::GRAVITY_CHECK.standing
+        } else {
+            tuning::GRAVITY_CHECK.moving
+        };
+        self.plausible =
+            (least..=most).contains(&size) && z > tuning::GRAVITY_CHECK.min_upright * GRAVITY;
     }
 
     /// Returns true if the accelerometer may be one in m/s², upright; also in the first second.
     pub fn plausible(&self) -> bool {
-        self.plausible || self.seen_s < WINDOW_S
+        self.plausible || self.seen_s < tuning::GRAVITY_CHECK.window_s
     }
 }
 

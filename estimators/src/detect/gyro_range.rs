@@ -3,16 +3,7 @@
 use crate::Real;
 use crate::api::snapshot::state;
 use crate::filters::lag_share::LagShare;
-
-/// Time constant of the mean rate, s: a load that swings turns its unit to and fro.
-const WINDOW_S: Real = 0.5;
-
-/// Largest curvature of a track, 1/m, and largest acceleration in a bend, m/s².
-const MAX_CURVATURE_PER_M: Real = 0.5;
-const MAX_ACCELERATION_MPS2: Real = 10.0;
-
-/// Largest bias of an uncalibrated gyro, rad/s: 9 °/s.
-const MAX_BIAS_RADPS: Real = 0.15;
+use crate::fusion::tuning;
 
 /// Gyro range check: the mean rate of pitch and yaw is at most that of the tightest curve at the speed, min(v ρ, a/v),
 /// plus a bias.
@@ -30,14 +21,16 @@ pub struct GyroRange {
 impl GyroRange {
     /// One step of `dt` seconds with the rates of pitch and yaw, rad/s, and the speed, m/s.
     pub fn observe(&mut self, rates_radps: [Real; 2], speed_mps: Real, dt: Real) {
-        let share = self.share.of(dt, WINDOW_S);
+        let share = self.share.of(dt, tuning::GYRO_RANGE.window_s);
         for (mean, now) in self.mean.iter_mut().zip(rates_radps) {
             *mean += share * (now - *mean);
         }
         // The rate lags; so must the speed.
         self.speed_mps += share * (speed_mps.abs() - self.speed_mps);
         let v = self.speed_mps.max(0.1);
-        let most = (MAX_CURVATURE_PER_M * v).min(MAX_ACCELERATION_MPS2 / v) + MAX_BIAS_RADPS;
+        let most = (tuning::RAIL.max_track_per_m * v)
+            .min(tuning::GYRO_RANGE.max_acceleration_mps2 / v)
+            + tuning::GYRO_RANGE.max_bias_radps;
         self.implausible = self.mean.iter().any(|rate| rate.abs() > most);
     }
 

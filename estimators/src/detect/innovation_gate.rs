@@ -2,11 +2,7 @@
 
 use crate::Real;
 use crate::api::snapshot::state;
-
-/// Samples that the running scale of the innovations looks back on, and the most that one of them counts for, in units
-/// of that scale.
-const SCALE_MEMORY: Real = 100.0;
-const SCALE_CLIP: Real = 4.0;
+use crate::fusion::tuning;
 
 /// Passage of a measurement through the gate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,9 +35,6 @@ pub struct InnovationGate {
     test_ratio: Real,
 }
 
-/// Fewest rejections in a row before a gate reopens, however slow the source.
-const MIN_REJECTIONS: u32 = 3;
-
 impl InnovationGate {
     /// Rejects beyond `threshold_sd` standard deviations; reopens after `timeout_s` and at least three samples. If not
     /// `on`, all enter.
@@ -63,7 +56,8 @@ impl InnovationGate {
             return Passage::Fuse;
         }
         self.test_ratio = nis / (self.threshold * self.scale.max(1.0));
-        self.scale += (nis.min(SCALE_CLIP * self.scale) - self.scale) / SCALE_MEMORY;
+        self.scale += (nis.min(tuning::INNOVATION_GATE.scale_clip * self.scale) - self.scale)
+            / tuning::INNOVATION_GATE.scale_memory;
         self.scale = self.scale.max(1e-3);
         if self.test_ratio <= 1.0 {
             (self.rejecting_s, self.rejected) = (0.0, 0);
@@ -71,7 +65,9 @@ impl InnovationGate {
         }
         self.rejecting_s += period_s;
         self.rejected = self.rejected.saturating_add(1);
-        if self.rejecting_s > self.timeout_s && self.rejected >= MIN_REJECTIONS {
+        if self.rejecting_s > self.timeout_s
+            && self.rejected >= tuning::INNOVATION_GATE.min_rejections
+        {
             (self.rejecting_s, self.rejected) = (0.0, 0);
             return Passage::Reopen;
         }

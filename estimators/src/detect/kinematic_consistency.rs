@@ -41,58 +41,7 @@ use crate::api::real::{GRAVITY, lag, sqrt};
 use crate::api::snapshot::state;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::lag_share::LastTwo;
-
-/// Time constants of the band-pass, s.
-const LOW_PASS_S: Real = 0.3;
-const HIGH_PASS_S: Real = 4.0;
-/// A second high-pass, which takes the bias of the gyro out, s.
-const LEAK_S: Real = 16.0;
-/// After a gap in its signals the low-pass settles first, s; the high-pass begins where it has come to.
-const SETTLE_S: Real = 1.0;
-
-/// Rate of the regression, 1/s.
-const RATE_HZ: Real = 5.0;
-
-/// Noise of a sample, m/s²: vibration behind the low-pass, the road under the wheels, a nod of the body by one degree.
-const NOISE_MPS2: Real = 0.1;
-/// Share of the regressors that is noise of them: a large start or a slip counts for no more than several small ones.
-const RELATIVE_NOISE: Real = 0.3;
-/// Without a gyro: what slopes may do at a speed, m/s² for each m/s.
-const SLOPE_NOISE_PER_S: Real = 1.0;
-
-/// Standard deviation of a gain before any sample, and the largest error of a gain that is right.
-const GAIN_SD: Real = 0.5;
-const TOLERANCE: Real = 0.4;
-/// Standard deviations of a gain that an error must exceed beyond that.
-const SIGNIFICANT: Real = 3.0;
-/// Forgetting, per sample, of the gain that the sample informs.
-const FORGETTING: Real = 0.97;
-/// The same of the gain of the left axis.
-const CROSS_FORGETTING: Real = 0.93;
-/// High-pass of both before that, s: axes that are exchanged on a grade leave a step on each, which must have died out
-/// soon.
-const CROSS_HIGH_PASS_S: Real = 1.5;
-/// Noise of a sample of the left axis, which the road does not push, m/s².
-const CROSS_NOISE_MPS2: Real = 0.05;
-/// Standard deviations that the gain of the left axis must exceed.
-const CROSS_SIGNIFICANT: Real = 2.0;
-
-/// Share of the regressors that is noise where the gyro is regressed on them: a slip, or a nod, is shorter than a ramp
-/// and must not decide.
-const TURN_NOISE: Real = 0.6;
-
-/// Sharpest curvature of a rail, rad/m: a slope that changes faster is that of an accelerometer or of wheels that jump,
-/// and the gyro is not compared with it until that has died out.
-const MAX_TURN_RADPM: Real = 0.2;
-
-/// Memory of the step of the wheel speed, s, of which it leaves a half behind the low-pass; memory of the speed before,
-/// s; and the smallest step that is wrong: in m/s, and as a share of the speed before.
-const STEP_MEMORY_S: Real = 0.6;
-const BEFORE_S: Real = 2.0;
-/// Largest pitch rate of any track, rad/s: a gyro that reads more is itself in doubt, and the wheels are not.
-const MAX_PITCH_RADPS: Real = 0.3;
-const STEP_MPS: Real = 0.4;
-const STEP_SHARE: Real = 0.25;
+use crate::fusion::tuning;
 
 /// Shares of a step in the filters.
 #[derive(Clone, Copy, Debug, Default)]
@@ -108,12 +57,12 @@ struct Shares {
 impl Shares {
     fn of(dt_s: Real) -> Self {
         Self {
-            low: lag(dt_s, LOW_PASS_S),
-            high: lag(dt_s, HIGH_PASS_S),
-            leak: lag(dt_s, LEAK_S),
-            cross: lag(dt_s, CROSS_HIGH_PASS_S),
-            step: lag(dt_s, STEP_MEMORY_S),
-            before: lag(dt_s, BEFORE_S),
+            low: lag(dt_s, tuning::CONSISTENCY.low_pass_s),
+            high: lag(dt_s, tuning::CONSISTENCY.high_pass_s),
+            leak: lag(dt_s, tuning::CONSISTENCY.leak_s),
+            cross: lag(dt_s, tuning::CONSISTENCY.cross_high_pass_s),
+            step: lag(dt_s, 2.0 * tuning::CONSISTENCY.low_pass_s),
+            before: lag(dt_s, tuning::CONSISTENCY.before_s),
         }
     }
 }
@@ -194,7 +143,10 @@ impl Default for KinematicConsistency {
             pitch_leaked: 0.0,
             gains: right_gains(),
             wrong: [false; 2],
-            cross: [0.0, GAIN_SD * GAIN_SD],
+            cross: [
+                0.0,
+                tuning::CONSISTENCY.gain_sd * tuning::CONSISTENCY.gain_sd,
+            ],
             swapped: false,
             stepped: false,
             seen: 0.0,
@@ -221,8 +173,8 @@ impl KinematicConsistency {
         dt: Real,
     ) {
         let shares = self.shares.of(dt, Shares::of);
-        let settled = self.heard_s >= SETTLE_S;
-        self.heard_s = (self.heard_s + dt).min(SETTLE_S);
+        let settled = self.heard_s >= tuning::CONSISTENCY.settle_s;
+        self.heard_s = (self.heard_s + dt).min(tuning::CONSISTENCY.settle_s);
         let rate = pitch_rate_radps.unwrap_or(0.0);
         let first = [force_mps2, speed_mps, across_mps2];
         let [force, speed, across] = self.low.unwrap_or(first);
@@ -250,19 +202,21 @@ impl KinematicConsistency {
         }
         self.step_mps += dt * (a - f + slope) - shares.step * self.step_mps;
         self.before_mps += shares.before * (speed_mps - self.before_mps);
-        let most = STEP_MPS + STEP_SHARE * self.before_mps.abs();
-        if self.step_mps.abs() > most && self.pitch_rate.abs() < MAX_PITCH_RADPS {
+        let most =
+            tuning::CONSISTENCY.step_mps + tuning::CONSISTENCY.step_share * self.before_mps.abs();
+        if self.step_mps.abs() > most && self.pitch_rate.abs() < tuning::CONSISTENCY.max_pitch_radps
+        {
             self.disown_wheels();
         }
         self.since_s += dt;
-        if !settled || self.since_s * RATE_HZ < 1.0 {
+        if !settled || self.since_s * tuning::CONSISTENCY.rate_hz < 1.0 {
             return;
         }
         self.since_s = 0.0;
         let unseen = if pitch_rate_radps.is_some() {
             0.0
         } else {
-            SLOPE_NOISE_PER_S * speed_mps
+            tuning::CONSISTENCY.slope_noise_per_s * speed_mps
         };
         self.regress(f, vector![a, slope], unseen);
         self.regress_across(cross, unseen);
@@ -283,7 +237,11 @@ impl KinematicConsistency {
         let [wheels, _] = &mut self.wrong;
         (*wheels, self.stepped) = (true, true);
         self.step_mps = 0.0;
-        self.gains.set_independent(0, 0.0, GAIN_SD * GAIN_SD);
+        self.gains.set_independent(
+            0,
+            0.0,
+            tuning::CONSISTENCY.gain_sd * tuning::CONSISTENCY.gain_sd,
+        );
     }
 
     /// The gyro is left out: a step of the wheels that rests on it is none.
@@ -291,53 +249,72 @@ impl KinematicConsistency {
         if self.stepped {
             let [wheels, _] = &mut self.wrong;
             (*wheels, self.stepped) = (false, false);
-            self.gains.set_independent(0, 1.0, GAIN_SD * GAIN_SD);
+            self.gains.set_independent(
+                0,
+                1.0,
+                tuning::CONSISTENCY.gain_sd * tuning::CONSISTENCY.gain_sd,
+            );
         }
     }
 
     /// The accelerometer is wrong: the gyro is not compared with it until what it has read has died out.
     pub fn doubt_slope(&mut self) {
-        (self.turn, self.jumped_s) = (right_gains(), LEAK_S);
+        (self.turn, self.jumped_s) = (right_gains(), tuning::CONSISTENCY.leak_s);
     }
 
     fn regress_turn(&mut self, turned: Real, h: Vector2<Real>, speed_mps: Real) {
         let (seen, size) = (h.sum(), h.dot(&h));
-        let most = MAX_TURN_RADPM * GRAVITY * speed_mps.abs() / RATE_HZ + NOISE_MPS2;
+        let most = tuning::RAIL.max_turn_radpm * GRAVITY * speed_mps.abs()
+            / tuning::CONSISTENCY.rate_hz
+            + tuning::CONSISTENCY.noise_mps2;
         let jumps = (seen - self.seen).abs() > most;
-        self.jumped_s = (self.jumped_s - 1.0 / RATE_HZ).max(0.0);
+        self.jumped_s = (self.jumped_s - 1.0 / tuning::CONSISTENCY.rate_hz).max(0.0);
         self.seen = seen;
         if jumps {
             self.doubt_slope();
-        } else if self.jumped_s == 0.0 && size > NOISE_MPS2 * NOISE_MPS2 + self.shake {
-            let r = NOISE_MPS2 * NOISE_MPS2 + TURN_NOISE * TURN_NOISE * size;
+        } else if self.jumped_s == 0.0
+            && size > tuning::CONSISTENCY.noise_mps2 * tuning::CONSISTENCY.noise_mps2 + self.shake
+        {
+            let r = tuning::CONSISTENCY.noise_mps2 * tuning::CONSISTENCY.noise_mps2
+                + tuning::CONSISTENCY.turn_noise * tuning::CONSISTENCY.turn_noise * size;
             learn(&mut self.turn, turned, &h, r);
         }
     }
 
     fn regress_across(&mut self, [y, h]: [Real; 2], unseen: Real) {
-        let sizes = RELATIVE_NOISE * RELATIVE_NOISE * (h * h + y * y);
-        let r = CROSS_NOISE_MPS2 * CROSS_NOISE_MPS2 + sizes + unseen * unseen;
+        let sizes = tuning::CONSISTENCY.relative_noise
+            * tuning::CONSISTENCY.relative_noise
+            * (h * h + y * y);
+        let r = tuning::CONSISTENCY.cross_noise_mps2 * tuning::CONSISTENCY.cross_noise_mps2
+            + sizes
+            + unseen * unseen;
         if h * h < r {
             return;
         }
         let [gain, variance] = self.cross;
-        let variance = (variance / CROSS_FORGETTING).min(GAIN_SD * GAIN_SD);
+        let variance = (variance / tuning::CONSISTENCY.cross_forgetting)
+            .min(tuning::CONSISTENCY.gain_sd * tuning::CONSISTENCY.gain_sd);
         let k = variance * h / (h * h * variance + r);
         let (gain, variance) = (gain + k * (y - h * gain), variance * (1.0 - k * h));
         if !(gain.is_finite() && variance > 0.0) {
             return;
         }
         self.cross = [gain, variance];
-        if gain.abs() > TOLERANCE + CROSS_SIGNIFICANT * sqrt(variance) {
+        if gain.abs()
+            > tuning::CONSISTENCY.tolerance
+                + tuning::CONSISTENCY.cross_significant_sd * sqrt(variance)
+        {
             self.swapped = true;
-        } else if gain.abs() + sqrt(variance) < TOLERANCE {
+        } else if gain.abs() + sqrt(variance) < tuning::CONSISTENCY.tolerance {
             self.swapped = false;
         }
     }
 
     fn regress(&mut self, f: Real, h: Vector2<Real>, unseen: Real) {
         let size = h.dot(&h);
-        let r = NOISE_MPS2 * NOISE_MPS2 + RELATIVE_NOISE * RELATIVE_NOISE * size + unseen * unseen;
+        let r = tuning::CONSISTENCY.noise_mps2 * tuning::CONSISTENCY.noise_mps2
+            + tuning::CONSISTENCY.relative_noise * tuning::CONSISTENCY.relative_noise * size
+            + unseen * unseen;
         if size < r {
             return;
         }
@@ -346,9 +323,9 @@ impl KinematicConsistency {
             let found = self.gains.x.iter().zip(variances.iter());
             for (wrong, (gain, variance)) in self.wrong.iter_mut().zip(found) {
                 let (error, sd) = ((gain - 1.0).abs(), sqrt(*variance));
-                if error > TOLERANCE + SIGNIFICANT * sd {
+                if error > tuning::CONSISTENCY.tolerance + tuning::STATISTICS.noise_sd * sd {
                     *wrong = true;
-                } else if error + sd < TOLERANCE {
+                } else if error + sd < tuning::CONSISTENCY.tolerance {
                     *wrong = false;
                 }
             }
@@ -376,7 +353,9 @@ impl KinematicConsistency {
         let sd = self.turn.P.diagonal().map(sqrt);
         let [wheels, _] = self.wrong;
         let others = wheels && !self.stepped;
-        error.x > TOLERANCE + SIGNIFICANT * sd.x && error.y > TOLERANCE + sd.y && !others
+        error.x > tuning::CONSISTENCY.tolerance + tuning::STATISTICS.noise_sd * sd.x
+            && error.y > tuning::CONSISTENCY.tolerance + sd.y
+            && !others
     }
 
     /// Returns true if gyro and accelerometer agree on changes of slope.
@@ -388,18 +367,23 @@ impl KinematicConsistency {
 
 /// Gains of instruments that are right, before any sample.
 fn right_gains() -> Gaussian<2> {
-    Gaussian::independent(vector![1.0, 1.0], vector![GAIN_SD, GAIN_SD])
+    Gaussian::independent(
+        vector![1.0, 1.0],
+        vector![tuning::CONSISTENCY.gain_sd, tuning::CONSISTENCY.gain_sd],
+    )
 }
 
 /// Corrects gains by the sample y = h·gains of the variance `r`; returns false if the numbers do not allow it.
 fn learn(gains: &mut Gaussian<2>, y: Real, h: &Vector2<Real>, r: Real) -> bool {
     // Forgets along the regressor alone (Kulhavý 1987 in its simplest form): what is not excited is kept.
-    let along =
-        Matrix2::identity() + (h * h.transpose() / h.dot(h)) * (1.0 / sqrt(FORGETTING) - 1.0);
+    let along = Matrix2::identity()
+        + (h * h.transpose() / h.dot(h)) * (1.0 / sqrt(tuning::CONSISTENCY.forgetting) - 1.0);
     let mut next = *gains;
     next.P = along * next.P * along;
     next.symmetrise();
-    next.limit_variance(&Vector2::repeat(GAIN_SD * GAIN_SD));
+    next.limit_variance(&Vector2::repeat(
+        tuning::CONSISTENCY.gain_sd * tuning::CONSISTENCY.gain_sd,
+    ));
     let learnt = next.correct_scalar(y - h.dot(&next.x), h, r).is_some() && next.is_finite();
     if learnt {
         *gains = next;

@@ -3,9 +3,7 @@
 use crate::Real;
 use crate::api::snapshot::state;
 use crate::detect::cusum::Cusum;
-
-/// Size of one residual, in standard deviations, that is taken as ordinary.
-const ORDINARY: Real = 1.5;
+use crate::fusion::tuning;
 
 /// Load-change detector: two-sided CUSUM of the mass regression's normalised residuals. Residuals that keep to one side
 /// mean another load.
@@ -21,7 +19,7 @@ impl LoadChangeDetector {
     pub fn new(on: bool, threshold: Real) -> Self {
         Self {
             on,
-            sum: Cusum::new(ORDINARY, threshold),
+            sum: Cusum::new(tuning::LOAD_CHANGE.ordinary_sd, threshold),
             changes: 0,
         }
     }

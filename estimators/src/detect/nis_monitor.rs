@@ -5,9 +5,7 @@ use crate::Real;
 use crate::api::real::sqrt;
 use crate::api::snapshot::state;
 use crate::filters::lag_share::LagShare;
-
-/// Limit of the NIS of one innovation: a bump of one or two samples is for the gate and does not end validity.
-const MAX_NIS: Real = 25.0;
+use crate::fusion::tuning;
 
 /// NIS monitor: exponentially windowed mean of the NIS of one source, against the limit that the mean of a consistent
 /// filter exceeds with a stated probability (Bar-Shalom, Li & Kirubarajan 2001, section 5.4).
@@ -43,9 +41,9 @@ impl NisMonitor {
     /// Takes the NIS of an innovation, divided by its degrees of freedom, `period_s` after the one before.
     pub fn observe(&mut self, nis: Real, period_s: Real) {
         let nis = if nis.is_finite() {
-            nis.min(MAX_NIS)
+            nis.min(tuning::STATISTICS.max_nis)
         } else {
-            MAX_NIS
+            tuning::STATISTICS.max_nis
         };
         let share = self.share.of(period_s.min(self.window_s), self.window_s);
         self.mean += share * (nis - self.mean);

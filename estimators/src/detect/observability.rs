@@ -2,9 +2,7 @@
 
 use crate::Real;
 use crate::api::snapshot::state;
-
-/// Standard deviation below which a grade counts as found again, rad: twice that of a steady run.
-const OBSERVABLE_SD_RAD: Real = 0.01;
+use crate::fusion::tuning;
 
 /// Observability of the grade: lost by dead reckoning (moving under the brake or without torque, where the force
 /// balance does not hold), back once the filter has found the grade again.
@@ -21,7 +19,8 @@ impl GradeObservability {
 
     /// A measurement has left the grade with this variance, rad².
     pub fn update(&mut self, grade_variance: Real) {
-        self.dead_reckoning &= grade_variance > OBSERVABLE_SD_RAD * OBSERVABLE_SD_RAD;
+        self.dead_reckoning &= grade_variance
+            > tuning::OBSERVABILITY.found_sd_rad * tuning::OBSERVABILITY.found_sd_rad;
     }
 
     /// Returns true if the grade has been found since the train last moved by dead reckoning.

@@ -2,12 +2,7 @@
 
 use crate::Real;
 use crate::api::snapshot::state;
-
-/// A sample is an outlier beyond the floor and this many times the usual step from sample to sample.
-const THRESHOLD: Real = 6.0;
-
-/// Samples that the usual step looks back on.
-const MEMORY: Real = 64.0;
+use crate::fusion::tuning;
 
 /// Limits of an outlier hold, in the unit of the channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,10 +50,11 @@ impl OutlierHold {
         };
         let limits = &self.limits;
         let waited_s = self.held_s + period_s;
-        let limit = limits.floor + limits.rate * waited_s + THRESHOLD * self.step;
+        let limit =
+            limits.floor + limits.rate * waited_s + tuning::STATISTICS.jump_factor * self.step;
         let step = (value - last).abs();
         if self.held_s == 0.0 {
-            self.step += (step.min(limit) - self.step) / MEMORY;
+            self.step += (step.min(limit) - self.step) / tuning::OUTLIER_HOLD.memory;
         }
         if step > limit && waited_s <= limits.longest_s {
             self.held_s = waited_s;

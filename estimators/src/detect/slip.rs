@@ -1,9 +1,7 @@
 //! Slip detector: whether wheel speed follows the force balance.
 
 use crate::Real;
-
-/// Adapted over nominal standard deviation of wheel speed from which the wheels are taken to slip.
-const MAX_SD_RATIO: Real = 3.0;
+use crate::fusion::tuning;
 
 /// Slip detector: wheels slip while the adapted standard deviation of wheel speed is three times the nominal one or
 /// more.
@@ -24,7 +22,7 @@ impl SlipDetector {
     /// Returns true if wheel speed follows the force balance about as closely as its noise allows, by the ratio of
     /// adapted to un-adapted standard deviation.
     pub fn wheel_speed_consistent(&self, adapted_ratio: Real) -> bool {
-        !self.on || adapted_ratio < MAX_SD_RATIO
+        !self.on || adapted_ratio < tuning::SLIP.max_sd_ratio
     }
 }
 

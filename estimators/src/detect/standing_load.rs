@@ -3,9 +3,7 @@
 use crate::Real;
 use crate::api::real::sqrt;
 use crate::api::snapshot::state;
-
-/// Samples of the force balance after driving off that confirm the mass.
-const CONFIRMING: u32 = 10;
+use crate::fusion::tuning;
 
 /// Doubt of the load after a standstill: loads are hung on and set down while the train stands, and nothing there
 /// shows it. After a standstill of a given length a method that can do so opens its mass, and the mass is not valid
@@ -55,24 +53,16 @@ impl StandingLoad {
 
     /// The force balance has taken a sample.
     pub fn sample(&mut self) {
-        self.samples = (self.samples + 1).min(CONFIRMING);
+        self.samples = (self.samples + 1).min(tuning::STANDING_LOAD.confirming);
     }
 
     /// Returns true if no other load can hang on the train unseen.
     pub fn is_confirmed(&self) -> bool {
-        !self.doubted || self.samples >= CONFIRMING
+        !self.doubted || self.samples >= tuning::STANDING_LOAD.confirming
     }
 }
 
 state!(StandingLoad { standing_s, doubted, samples, begins; after_s } where |this| this.standing_s >= 0.0);
-
-/// Standard deviations by which a mass weighed anew may differ from the old one and be the same, and from which it is
-/// another.
-const SAME_SD: Real = 2.0;
-const OTHER_SD: Real = 4.0;
-/// Difference and twice its standard deviation up to which it is told to be the same, as a share of the mass: a load
-/// that is another by less may pass for the same, within three standard deviations of the gear's efficiency (3.5 %).
-const SAME_SHARE: Real = 0.12;
 
 /// Mass before a standstill, which is that after it if a new weighing comes out the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -102,10 +92,11 @@ impl KeptMass {
         let kept = self.kept?;
         let [old, old_variance] = kept;
         let (off, sd) = ((mass - old).abs(), sqrt(variance + old_variance));
-        if off > OTHER_SD * sd {
+        if off > tuning::STANDING_LOAD.other_sd * sd {
             self.kept = None;
         }
-        let same = off < SAME_SD * sd && off + 2.0 * sd < SAME_SHARE * mass;
+        let same = off < tuning::STANDING_LOAD.same_sd * sd
+            && off + 2.0 * sd < tuning::STANDING_LOAD.same_share * mass;
         same.then(|| self.kept.take()).flatten()
     }
 }

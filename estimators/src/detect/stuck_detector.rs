@@ -4,15 +4,8 @@
 //! value legitimately (coarse quantisation, no noise, a train at rest) is never flagged, and neither is 0.
 
 use crate::api::snapshot::state;
+use crate::fusion::tuning;
 use crate::{Real, Time};
-
-/// Repetitions in a row, and time without another value, s, beyond which a noisy sensor is stuck.
-const MAX_REPEATS: u32 = 20;
-const MAX_HOLD_S: Real = 0.5;
-/// Changes after which the statistics of a sensor are trusted, and changes per legitimate repetition from which it
-/// counts as noisy.
-const MIN_CHANGES: u32 = 200;
-const MIN_CHANGES_PER_REPEAT: u32 = 100;
 
 /// Stuck-at fault detector: flags a channel that repeats one non-zero value for 20 samples or more and longer than 0.5
 /// s.
@@ -55,15 +48,15 @@ impl StuckDetector {
     /// Returns true if the channel is stuck.
     #[inline]
     pub fn is_stuck(&self, now: Time) -> bool {
-        if self.run < MAX_REPEATS {
+        if self.run < tuning::STUCK.max_repeats {
             return false;
         }
-        let noisy = self.changes >= MIN_CHANGES
+        let noisy = self.changes >= tuning::STUCK.min_changes
             && self
                 .legitimate_repeats
-                .saturating_mul(MIN_CHANGES_PER_REPEAT)
+                .saturating_mul(tuning::STUCK.min_changes_per_repeat)
                 < self.changes;
-        noisy && now.since(self.changed) > MAX_HOLD_S
+        noisy && now.since(self.changed) > tuning::STUCK.max_hold_s
     }
 }
 

@@ -28,6 +28,7 @@ use crate::api::snapshot::{Archive, State};
 use crate::detect::dynamic_lag::DynamicLag;
 use crate::detect::innovation_gate::InnovationGate;
 use crate::detect::nis_monitor::NisMonitor;
+use crate::fusion::tuning;
 
 params! {
     /// Innovation gates and validity rule.
@@ -62,16 +63,6 @@ impl Integrity {
     }
 }
 
-/// Rates at which the innovations of a state filter and of a regression count as independent, 1/s: what a force balance
-/// leaves out changes within a fraction of a second, the samples of a regression come once or twice a second.
-const INDEPENDENT_HZ: [Real; 2] = [5.0, 1.0];
-
-/// Windowed NIS from which standard deviations are widened: the 99 % quantile of the 20 degrees of freedom of a window.
-const INCONSISTENT: Real = 1.9;
-
-/// Window of a regression over that of a state filter.
-const REGRESSION_WINDOW: Real = 5.0;
-
 /// A source of innovations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
@@ -98,12 +89,15 @@ pub struct Validity {
 impl Validity {
     /// Builds the rule.
     pub fn new(params: Integrity) -> Self {
-        let [state_hz, regression_hz] = INDEPENDENT_HZ;
+        let [state_hz, regression_hz] = tuning::VALIDITY.independent_hz;
         let monitor = |window_s: Real, hz: Real| {
             NisMonitor::new(params.nis_monitor, window_s, hz, params.nis_quantile_sd)
         };
         let state = monitor(params.nis_window_s, state_hz);
-        let regression = monitor(REGRESSION_WINDOW * params.nis_window_s, regression_hz);
+        let regression = monitor(
+            state_hz / regression_hz * params.nis_window_s,
+            regression_hz,
+        );
         Self {
             params,
             nis: [state, state, regression],
@@ -143,7 +137,7 @@ impl Validity {
             .filter(|_| self.params.nis_monitor);
         monitor
             .map(NisMonitor::mean)
-            .filter(|mean| *mean > INCONSISTENT)
+            .filter(|mean| *mean > tuning::VALIDITY.inconsistent)
             .unwrap_or(1.0)
     }
 

@@ -7,33 +7,12 @@ use crate::api::signals::Value;
 use crate::api::snapshot::state;
 use crate::fusion::swing_balance::SwingMass;
 use crate::fusion::swing_balance::block::Block;
+use crate::fusion::tuning;
 use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::models::swing_balance::{ANGLE, B, CV, MASS, Nominal, QC, R0};
 use crate::rail::mass_on_rail::MassOnRail;
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::TrainOnRail;
-
-/// Time and way between two looks at the memory, s, m: the sooner.
-const PERIOD_S: Real = 0.1;
-const PERIOD_M: Real = 0.1;
-/// Standard deviation of the grade by the force: its constant part, rad, and factors on acceleration over g and on the
-/// swing.
-const FORCE_SD_RAD: Real = 0.001;
-const FORCE_MOTION: Real = 2.0;
-/// Share of a new block in the correction by force, and the part that is left after a block of no use where the rail is
-/// read. Where it is not read the correction fades with the way.
-const SHARE: Real = 0.6;
-const LEFT: Real = 0.7;
-const FADE_M: Real = 10.0;
-/// Standard deviation of the grade by rail behind what was read beyond which it counts as not read, rad.
-const UNREAD_SD_RAD: Real = 0.002;
-/// Standard deviation of the change of an unread grade per way gone back while no force measures it, rad/m: half of the
-/// sharpest curvature of a rail.
-const BLIND_RAD_PER_M: Real = 0.05;
-/// Way beyond which it counts no more, m.
-const MAX_BLIND_M: Real = 10.0;
-/// Speed from which the force measures the grade, m/s.
-const MIN_SPEED_MPS: Real = 0.1;
 
 /// The effective grade.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -71,18 +50,21 @@ impl EffectiveGrade {
         rail: &RailMemory,
     ) {
         let v = Real::from(block.speed_mps);
-        let use_it =
-            block.outcome == AidOutcome::Fused && v.abs() > MIN_SPEED_MPS && mass.has_weighed();
+        let use_it = block.outcome == AidOutcome::Fused
+            && v.abs() > tuning::MOTION.force_mps
+            && mass.has_weighed();
         let (means, carried) = (mass.train().at(rail, block.place), mass.carried());
         if !use_it {
             let way = v.abs() * block.length_s();
-            if carried.behind_variance(&means) > UNREAD_SD_RAD * UNREAD_SD_RAD {
-                self.correction *= exp(-way / FADE_M);
+            if carried.behind_variance(&means)
+                > tuning::EFFECTIVE.unread_sd_rad * tuning::EFFECTIVE.unread_sd_rad
+            {
+                self.correction *= exp(-way / tuning::RAIL.fade_m);
                 // only going back brings rail under the train that nothing has read
                 let back = if v < 0.0 { way } else { 0.0 };
-                self.blind_m = (self.blind_m + back).min(MAX_BLIND_M);
+                self.blind_m = (self.blind_m + back).min(tuning::RAIL.max_blind_m);
             } else {
-                self.correction *= LEFT;
+                self.correction *= tuning::EFFECTIVE.left;
                 self.blind_m = 0.0;
             }
             return;
@@ -106,11 +88,11 @@ impl EffectiveGrade {
         let difference = (uphill - read) / (M * GRAVITY) - by_eta;
         let unread = carried.unread_variance(&means, rail);
         let of = |sd: Real| sd * sd;
-        let force = of(FORCE_SD_RAD)
-            + of(FORCE_MOTION * a / GRAVITY)
-            + of(FORCE_MOTION * x[ANGLE] * x[MASS] / M);
+        let force = of(tuning::EFFECTIVE.force_sd_rad)
+            + of(tuning::EFFECTIVE.force_motion * a / GRAVITY)
+            + of(tuning::EFFECTIVE.force_motion * x[ANGLE] * x[MASS] / M);
         let weight = unread / (unread + force);
-        self.correction += SHARE * (weight * difference - self.correction);
+        self.correction += tuning::EFFECTIVE.share * (weight * difference - self.correction);
     }
 
     /// Counts the way gone back onto rail that nothing has read, for an estimator without a correction by force.
@@ -119,8 +101,10 @@ impl EffectiveGrade {
             return;
         }
         let means = train.at(rail, rail.here());
-        match mass.behind_variance(&means) > UNREAD_SD_RAD * UNREAD_SD_RAD {
-            true => self.blind_m = (self.blind_m - way_m).min(MAX_BLIND_M),
+        match mass.behind_variance(&means)
+            > tuning::EFFECTIVE.unread_sd_rad * tuning::EFFECTIVE.unread_sd_rad
+        {
+            true => self.blind_m = (self.blind_m - way_m).min(tuning::RAIL.max_blind_m),
             false => self.blind_m = 0.0,
         }
     }
@@ -136,7 +120,10 @@ impl EffectiveGrade {
     ) {
         self.age_s += dt;
         self.way_m += unit.speed_mps.abs() * dt;
-        if self.looked && self.age_s < PERIOD_S - 1e-6 && self.way_m < PERIOD_M {
+        if self.looked
+            && self.age_s < tuning::EFFECTIVE.period_s - 1e-6
+            && self.way_m < tuning::MEMORY.min_pitch_m
+        {
             return;
         }
         (self.age_s, self.way_m, self.looked) = (0.0, 0.0, true);
@@ -145,7 +132,7 @@ impl EffectiveGrade {
         let mean = (means.tare_kg + mass.load_kg * means.load) / mass.mass_kg;
         self.sine = mean - unit.bias_mps2 / GRAVITY + mass.eta_rad * behind + self.correction;
         let (pitch, constant) = (unit.pitch_sd_rad, unit.constant_sd_rad);
-        let blind = BLIND_RAD_PER_M * self.blind_m * behind.min(1.0);
+        let blind = tuning::RAIL.blind_rad_per_m * self.blind_m * behind.min(1.0);
         let doubt_m = rail.doubt_m();
         let by_place = match doubt_m > 0.0 {
             true => {
@@ -282,7 +269,7 @@ mod tests {
                 assert!((effective.value(true).value.sin() - sine).abs() < 1e-4);
                 let useless = block(&rail, from_mps, a, traction, false);
                 effective.correct(&useless, &mass, &nominal, &rail);
-                assert!((effective.correction / found - LEFT).abs() < 1e-9);
+                assert!((effective.correction / found - tuning::EFFECTIVE.left).abs() < 1e-9);
             }
         }
     }

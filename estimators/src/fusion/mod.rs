@@ -9,3 +9,4 @@ pub mod rail_fusion;
 pub(crate) mod swing_balance;
 pub(crate) mod train_core;
 pub(crate) mod train_source;
+pub(crate) mod tuning;

@@ -9,10 +9,8 @@ use crate::api::snapshot::state;
 use crate::detect::standing_load::StandingLoad;
 use crate::detect::validity::{Integrity, Source, Validity};
 use crate::fusion::train_source::{TrainInput, TrainSample};
+use crate::fusion::tuning;
 use crate::rail::rail_memory::RailMemory;
-
-/// Standard deviation of the speed up to which the way run is measured, m/s.
-const SEEN_SPEED_SD_MPS: Real = 0.02;
 
 /// The core.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +39,7 @@ impl TrainCore {
     /// Takes a sample of `dt` seconds, in which the speed had the standard deviation `speed_sd_mps`: reads the rail.
     pub fn take(&mut self, sample: &TrainSample, speed_sd_mps: Real, dt: Real) {
         let v = sample.block.speed_mps;
-        let unseen_m = (speed_sd_mps - SEEN_SPEED_SD_MPS).max(0.0) * dt;
+        let unseen_m = (speed_sd_mps - tuning::SOURCE.seen_speed_sd_mps).max(0.0) * dt;
         self.lost = self.rail.doubt(unseen_m);
         if sample.starts && (self.rail.is_known() || v.abs() > self.standstill_mps) {
             self.rail.forget();

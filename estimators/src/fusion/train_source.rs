@@ -17,23 +17,11 @@ use crate::fusion::effective::UnitGrade;
 use crate::fusion::swing_balance::block::BlockInput;
 use crate::fusion::swing_balance::params::SwingBalanceParams;
 use crate::fusion::swing_balance::torque_monitor::TorqueMonitor;
+use crate::fusion::tuning;
 use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::Bends;
 use crate::runner::Stage;
 use crate::{Real, Time};
-
-/// Speed below which no horizontal curvature is read, m/s.
-const MIN_BEND_SPEED_MPS: Real = 0.1;
-/// Standard deviation of sin θ + b/g of a calm instrument.
-const CALM_SUM_SD: Real = 0.003;
-/// Way over which what was read worse than usual goes out of the means under a train, m.
-const READ_M: Real = 20.0;
-/// Standard deviation of sin θ + b/g up to which the rail is read: what is read badly is told with its doubt.
-const READ_SUM_SD: Real = 0.02;
-/// Standard deviation of the speed up to which the rail is read, m/s.
-const MAX_SPEED_SD_MPS: Real = 0.1;
-/// Lag of the brake, s.
-const BRAKE_LAG_S: Real = 0.3;
 
 /// Limits and filters of the signals.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -201,18 +189,19 @@ impl TrainSource {
     /// Makes the signals that the mass is found by, with this attitude.
     fn sample(&mut self, reading: &Reading, attitude: &Attitude, dt: Real) -> TrainSample {
         let v = attitude.speed_mps;
-        let bend = if v.abs() > MIN_BEND_SPEED_MPS {
+        let bend = if v.abs() > tuning::MOTION.force_mps {
             (attitude.yaw_rate_radps / v).abs()
         } else {
             0.0
         };
         let u = self.attitude.pitch_sine() + attitude.bias_mps2 / GRAVITY;
-        let readable = attitude.sum_sd < READ_SUM_SD && attitude.speed_sd_mps < MAX_SPEED_SD_MPS;
+        let readable = attitude.sum_sd < tuning::SOURCE.read_sum_sd
+            && attitude.speed_sd_mps < tuning::SOURCE.max_speed_sd_mps;
         if readable {
-            let kept = self.read_sd * exp(-v.abs() * dt / READ_M);
+            let kept = self.read_sd * exp(-v.abs() * dt / tuning::SOURCE.read_m);
             self.read_sd = unusual_sd(attitude.sum_sd).max(kept);
         }
-        self.brake += dt / (BRAKE_LAG_S + dt) * (reading.brake - self.brake);
+        self.brake += dt / (tuning::SOURCE.brake_lag_s + dt) * (reading.brake - self.brake);
         let drag = self.air.drag(v);
         let traction = self
             .torques
@@ -293,7 +282,7 @@ impl Stage for TrainSource {
 
 /// The part of a standard deviation of sin θ + b/g that a calm instrument does not have.
 fn unusual_sd(sum_sd: Real) -> Real {
-    sqrt((sum_sd * sum_sd - CALM_SUM_SD * CALM_SUM_SD).max(0.0))
+    sqrt((sum_sd * sum_sd - tuning::SOURCE.calm_sum_sd * tuning::SOURCE.calm_sum_sd).max(0.0))
 }
 
 state!(TrainSource { plausibility, bends, attitude, torques, brake, read_sd; standstill_mps, air, max_sum_sd });

@@ -14,24 +14,7 @@
 use crate::Real;
 use crate::api::real::{floor, within};
 use crate::api::snapshot::{Archive, State, state};
-
-/// Nodes remembered.
-pub const NODES: usize = 300;
-/// Smallest distance of nodes, m, and way remembered beyond the span of the train, m.
-const MIN_PITCH_M: Real = 0.1;
-const SPARE_M: Real = 36.0;
-/// Share of what a later visit reads.
-const REVISIT: Real = 0.3;
-/// Way over which the gradient at the front end is taken, and over which it is taken to go on, m.
-const END_M: Real = 1.0;
-const ONWARD_M: Real = 3.0;
-
-/// Standard deviation of the distance to what was read from which it is forgotten, m; up to which it does not count, m.
-const MAX_DOUBT_M: Real = 0.5;
-const MIN_DOUBT_M: Real = 0.02;
-/// Standard deviation of the grade 9 m behind the rail read, rad: of a train that is switched on at a standstill, and
-/// of one that came to where it is unseen.
-const BEHIND_SD_RAD: [Real; 2] = [0.02, 0.3];
+use crate::fusion::tuning;
 
 /// A place on the way run: whole nodes and a rest of less than their distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -51,12 +34,6 @@ pub struct Spot {
     pub behind_m: Real,
 }
 
-/// Steps of what is kept, and the steepest u and sharpest bend that can be.
-const U_STEP: Real = 2e-5;
-const BEND_STEP: Real = 1e-3;
-const MAX_U_STEPS: Real = 32_000.0;
-const MAX_BEND_STEPS: Real = 255.0;
-
 /// Stored signals of a place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Node {
@@ -70,15 +47,25 @@ impl Node {
             within(floor(value / step + 0.5), low, high)
         };
         Self {
-            u: steps(u, U_STEP, -MAX_U_STEPS, MAX_U_STEPS) as i16,
-            bend: steps(bend.abs(), BEND_STEP, 0.0, MAX_BEND_STEPS) as u8,
+            u: steps(
+                u,
+                tuning::MEMORY.u_step,
+                -tuning::MEMORY.max_u_steps,
+                tuning::MEMORY.max_u_steps,
+            ) as i16,
+            bend: steps(
+                bend.abs(),
+                tuning::MEMORY.bend_step,
+                0.0,
+                Real::from(u8::MAX),
+            ) as u8,
         }
     }
 
     fn value(self) -> [Real; 2] {
         [
-            Real::from(self.u) * U_STEP,
-            Real::from(self.bend) * BEND_STEP,
+            Real::from(self.u) * tuning::MEMORY.u_step,
+            Real::from(self.bend) * tuning::MEMORY.bend_step,
         ]
     }
 }
@@ -87,7 +74,7 @@ impl Node {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RailMemory {
     pitch_m: Real,
-    nodes: [Node; NODES],
+    nodes: [Node; tuning::MEMORY.nodes],
     /// First and last node read.
     known: Option<[i64; 2]>,
     here: Place,
@@ -102,8 +89,9 @@ impl RailMemory {
     /// Builds the rail memory for a train that reaches over `span_m`.
     pub fn new(span_m: Real) -> Self {
         Self {
-            pitch_m: ((span_m + SPARE_M) / NODES as Real).max(MIN_PITCH_M),
-            nodes: [Node::default(); NODES],
+            pitch_m: ((span_m + tuning::MEMORY.spare_m) / tuning::MEMORY.nodes as Real)
+                .max(tuning::MEMORY.min_pitch_m),
+            nodes: [Node::default(); tuning::MEMORY.nodes],
             known: None,
             here: Place::default(),
             last: None,
@@ -116,7 +104,7 @@ impl RailMemory {
     /// forgotten for it.
     pub fn doubt(&mut self, way_sd_m: Real) -> bool {
         self.doubt_m += way_sd_m;
-        let lost = self.doubt_m > MAX_DOUBT_M;
+        let lost = self.doubt_m > tuning::MEMORY.max_doubt_m;
         if lost {
             self.forget();
         }
@@ -136,13 +124,13 @@ impl RailMemory {
 
     /// Standard deviation of the grade 9 m behind the rail read, rad.
     pub fn behind_sd_rad(&self) -> Real {
-        let [seen, unseen] = BEHIND_SD_RAD;
+        let [seen, unseen] = tuning::RAIL.behind_sd_rad;
         if self.unseen { unseen } else { seen }
     }
 
     /// Standard deviation of the distance to what was read, m; 0 where it does not count.
     pub fn doubt_m(&self) -> Real {
-        if self.doubt_m > MIN_DOUBT_M {
+        if self.doubt_m > tuning::MEMORY.min_doubt_m {
             self.doubt_m
         } else {
             0.0
@@ -175,7 +163,8 @@ impl RailMemory {
     pub fn step(&mut self, way_m: Real, now: Option<[Real; 2]>) {
         self.here = self.ahead(self.here, way_m);
         // What was read before goes out of the memory as the train runs on.
-        self.doubt_m *= 1.0 - (way_m.abs() / (NODES as Real * self.pitch_m)).min(1.0);
+        self.doubt_m *=
+            1.0 - (way_m.abs() / (tuning::MEMORY.nodes as Real * self.pitch_m)).min(1.0);
         let Some(now) = now else { return };
         let (start, before) = self
             .last
@@ -183,7 +172,7 @@ impl RailMemory {
             .unwrap_or((self.here, now));
         let (from, to) = (start.node, self.here.node);
         let whole = (to - from) as Real * self.pitch_m + self.here.rest_m - start.rest_m;
-        if self.known.is_none() || (to - from).abs() > NODES as i64 {
+        if self.known.is_none() || (to - from).abs() > tuning::MEMORY.nodes as i64 {
             self.write(to, now);
         } else if to > from {
             // Nodes passed forwards: from + 1 … to.
@@ -200,14 +189,14 @@ impl RailMemory {
     }
 
     fn write(&mut self, node: i64, value: [Real; 2]) {
-        let room = NODES as i64;
+        let room = tuning::MEMORY.nodes as i64;
         let seen = self
             .known
             .is_some_and(|[low, high]| (low..=high).contains(&node));
         let near = self
             .known
             .filter(|[low, high]| node >= low - 1 && node <= high + 1);
-        let share = if seen { REVISIT } else { 1.0 };
+        let share = if seen { tuning::MEMORY.revisit } else { 1.0 };
         if let Some(place) = self.nodes.get_mut(slot(node)) {
             *place = Node::of(mix(place.value(), value, share));
         }
@@ -230,7 +219,7 @@ impl RailMemory {
         let Some([low, high]) = self.known else {
             return 0.0;
         };
-        let count = floor(END_M / self.pitch_m).max(1.0) as i64;
+        let count = floor(tuning::MEMORY.end_m / self.pitch_m).max(1.0) as i64;
         if high - low < count {
             return 0.0;
         }
@@ -250,7 +239,7 @@ impl RailMemory {
             let [u, _] = self.node(high);
             let ahead_m = beyond(high);
             Spot {
-                u: u + gradient * ahead_m.min(ONWARD_M),
+                u: u + gradient * ahead_m.min(tuning::MEMORY.onward_m),
                 ahead_m,
                 behind_m: 0.0,
             }
@@ -288,7 +277,7 @@ impl RailMemory {
 }
 
 fn slot(node: i64) -> usize {
-    node.rem_euclid(NODES as i64) as usize
+    node.rem_euclid(tuning::MEMORY.nodes as i64) as usize
 }
 
 fn mix([a, b]: [Real; 2], [c, d]: [Real; 2], share: Real) -> [Real; 2] {
@@ -313,7 +302,9 @@ impl State for RailMemory {
         last.visit(archive);
         doubt_m.visit(archive);
         unseen.visit(archive);
-        let whole = |[low, high]: [i64; 2]| low <= high && high.saturating_sub(low) < NODES as i64;
+        let whole = |[low, high]: [i64; 2]| {
+            low <= high && high.saturating_sub(low) < tuning::MEMORY.nodes as i64
+        };
         archive.require(known.is_none_or(whole));
     }
 }

@@ -1,5 +1,6 @@
 //! A published method depends on filters, models, the public types and one interface, and on nothing else of the crate;
-//! as printed it stands on the samples of a pipeline besides, and on nothing of ours.
+//! as printed it stands on the samples of a pipeline besides, and on nothing of ours. Every number of our own estimator
+//! that a user does not set stands in `fusion/tuning.rs`.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -124,4 +125,98 @@ fn a_method_as_printed_imports_neither_supervision_nor_fusion() {
             assert!(allowed.contains(&room), "{file:?} imports {place:?}");
         }
     }
+}
+
+/// Rooms of our own estimator.
+const ROOMS: [&str; 6] = ["aiding", "bank", "detect", "fusion", "instruments", "rail"];
+
+/// Most numbers of our own estimator that a user does not set.
+const MOST_NUMBERS: usize = 200;
+
+/// Numeric types, by the words of a type.
+const NUMERIC: [&str; 14] = [
+    "Real", "f64", "f32", "usize", "u8", "u16", "u32", "u64", "u128", "i8", "i16", "i32", "i64",
+    "isize",
+];
+
+/// Source files below a folder; none if it is not there.
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten();
+    let paths = entries.map(|entry| entry.unwrap().path());
+    let below = |path: PathBuf| match path.is_dir() {
+        true => files_below(&path),
+        false => vec![path],
+    };
+    paths.flat_map(below).collect()
+}
+
+/// Names of the numeric constants and statics that a source text declares, its tests left out.
+fn numeric_constants(text: &str) -> Vec<&str> {
+    let (text, _) = text.split_once("#[cfg(test)]").unwrap_or((text, ""));
+    let declared = text.lines().filter_map(|line| {
+        let line = line.trim_start();
+        let (_, rest) = line
+            .split_once("const ")
+            .or_else(|| line.split_once("static "))
+            .filter(|(head, _)| head.is_empty() || head.starts_with("pub"))?;
+        let (name, rest) = rest.split_once(": ")?;
+        let (kind, _) = rest.split_once('=')?;
+        let mut words = kind.split(|c: char| !c.is_alphanumeric());
+        let plain = name
+            .chars()
+            .all(|c| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_');
+        (plain && words.any(|word| NUMERIC.contains(&word))).then_some(name)
+    });
+    declared.collect()
+}
+
+/// A number stands in `tuning.rs`, whatever its visibility and its place, and nowhere else in the rooms.
+#[test]
+fn the_numbers_of_our_own_estimator_stand_in_one_file() {
+    let text = "const A: Real = 1.0;\n    pub(crate) const B_2: [[u8; 2]; 3] = x;\nstatic C: [crate::Real; 1] = [0.0];\n\
+        const NAMES: &[&str] = &[];\nconst fn of(x: usize) -> Real {\n#[cfg(test)]\nconst D: f64 = 1.0;";
+    assert_eq!(numeric_constants(text), ["A", "B_2", "C"]);
+    let files = ROOMS.map(|room| files_below(&source().join(room)));
+    let mut seen = 0;
+    for file in files.iter().flatten() {
+        let name = file.file_name().unwrap();
+        if name != "tuning.rs" && name != "tests.rs" {
+            seen += 1;
+            let text = fs::read_to_string(file).unwrap();
+            let found = numeric_constants(&text);
+            assert!(
+                found.is_empty(),
+                "{}: {found:?} belong into tuning.rs",
+                file.display()
+            );
+        }
+    }
+    assert!(seen > 40);
+}
+
+/// Each number says in its comment where it comes from, and there are no more of them than there were.
+#[test]
+fn a_number_of_our_own_estimator_says_where_it_comes_from() {
+    let text = fs::read_to_string(source().join("fusion/tuning.rs")).unwrap();
+    let (_, groups) = text.split_once("\ngroups! {").unwrap();
+    let (mut comment, mut count) = (String::new(), 0);
+    for line in groups.lines().map(str::trim_start) {
+        if let Some(words) = line.strip_prefix("///") {
+            comment += words;
+            continue;
+        }
+        let field = line
+            .split_once(": ")
+            .filter(|(_, rest)| rest.contains(" = "));
+        if let Some((name, _)) = field {
+            count += 1;
+            let told = ["Chosen", "Derived", "Measured", "Data sheet"];
+            assert!(
+                told.iter().any(|told| comment.contains(told)),
+                "{name}: {comment}"
+            );
+        }
+        comment.clear();
+    }
+    assert!(count > 100 && count <= MOST_NUMBERS, "{count} numbers");
 }

@@ -3,19 +3,8 @@
 use crate::Real;
 use crate::api::real::GRAVITY;
 use crate::filters::gaussian::Gaussian;
+use crate::fusion::tuning;
 use crate::models::attitude::{BIAS_X, N, PHI, THETA};
-
-/// Standard deviation of the biases, m/s² and rad/s, up to which an instrument counts as calibrated, and from which it
-/// does not. A larger one may as well be the pitch of the mount or an error of scale, and |f| = g does not separate
-/// them from a bias. Between the two it is doubted in proportion, so that no estimate jumps with what is told.
-const CALIBRATED_SD: [Real; 2] = [0.03, 0.06];
-/// Standard deviation of the scale of another instrument, and change of the pitch over which it counts as one error,
-/// rad.
-const SCALE_SD: Real = 0.0075;
-const RAMP_RAD: Real = 0.2;
-/// Angle by which its axes are askew against each other, rad, and time over which a bend turns to one side, s.
-const ASKEW_RAD: Real = 0.025;
-const BEND_S: Real = 3.0;
 
 /// Calibration of an IMU.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +19,7 @@ impl Calibration {
     /// gyro, rad/s.
     pub fn new(bias_sd: [Real; 2]) -> Self {
         let [accel_bias_sd_mps2, _] = bias_sd;
-        let [calibrated_sd, doubted_sd] = CALIBRATED_SD;
+        let [calibrated_sd, doubted_sd] = tuning::CALIBRATION.calibrated_sd;
         let largest_sd = bias_sd.iter().fold(0.0, |most: Real, sd| most.max(*sd));
         let doubt = (largest_sd - calibrated_sd) / (doubted_sd - calibrated_sd);
         Self {
@@ -68,11 +57,13 @@ impl Calibration {
         if self.doubt == 0.0 {
             return;
         }
-        let scale = SCALE_SD * GRAVITY;
-        belief.P[(BIAS_X, BIAS_X)] += self.doubt * scale * scale * RAMP_RAD * turn_rad.abs();
-        let askew = ASKEW_RAD * yaw_rate_radps;
+        let scale = tuning::CALIBRATION.scale_sd * GRAVITY;
+        belief.P[(BIAS_X, BIAS_X)] +=
+            self.doubt * scale * scale * tuning::CALIBRATION.ramp_rad * turn_rad.abs();
+        let askew = tuning::CALIBRATION.askew_rad * yaw_rate_radps;
         for angle in [THETA, PHI] {
-            belief.P[(angle, angle)] += self.doubt * askew * askew * BEND_S * dt;
+            belief.P[(angle, angle)] +=
+                self.doubt * askew * askew * tuning::CALIBRATION.bend_s * dt;
         }
     }
 }

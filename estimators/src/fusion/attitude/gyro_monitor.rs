@@ -5,23 +5,9 @@
 //! their squares: with the wheels' noise white, the variance of the mean is S dt/(2 τ).
 
 use crate::Real;
-use crate::aiding::wheels::{AGREE_SD, Ballot, SPREAD};
+use crate::aiding::wheels::Ballot;
 use crate::api::snapshot::state;
-
-/// Memory of the mean innovation τ, s.
-const MEMORY_S: Real = 0.3;
-/// Threshold of the square of the mean over its variance, and largest excess that is taken.
-const THRESHOLD: Real = 30.0;
-const MAX_EXCESS: Real = 20.0;
-/// Time that the test must be above its threshold, s: slip is rejected sooner.
-const WAIT_S: Real = 0.25;
-/// Time for which the monitor rests after a rejected wheel, and after a shock of the accelerometer, s.
-const SLIP_REST_S: Real = 1.5;
-const SHOCK_REST_S: Real = 0.5;
-/// Variance of the pitch that a unit of excess adds, rad²/s.
-const DOUBT_RAD2PS: Real = 1.6e-5;
-/// Speed from which the monitor works, m/s.
-const MIN_SPEED_MPS: Real = 0.05;
+use crate::fusion::tuning;
 
 /// The monitor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +35,7 @@ impl GyroMonitor {
 
     /// The accelerometer has had a shock: the speed has jumped, which is no sign of a wrong pitch.
     pub fn shock(&mut self) {
-        (self.mean, self.rest_s) = (0.0, self.rest_s.max(SHOCK_REST_S));
+        (self.mean, self.rest_s) = (0.0, self.rest_s.max(tuning::GYRO_MONITOR.shock_rest_s));
     }
 
     /// Takes the innovation of the mean of the wheels and its variance; returns by how much the variance of the pitch
@@ -61,18 +47,23 @@ impl GyroMonitor {
         speed_mps: Real,
         dt: Real,
     ) -> Option<Real> {
-        let range = AGREE_SD * self.sd_mps + SPREAD * ballot.speed_mps.abs();
+        let range = tuning::STATISTICS.agree_sd * self.sd_mps
+            + tuning::WHEELS.spread * ballot.speed_mps.abs();
         if ballot.rejected == 0 && (ballot.used == 1 || ballot.range_mps < range) {
-            self.mean += (dt / (MEMORY_S + dt)) * (y - self.mean);
+            self.mean += (dt / (tuning::GYRO_MONITOR.memory_s + dt)) * (y - self.mean);
         } else {
-            (self.mean, self.rest_s) = (0.0, SLIP_REST_S);
+            (self.mean, self.rest_s) = (0.0, tuning::GYRO_MONITOR.slip_rest_s);
         }
         self.rest_s = (self.rest_s - dt).max(0.0);
-        self.test = self.mean * self.mean / (S * dt / (2.0 * MEMORY_S)).max(Real::MIN_POSITIVE);
-        let excess = (self.test - THRESHOLD).min(MAX_EXCESS);
-        let above = speed_mps.abs() > MIN_SPEED_MPS && excess > 0.0 && self.rest_s <= 0.0;
+        self.test = self.mean * self.mean
+            / (S * dt / (2.0 * tuning::GYRO_MONITOR.memory_s)).max(Real::MIN_POSITIVE);
+        let excess =
+            (self.test - tuning::GYRO_MONITOR.threshold).min(tuning::GYRO_MONITOR.max_excess);
+        let above =
+            speed_mps.abs() > tuning::MOTION.moves_mps && excess > 0.0 && self.rest_s <= 0.0;
         self.above_s = if above { self.above_s + dt } else { 0.0 };
-        (self.on && self.above_s > WAIT_S).then_some(DOUBT_RAD2PS * excess * dt)
+        (self.on && self.above_s > tuning::GYRO_MONITOR.wait_s)
+            .then_some(tuning::GYRO_MONITOR.doubt_rad2ps * excess * dt)
     }
 
     /// Square of the mean innovation over its variance.
@@ -135,7 +126,7 @@ mod tests {
     /// lasted for a quarter of a second; not at standstill, and not if it is off.
     #[test]
     fn a_contradiction_that_lasts_is_doubt_of_the_pitch() {
-        let most = DOUBT_RAD2PS * MAX_EXCESS;
+        let most = tuning::GYRO_MONITOR.doubt_rad2ps * tuning::GYRO_MONITOR.max_excess;
         for y in [0.1, -0.4] {
             let mut monitor = GyroMonitor::new(true, SD_MPS);
             assert_eq!(added(&mut monitor, &AGREED, y, 1.0, 0.24), 0.0);
@@ -151,8 +142,8 @@ mod tests {
     /// nothing until they have agreed for a second and a half again. One wheel alone agrees with itself.
     #[test]
     fn wheels_that_may_slip_contradict_nothing() {
-        let creep = SPREAD * AGREED.speed_mps;
-        let range = AGREE_SD * SD_MPS + creep;
+        let creep = tuning::WHEELS.spread * AGREED.speed_mps;
+        let range = tuning::STATISTICS.agree_sd * SD_MPS + creep;
         let apart = |by| Ballot {
             range_mps: by * range,
             ..AGREED

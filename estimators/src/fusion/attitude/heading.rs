@@ -4,13 +4,7 @@
 use crate::Real;
 use crate::api::real::{PI, sqrt};
 use crate::api::snapshot::state;
-
-/// Scale error of a calibrated gyro and of its axes against each other.
-const SCALE: Real = 0.001;
-/// Sharpest bend that a vehicle may have gone round while the gyro was out of use, 1/m: a radius of 4 m.
-const MAX_BEND_PER_M: Real = 0.25;
-/// The uncertainty is that of no knowledge beyond half a turn, rad.
-const MAX_SD_RAD: Real = PI;
+use crate::fusion::tuning;
 
 /// Heading since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,11 +41,13 @@ impl Heading {
                 }
                 .clamp(-PI, PI);
                 let walked = sqrt(self.sd_rad * self.sd_rad + turn.walk * turn.walk * dt);
-                self.sd_rad = walked + (turn.bias_sd_radps + SCALE * rate.abs()) * dt;
+                self.sd_rad =
+                    walked + (turn.bias_sd_radps + tuning::HEADING.scale * rate.abs()) * dt;
             }
-            None => self.sd_rad += MAX_BEND_PER_M * turn.speed_mps.abs() * dt,
+            None => self.sd_rad += tuning::RAIL.max_bend_per_m * turn.speed_mps.abs() * dt,
         }
-        self.sd_rad = self.sd_rad.min(MAX_SD_RAD);
+        // Beyond half a turn nothing is known.
+        self.sd_rad = self.sd_rad.min(PI);
     }
 
     /// Heading against that of the start, + left, within ±π, rad.

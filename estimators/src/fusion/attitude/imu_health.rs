@@ -3,10 +3,7 @@
 use crate::Real;
 use crate::api::reading::Channels;
 use crate::api::snapshot::state;
-
-/// Equal samples on all three axes from which an instrument is stuck, and changes after which that is looked at.
-const STUCK_SAMPLES: u32 = 3;
-const MIN_CHANGES: u32 = 100;
+use crate::fusion::tuning;
 
 /// Stuck detector for three axes at once: noise never repeats all of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,7 +21,7 @@ impl StuckVector {
             self.run = self.run.saturating_add(1);
         } else {
             // A repetition that ended soon was one of a coarse instrument.
-            if self.run < STUCK_SAMPLES {
+            if self.run < tuning::STUCK.imu_samples {
                 self.repeats = self.repeats.saturating_add(self.run);
             }
             self.changes = self.changes.saturating_add(1);
@@ -34,20 +31,11 @@ impl StuckVector {
     }
 
     fn is_stuck(&self) -> bool {
-        let noisy =
-            self.changes >= MIN_CHANGES && self.repeats.saturating_mul(MIN_CHANGES) < self.changes;
-        noisy && self.run >= STUCK_SAMPLES
+        let noisy = self.changes >= tuning::STUCK.imu_changes
+            && self.repeats.saturating_mul(tuning::STUCK.imu_changes) < self.changes;
+        noisy && self.run >= tuning::STUCK.imu_samples
     }
 }
-
-/// Jump of the accelerometer from one sample to the next that is a shock, m/s², and time for which a shock rings, s.
-const SHOCK_MPS2: Real = 1.5;
-const RING_S: Real = 0.03;
-/// Jump of the gyro beyond which a sample must be confirmed by the next one: at least, rad/s; over the mean jump of
-/// late; memory of that, samples.
-const MIN_JUMP_RADPS: Real = 0.1;
-const JUMP_FACTOR: Real = 6.0;
-const JUMP_MEMORY: Real = 20.0;
 
 /// Spike gate of the gyro. A sample that jumps is held back until the next sample confirms it, or a shock of the
 /// accelerometer does. A blow to the body moves both instruments; its rates have both signs and an integral of nearly
@@ -73,7 +61,7 @@ impl SpikeGate {
             self.last = Some(sample);
             return sample;
         };
-        let limit = (JUMP_FACTOR * self.jump).max(MIN_JUMP_RADPS);
+        let limit = (tuning::STATISTICS.jump_factor * self.jump).max(tuning::SHOCK.min_jump_radps);
         let jump = apart(sample, last);
         let pending = self.pending.take();
         let confirmed = pending.filter(|before| shaken || apart(sample, *before) <= limit);
@@ -82,7 +70,7 @@ impl SpikeGate {
             return last;
         }
         if !shaken {
-            self.jump += (jump - self.jump) / JUMP_MEMORY;
+            self.jump += (jump - self.jump) / tuning::SHOCK.jump_memory;
         }
         self.last = Some(sample);
         let held = confirmed.filter(|_| shaken || jump > limit).unwrap_or(last);
@@ -166,9 +154,9 @@ impl ImuHealth {
         self.ring_s = (self.ring_s - dt).max(0.0);
         let Some(force) = force else { return false };
         let last = self.last_force.replace(force);
-        let shock = last.is_some_and(|last| apart(force, last) > SHOCK_MPS2);
+        let shock = last.is_some_and(|last| apart(force, last) > tuning::SHOCK.jump_mps2);
         if shock {
-            self.ring_s = RING_S;
+            self.ring_s = tuning::SHOCK.ring_s;
         }
         shock
     }

@@ -38,6 +38,7 @@ use crate::api::snapshot::{Archive, State, state};
 use crate::detect::control::Control;
 use crate::detect::validity::Integrity;
 use crate::filters::gaussian::Gaussian;
+use crate::fusion::tuning;
 use crate::models::attitude::{
     Angles, AttitudeInput, AttitudeModel, AttitudeRates, BIAS_X, KAPPA, Lever, N, PHI, SCALE,
     THETA, V,
@@ -49,49 +50,10 @@ use gyro_monitor::GyroMonitor;
 use heading::{Heading, HeadingInput};
 use imu_health::{ImuHealth, SoundImu};
 use params::{AttitudeParams, AttitudeSupervision};
-use rail_curvature::{MAX_CURVATURE_PER_M, RailCurvature};
+use rail_curvature::RailCurvature;
 use standing_bias::StandingBias;
 use start::first_belief;
 use wheels_ahead::WheelsAhead;
-
-/// Standard deviation of the pitch up to which the arm's error is measured, rad.
-const MAX_ARM_SD_RAD: Real = 0.003;
-/// Standard deviation of the curvature when the gyro is lost, 1/m.
-const LOST_CURVATURE_SD_PER_M: Real = 0.005;
-/// Largest speed, m/s, and angle, rad, that the state may have.
-const MAX_SPEED_MPS: Real = 100.0;
-const MAX_ANGLE_RAD: Real = MAX_GRADE_RAD;
-/// Largest standard deviations of the state.
-const MAX_SD: [Real; N] = [10.0, 0.6, 0.6, 2.0, 2.0, 2.0, 0.1, 0.1, 0.3, 0.3, 0.1];
-/// Share of the standstill speed below which the vehicle stands, and time of standing before the gyro is taken to read
-/// its biases, s.
-const STANDING_SHARE: Real = 0.4;
-const QUIET_S: Real = 0.3;
-/// Standard deviations beyond which an innovation of the specific force is deweighted.
-const HUBER_SD: Real = 3.0;
-/// Time without a wheel from which the variance of the speed grows by [`COAST`], and by which it is opened by
-/// [`REOPEN`], s.
-const COAST_S: [Real; 2] = [1.0, 8.0];
-/// Time without a sample after which wheels count as lost, s.
-const LOST_S: Real = 0.5;
-/// Largest age of a sample that counts, s: clocks that are further apart are set differently.
-const MAX_AGE_S: Real = 1.0;
-/// Time without any sample of accelerometer and wheels after which the vehicle may be anywhere: the filter starts anew,
-/// s.
-const PAUSE_S: Real = 2.0;
-/// Time after a start in motion in which wheels may slip unseen, s, and the standard deviation of the pitch that this
-/// makes, rad/√s.
-const OPENING_S: Real = 3.0;
-const OPENING_RAD: Real = 0.06;
-/// Time after a start in motion in which the filter is wrong if wheels that agree and do not slip contradict its speed,
-/// and for how long they must, s. Later it has shown that it is right.
-const YOUNG_S: Real = 20.0;
-const CONTRADICTED_S: Real = 1.0;
-/// Time without a gyro after which there is none, s.
-const NO_GYRO_S: Real = 5.0;
-/// Growth of the variance of the speed, m²/s² per s.
-const COAST: Real = 4e-4;
-const REOPEN: Real = 1.0;
 
 /// Attitude and speed of one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -198,7 +160,7 @@ impl AttitudeFilter {
                 },
                 noise: params.noise(vehicle.drives),
             },
-            standing_mps: STANDING_SHARE * vehicle.standstill_mps(None),
+            standing_mps: tuning::STANDSTILL.speed_share * vehicle.standstill_mps(None),
             road: vehicle.road.is_some(),
             turn_walk: params.turn_walk(vehicle),
             started: false,
@@ -208,7 +170,7 @@ impl AttitudeFilter {
             standing_bias: StandingBias::default(),
             coast_s: 0.0,
             silent_s: 0.0,
-            gyro_out_s: NO_GYRO_S,
+            gyro_out_s: tuning::ATTITUDE.no_gyro_s,
             young_s: 0.0,
             contradicted_s: 0.0,
             opening_s: 0.0,
@@ -272,7 +234,7 @@ impl AttitudeFilter {
         if z.specific_force_mps2.is_none() && !wheels {
             self.silent_s += dt;
         } else {
-            self.started &= self.silent_s.max(z.since_s) < PAUSE_S;
+            self.started &= self.silent_s.max(z.since_s) < tuning::ATTITUDE.pause_s;
             self.silent_s = 0.0;
         }
         self.gyro_out_s = match z.angular_rate_radps {
@@ -283,7 +245,7 @@ impl AttitudeFilter {
 
     /// Returns true while samples come: without any the last output is nobody's.
     pub fn is_awake(&self) -> bool {
-        self.started && self.silent_s < LOST_S
+        self.started && self.silent_s < tuning::ATTITUDE.lost_s
     }
 
     /// Returns true if the last step has started the filter, for the first time or after a pause.
@@ -307,7 +269,7 @@ impl AttitudeFilter {
         (self.started, self.starts) = (true, true);
         let moves = self.belief.x[V].abs() > self.standing_mps;
         [self.opening_s, self.young_s] = match moves {
-            true => [OPENING_S, YOUNG_S],
+            true => [tuning::ATTITUDE.opening_s, tuning::ATTITUDE.young_s],
             false => [0.0; 2],
         };
         Some(())
@@ -332,7 +294,8 @@ impl AttitudeFilter {
         let rates = self.model.predict(&mut self.belief, sin_cos, &input, dt);
         if self.opening_s > 0.0 {
             self.opening_s -= dt;
-            self.belief.P[(THETA, THETA)] += OPENING_RAD * OPENING_RAD * dt;
+            self.belief.P[(THETA, THETA)] +=
+                tuning::ATTITUDE.opening_rad * tuning::ATTITUDE.opening_rad * dt;
         }
         let [_, _, yaw_rate] = rates.body_radps.unwrap_or_default();
         self.belief.P[(THETA, THETA)] += self.turn_walk * yaw_rate * yaw_rate * dt;
@@ -351,7 +314,10 @@ impl AttitudeFilter {
         if gyro == known {
             let (curvature, sd) = match gyro {
                 true => (0.0, 0.0),
-                false => (self.curvature.per_m(), LOST_CURVATURE_SD_PER_M),
+                false => (
+                    self.curvature.per_m(),
+                    tuning::ATTITUDE.lost_curvature_sd_per_m,
+                ),
             };
             self.belief.set_independent(KAPPA, curvature, sd * sd);
         }
@@ -393,7 +359,9 @@ impl AttitudeFilter {
         };
         let wheels = match wheels {
             Control::Held if z.wheels_stuck => Control::Out(AidOutcome::Rejected(Rejection::Stuck)),
-            Control::Held if self.coast_s > LOST_S => Control::Out(AidOutcome::Stale),
+            Control::Held if self.coast_s > tuning::ATTITUDE.lost_s => {
+                Control::Out(AidOutcome::Stale)
+            }
             wheels => wheels,
         };
         let [status, ..] = &mut self.status;
@@ -416,12 +384,12 @@ impl AttitudeFilter {
     )]
     fn coast(&mut self, dt: Real) {
         self.coast_s += dt;
-        let [drifting_s, lost_s] = COAST_S;
+        let [drifting_s, lost_s] = tuning::ATTITUDE.coast_s;
         if self.coast_s > drifting_s {
-            self.belief.P[(V, V)] += COAST * dt;
+            self.belief.P[(V, V)] += tuning::ATTITUDE.coast * dt;
         }
         if self.coast_s > lost_s {
-            self.belief.P[(V, V)] += REOPEN * dt;
+            self.belief.P[(V, V)] += tuning::ATTITUDE.reopen * dt;
         }
     }
 
@@ -447,7 +415,7 @@ impl AttitudeFilter {
             Some(variance) => Control::New(Vertical { variance, ..up }),
             None => Control::Out(AidOutcome::Stale),
         };
-        let gate = GateRule::Deweight(HUBER_SD);
+        let gate = GateRule::Deweight(tuning::STATISTICS.noise_sd);
         let [_, lateral, vertical] = &mut self.status;
         *lateral = fuse(&mut self.belief, Control::New(across), gate).unwrap_or(*lateral);
         *vertical = fuse(&mut self.belief, up, gate).unwrap_or(*vertical);
@@ -464,7 +432,10 @@ impl AttitudeFilter {
             (true, false) => self.quiet_s,
             (false, _) => 0.0,
         };
-        let Some(rate) = imu.rate_radps.filter(|_| self.quiet_s > QUIET_S) else {
+        let Some(rate) = imu
+            .rate_radps
+            .filter(|_| self.quiet_s > tuning::STANDSTILL.quiet_s)
+        else {
             self.standing_bias = StandingBias::default();
             return;
         };
@@ -480,18 +451,18 @@ impl AttitudeFilter {
     fn limit(&mut self, z: &Channels, dt: Real) -> Option<()> {
         let x = &mut self.belief.x;
         let limits = [
-            (V, MAX_SPEED_MPS),
-            (THETA, MAX_ANGLE_RAD),
-            (PHI, MAX_ANGLE_RAD),
-            (KAPPA, MAX_CURVATURE_PER_M),
+            (V, tuning::ATTITUDE.max_speed_mps),
+            (THETA, MAX_GRADE_RAD),
+            (PHI, MAX_GRADE_RAD),
+            (KAPPA, tuning::RAIL.max_curvature_per_m),
         ];
         for (place, most) in limits {
             x[place] = x[place].clamp(-most, most);
         }
         self.belief
-            .limit_variance(&SVector::from(MAX_SD.map(|sd| sd * sd)));
+            .limit_variance(&SVector::from(tuning::ATTITUDE.max_sd.map(|sd| sd * sd)));
         let positive = self.belief.P.diagonal().iter().all(|p| *p >= 0.0);
-        let contradicted = self.contradicted_s > CONTRADICTED_S;
+        let contradicted = self.contradicted_s > tuning::ATTITUDE.contradicted_s;
         if positive && self.belief.is_finite() && !contradicted {
             return Some(());
         }
@@ -517,7 +488,7 @@ impl AttitudeFilter {
             Some(_) => self.curvature.step(speed, rates.theta_dot, dt),
             None => self.curvature.set(x[KAPPA]),
         }
-        let known = P[(THETA, THETA)] < MAX_ARM_SD_RAD * MAX_ARM_SD_RAD;
+        let known = P[(THETA, THETA)] < tuning::ARM.max_sd_rad * tuning::ARM.max_sd_rad;
         self.arm.step(
             speed * dt,
             known.then_some(x[THETA]),
@@ -543,7 +514,7 @@ impl AttitudeFilter {
             curvature_per_m: self.curvature.per_m(),
             imu: imu.force_mps2.is_some() && (imu.rate_radps.is_some() || !self.has_gyro()),
             wheels: [ballot.used, ballot.slipping],
-            moved_on_rad: rates.theta_dot * within(force_age_s, 0.0, MAX_AGE_S),
+            moved_on_rad: rates.theta_dot * within(force_age_s, 0.0, tuning::ATTITUDE.max_age_s),
         };
         self.heading.step(
             &HeadingInput {
@@ -558,7 +529,7 @@ impl AttitudeFilter {
 
     /// Returns true if there is a gyro that may be used.
     fn has_gyro(&self) -> bool {
-        self.supervision.gyro && self.gyro_sound && self.gyro_out_s < NO_GYRO_S
+        self.supervision.gyro && self.gyro_sound && self.gyro_out_s < tuning::ATTITUDE.no_gyro_s
     }
 
     /// Returns true unless the gyro has been left out.

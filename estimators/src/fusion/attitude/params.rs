@@ -4,6 +4,7 @@ use crate::Real;
 use crate::api::params::params;
 use crate::api::real::sqrt;
 use crate::api::vehicle::Vehicle;
+use crate::fusion::tuning;
 use crate::models::attitude::AttitudeNoise;
 
 params! {
@@ -43,7 +44,7 @@ params! {
 impl AttitudeParams {
     /// Standard deviation of the lateral force's model, m/s².
     pub fn lateral_sd(&self, vehicle: &Vehicle) -> Real {
-        let [rail, road] = LATERAL_SD_MPS2;
+        let [rail, road] = tuning::ATTITUDE.lateral_sd_mps2;
         let default = if vehicle.road.is_some() { road } else { rail };
         self.lateral_force_sd_mps2.unwrap_or(default)
     }
@@ -51,12 +52,12 @@ impl AttitudeParams {
     /// Variance of the pitch by time and yaw rate squared, s, that the coupling of turns makes.
     pub fn turn_walk(&self, vehicle: &Vehicle) -> Real {
         let default = if vehicle.road.is_some() {
-            ROAD_COUPLING_RAD
+            tuning::ATTITUDE.road_coupling_rad
         } else {
             0.0
         };
         let coupling = self.turn_coupling_sd_rad.unwrap_or(default);
-        coupling * coupling * TURN_MEMORY_S
+        coupling * coupling * tuning::ATTITUDE.turn_memory_s
     }
 
     /// Process noise of the model, for a number of drives.
@@ -79,19 +80,8 @@ impl AttitudeParams {
     pub fn bias_sd(&self, vehicle: &Vehicle) -> [Real; 2] {
         let gyro = self.gyro_bias_sd_radps.or(vehicle.gyro_bias_sd_radps);
         [
-            vehicle.accel_bias_sd(self.accel_bias_sd_mps2, CALIBRATED_ACCEL_MPS2),
-            gyro.unwrap_or(CALIBRATED_GYRO_RADPS),
+            vehicle.accel_bias_sd(self.accel_bias_sd_mps2, tuning::CALIBRATION.accel_bias_mps2),
+            gyro.unwrap_or(tuning::CALIBRATION.gyro_bias_radps),
         ]
     }
 }
-
-/// Standard deviations of the lateral force's model on a rail and on a road, m/s². On a road the side slip makes it
-/// wrong by some hundredths of m/s² for as long as a turn lasts, and the roll that passes for it couples the yaw rate
-/// into the pitch.
-const LATERAL_SD_MPS2: [Real; 2] = [0.05, 5.0];
-/// Coupling of turns of a road vehicle, rad, and the time after which it is another, s.
-const ROAD_COUPLING_RAD: Real = 0.01;
-const TURN_MEMORY_S: Real = 2.0;
-/// Biases of a calibrated instrument.
-const CALIBRATED_ACCEL_MPS2: Real = 0.00978;
-const CALIBRATED_GYRO_RADPS: Real = 2.424e-6;

@@ -3,14 +3,7 @@
 use crate::Real;
 use crate::api::real::within;
 use crate::api::snapshot::state;
-
-/// Way over which it is smoothed, m: in way, not in time, or a body that nods at a stop would leave a curvature of its
-/// own.
-const MEMORY_M: Real = 0.05;
-/// Speed from which it is learnt, m/s.
-const MIN_SPEED_MPS: Real = 0.12;
-/// Sharpest curve of a rail, 1/m: a radius of 8 m.
-pub const MAX_CURVATURE_PER_M: Real = 0.13;
+use crate::fusion::tuning;
 
 /// Low-pass of θ̇/v in way.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,16 +14,24 @@ pub struct RailCurvature {
 impl RailCurvature {
     /// The unit moves on at `speed_mps` and pitches at `theta_dot`, rad/s.
     pub fn step(&mut self, speed_mps: Real, theta_dot: Real, dt: Real) {
-        if speed_mps.abs() > MIN_SPEED_MPS {
-            let way = speed_mps.abs() * dt / MEMORY_M;
+        if speed_mps.abs() > tuning::MOTION.curvature_mps {
+            let way = speed_mps.abs() * dt / tuning::CURVATURE.memory_m;
             self.per_m += way / (1.0 + way) * (theta_dot / speed_mps - self.per_m);
-            self.per_m = within(self.per_m, -MAX_CURVATURE_PER_M, MAX_CURVATURE_PER_M);
+            self.per_m = within(
+                self.per_m,
+                -tuning::RAIL.max_curvature_per_m,
+                tuning::RAIL.max_curvature_per_m,
+            );
         }
     }
 
     /// It is known from elsewhere.
     pub fn set(&mut self, per_m: Real) {
-        self.per_m = within(per_m, -MAX_CURVATURE_PER_M, MAX_CURVATURE_PER_M);
+        self.per_m = within(
+            per_m,
+            -tuning::RAIL.max_curvature_per_m,
+            tuning::RAIL.max_curvature_per_m,
+        );
     }
 
     /// 1/m, + where the grade grows.
@@ -60,7 +61,7 @@ mod tests {
                     (0..steps).for_each(|_| curvature.step(speed, kappa * speed, DT));
                     curvature.per_m() / kappa
                 };
-                let share = go(MEMORY_M);
+                let share = go(tuning::CURVATURE.memory_m);
                 assert!((share + exp(-1.0) - 1.0).abs() < 0.01, "{speed}: {share}");
                 assert!((go(1.0) - 1.0).abs() < 1e-6, "{speed} {kappa}");
             }
@@ -83,10 +84,10 @@ mod tests {
         for sign in [1.0, -1.0] {
             let mut curvature = RailCurvature::default();
             curvature.set(sign);
-            assert_eq!(curvature.per_m(), sign * MAX_CURVATURE_PER_M);
+            assert_eq!(curvature.per_m(), sign * tuning::RAIL.max_curvature_per_m);
             curvature.set(0.0);
             (0..100).for_each(|_| curvature.step(1.0, sign, 0.01));
-            assert_eq!(curvature.per_m(), sign * MAX_CURVATURE_PER_M);
+            assert_eq!(curvature.per_m(), sign * tuning::RAIL.max_curvature_per_m);
         }
     }
 }

@@ -5,19 +5,11 @@
 //! that rocks reads differently in them.
 
 use crate::Real;
-use crate::aiding::standstill::STANDING_NOISE;
 use crate::api::real::sqrt;
 use crate::api::snapshot::state;
 use crate::filters::gaussian::Gaussian;
+use crate::fusion::tuning;
 use crate::models::attitude::{GYRO_X, GYRO_Y, GYRO_Z, N, PHI, THETA};
-
-/// Length of a window, s, and windows in a row that must be alike.
-const WINDOW_S: Real = 0.25;
-const WINDOWS: u32 = 6;
-/// Standard deviations beyond which a window contradicts the bias of the filter, and the largest difference of two
-/// windows as a share of what they contradict it by.
-const CONTRADICTION_SD: Real = 5.0;
-const MAX_DIFFERENCE: Real = 0.25;
 
 /// Windows in a row of one axis that contradict the filter alike: least and largest mean, rad/s, their sum and number.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,7 +24,8 @@ impl Run {
     /// Takes the mean of a window; `off` is how far it is from the filter's bias, rad/s.
     fn take(&mut self, mean: Real, off: Real) {
         let (least, most) = (self.least.min(mean), self.most.max(mean));
-        let alike = self.windows > 0 && most - least < MAX_DIFFERENCE * off.abs();
+        let alike =
+            self.windows > 0 && most - least < tuning::STANDSTILL.max_difference * off.abs();
         *self = match alike {
             true => Self {
                 least,
@@ -70,25 +63,31 @@ impl StandingBias {
             *turned += rate * dt;
         }
         self.length_s += dt;
-        if self.length_s < WINDOW_S {
+        if self.length_s < tuning::STANDSTILL.window_s {
             return;
         }
         let means = self.turned_rad.map(|turned| turned / self.length_s);
-        let all_s = Real::from(WINDOWS as u8) * self.length_s;
+        let all_s = Real::from(tuning::STANDSTILL.windows as u8) * self.length_s;
         (self.turned_rad, self.length_s) = ([0.0; 3], 0.0);
-        let noise = STANDING_NOISE * STANDING_NOISE / all_s;
+        let noise = tuning::STANDSTILL.noise * tuning::STANDSTILL.noise / all_s;
         let axes = [(GYRO_X, Some(PHI)), (GYRO_Y, Some(THETA)), (GYRO_Z, None)];
         for (((bias, angle), mean), run) in axes.into_iter().zip(means).zip(&mut self.runs) {
             let off = mean - belief.x[bias];
-            if off.abs() < CONTRADICTION_SD * sqrt(belief.P[(bias, bias)] + noise) {
+            if off.abs()
+                < tuning::STANDSTILL.contradiction_sd * sqrt(belief.P[(bias, bias)] + noise)
+            {
                 *run = Run::default();
                 continue;
             }
             run.take(mean, off);
-            if run.windows < WINDOWS {
+            if run.windows < tuning::STANDSTILL.windows {
                 continue;
             }
-            belief.set_independent(bias, run.sum / Real::from(WINDOWS as u8), noise);
+            belief.set_independent(
+                bias,
+                run.sum / Real::from(tuning::STANDSTILL.windows as u8),
+                noise,
+            );
             if let Some(angle) = angle {
                 belief.P[(angle, angle)] += off * off * all_s * all_s;
             }

@@ -8,14 +8,8 @@ use crate::Real;
 use crate::api::reading::Channels;
 use crate::api::real::{GRAVITY, asin, cos, sqrt};
 use crate::filters::gaussian::Gaussian;
+use crate::fusion::tuning;
 use crate::models::attitude::{BIAS_X, BIAS_Y, N, PHI, THETA};
-
-/// Uncertainty of v̇ at the first sample, m/s²: of a vehicle that stands, of one that runs on a rail, and on a road.
-const FIRST_ACCELERATION_SD_MPS2: [Real; 3] = [0.02, 1.0, 2.5];
-/// Standard deviations by which the wheels may be apart by noise alone.
-const WHEELS_APART_SD: Real = 7.0;
-/// Largest sines of the pitch and the roll at the start.
-const MAX_SINES: [Real; 2] = [0.6, 0.3];
 
 /// The belief by the first samples, `dt` seconds long, of a vehicle (on a `road`) that stands below `standing_mps`
 /// and whose biases of accelerometer and gyro have the standard deviations `bias_sd` (m/s², rad/s). `None` until
@@ -41,11 +35,11 @@ pub fn first_belief(
         return None;
     }
     let v: Real = sum / count;
-    let [steepest, leaning] = MAX_SINES;
+    let [steepest, leaning] = tuning::ATTITUDE.max_sines;
     let theta = asin((fx / GRAVITY).clamp(-steepest, steepest));
     let g_theta = GRAVITY * cos(theta);
     let phi = asin((fy / g_theta).clamp(-leaning, leaning));
-    let [standing, on_rail, on_road] = FIRST_ACCELERATION_SD_MPS2;
+    let [standing, on_rail, on_road] = tuning::ATTITUDE.first_acceleration_sd_mps2;
     let v_dot = match (v.abs() < standing_mps, road) {
         (true, _) => standing,
         (false, false) => on_rail,
@@ -55,7 +49,7 @@ pub fn first_belief(
     let noise = params.velocity_random_walk / sqrt(dt);
     let angle = sqrt(bias * bias + v_dot * v_dot + noise * noise) / g_theta;
     let scale = params.wheel_scale_sd / sqrt(count);
-    let slip = (high - low - WHEELS_APART_SD * params.wheel_speed_sd_mps).max(0.0);
+    let slip = (high - low - tuning::STATISTICS.agree_sd * params.wheel_speed_sd_mps).max(0.0);
     let speed = 2.0 * params.wheel_speed_sd_mps + scale * v.abs() + slip;
     let x = SVector::from([v, theta, phi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let sd = SVector::from([

@@ -9,11 +9,9 @@ use super::AttitudeFilter;
 use crate::Real;
 use crate::api::real::{PI, sqrt};
 use crate::api::snapshot::state;
+use crate::fusion::tuning;
 use crate::models::attitude::{BIAS_X, GYRO_Z, SCALE};
 use crate::models::force_balance::MAX_GRADE_RAD;
-
-/// Uncertainty of the pitch of the body against the rail, rad: its running wheels are springs.
-const MODEL_SD_RAD: Real = 0.0003;
 
 /// A grade with a lag in way.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -25,10 +23,6 @@ pub struct LaggedGrade {
     /// Distance of that place behind the IMU, m.
     pub lag_m: Real,
 }
-
-/// Error of the chord as a share of that of the grade carried ahead over the arm: for d²θ/ds² it is w²/6 against l²/2,
-/// a third where half the wheelbase w is the arm l.
-const CHORD_SHARE: Real = 1.0 / 3.0;
 
 state!(LaggedGrade { grade_rad, sd_rad, lag_m; });
 
@@ -44,7 +38,10 @@ impl AttitudeFilter {
         let arm = self.arm.sd_rad(self.found.curvature_per_m);
         let pitch = self.found.pitch_sd_rad;
         let (mount, moved) = (self.mount_sd_rad(), self.found.moved_on_rad);
-        let known = pitch * pitch + arm * arm + mount * mount + MODEL_SD_RAD * MODEL_SD_RAD;
+        let known = pitch * pitch
+            + arm * arm
+            + mount * mount
+            + tuning::SURVEY.model_sd_rad * tuning::SURVEY.model_sd_rad;
         sqrt(known + moved * moved)
     }
 
@@ -56,11 +53,17 @@ impl AttitudeFilter {
     /// The grade where the IMU was one arm ago.
     pub fn lagged_grade(&self) -> LaggedGrade {
         let pitch = self.found.pitch_sd_rad;
-        let (mount, chord) = (self.mount_sd_rad(), CHORD_SHARE * self.arm.sd_rad(0.0));
+        let (mount, chord) = (
+            self.mount_sd_rad(),
+            tuning::SURVEY.chord_share * self.arm.sd_rad(0.0),
+        );
         LaggedGrade {
             grade_rad: self.found.pitch_rad,
             sd_rad: sqrt(
-                pitch * pitch + mount * mount + chord * chord + MODEL_SD_RAD * MODEL_SD_RAD,
+                pitch * pitch
+                    + mount * mount
+                    + chord * chord
+                    + tuning::SURVEY.model_sd_rad * tuning::SURVEY.model_sd_rad,
             ),
             lag_m: self.model.lever.ahead_m,
         }
@@ -74,7 +77,7 @@ impl AttitudeFilter {
         let read = self.found.sum_sd;
         [
             sqrt(P[(BIAS_X, BIAS_X)]),
-            sqrt(read * read + MODEL_SD_RAD * MODEL_SD_RAD),
+            sqrt(read * read + tuning::SURVEY.model_sd_rad * tuning::SURVEY.model_sd_rad),
             sqrt(P[(SCALE, SCALE)]),
             self.model.lever.ahead_m,
         ]

@@ -1,6 +1,7 @@
 use super::*;
 use crate::api::real::PI;
 use crate::api::vehicle::VehicleData;
+use crate::models::attitude::GYRO_Z;
 use crate::testing::vehicles::vehicle;
 
 const DT: Real = 0.01;
@@ -327,7 +328,12 @@ fn a_state_that_cannot_be_is_limited_or_begun_anew() {
             filter.belief.x[place] = 1e3 * sign;
         }
         filter.limit(&z, DT).unwrap();
-        let most = [100.0, MAX_GRADE_RAD, MAX_GRADE_RAD, MAX_CURVATURE_PER_M];
+        let most = [
+            100.0,
+            MAX_GRADE_RAD,
+            MAX_GRADE_RAD,
+            tuning::RAIL.max_curvature_per_m,
+        ];
         for (place, most) in [V, THETA, PHI, KAPPA].into_iter().zip(most) {
             assert_eq!(filter.belief.x[place], sign * most);
         }

@@ -8,30 +8,9 @@ use crate::Real;
 use crate::api::aid::{AidOutcome, Rejection};
 use crate::api::real::{GRAVITY, floor, sqrt, within};
 use crate::api::snapshot::{Blank, state};
+use crate::fusion::tuning;
 use crate::models::swing::SUBSTEPS;
 use crate::rail::rail_memory::{Place, RailMemory};
-
-/// Length of a part, s.
-const SUBSTEP_S: Real = 0.1;
-
-/// Noise of the acceleration of a block that the model's noise covers, m/s².
-const NOMINAL_MPS2: Real = 2.5e-3;
-
-/// Step of the accelerations kept, m/s²: an eighth of their noise.
-const ACCELERATION_STEP: Real = 2e-4;
-
-/// Step of the noise kept, m/s², of which there are at most 255.
-const NOISE_STEP: Real = 1e-4;
-
-/// Noise of the acceleration of a part that the model's noise covers, m/s², and the step in which it is kept.
-const NOMINAL_PART_MPS2: Real = 0.01;
-const PART_STEP: Real = 2e-3;
-
-/// Step of the lengths kept, s.
-const LENGTH_STEP_S: Real = 2e-5;
-
-/// Share of the brake beyond which a block is of no use.
-pub const MAX_BRAKE: Real = 0.002;
 
 fn steps(value: Real, step: Real) -> i16 {
     within(floor(value / step + 0.5), -32_000.0, 32_000.0) as i16
@@ -78,13 +57,13 @@ pub struct Block {
     /// Speed, m/s.
     pub speed_mps: f32,
     /// Standard deviation of the noise of the acceleration and of the sine of the grade times g, in steps of
-    /// [`NOISE_STEP`].
+    /// `BLOCK.noise_step`.
     noise: u8,
-    /// Standard deviation of the noise of the acceleration of a part, in steps of [`PART_STEP`].
+    /// Standard deviation of the noise of the acceleration of a part, in steps of `BLOCK.part_step`.
     part_noise: u8,
-    /// Acceleration in parts, in steps of [`ACCELERATION_STEP`].
+    /// Acceleration in parts, in steps of `BLOCK.acceleration_step`.
     acceleration: [i16; SUBSTEPS],
-    /// Length of a part, in steps of [`LENGTH_STEP_S`].
+    /// Length of a part, in steps of `BLOCK.length_step_s`.
     substep: i16,
     /// Fused, or why it cannot be: braked, without an instrument, slip, torques in doubt.
     pub outcome: AidOutcome,
@@ -99,23 +78,23 @@ impl Block {
     /// Acceleration in parts, m/s².
     pub fn accelerations(&self) -> [Real; SUBSTEPS] {
         self.acceleration
-            .map(|steps| Real::from(steps) * ACCELERATION_STEP)
+            .map(|steps| Real::from(steps) * tuning::BLOCK.acceleration_step)
     }
 
     /// Standard deviation of the noise of the load's regressor, m/s².
     pub fn noise_mps2(&self) -> Real {
-        Real::from(self.noise) * NOISE_STEP
+        Real::from(self.noise) * tuning::BLOCK.noise_step
     }
 
     /// Standard deviation of the noise of the acceleration of a part, m/s², where it is beyond what the model's noise
     /// covers; else 0.
     pub fn part_noise_mps2(&self) -> Real {
-        Real::from(self.part_noise) * PART_STEP
+        Real::from(self.part_noise) * tuning::BLOCK.part_step
     }
 
     /// Length of a part, s.
     pub fn substep_s(&self) -> Real {
-        Real::from(self.substep) * LENGTH_STEP_S
+        Real::from(self.substep) * tuning::BLOCK.length_step_s
     }
 
     /// Its length, s.
@@ -184,7 +163,7 @@ impl BlockBuilder {
         self.part_way += z.acceleration_mps2 * dt;
         self.part_s += dt;
         self.length_s += dt;
-        if self.part_s < SUBSTEP_S - 1e-6 {
+        if self.part_s < tuning::BLOCK.substep_s - 1e-6 {
             return None;
         }
         let by_speed = (z.speed_mps - self.part_mps) / self.part_s;
@@ -211,13 +190,22 @@ impl BlockBuilder {
                     + self.late_variance(),
             ),
             speed_mps: stored(self.speed / self.length_s),
-            noise: within(floor(self.regressor_noise() / NOISE_STEP + 0.5), 0.0, 255.0) as u8,
+            noise: within(
+                floor(self.regressor_noise() / tuning::BLOCK.noise_step + 0.5),
+                0.0,
+                255.0,
+            ) as u8,
             part_noise: {
                 let [sd, _] = self.part_noise();
-                within(floor(sd / PART_STEP + 0.5), 0.0, 255.0) as u8
+                within(floor(sd / tuning::BLOCK.part_step + 0.5), 0.0, 255.0) as u8
             },
-            acceleration: self.parts.map(|a| steps(a + shift, ACCELERATION_STEP)),
-            substep: steps(self.length_s / SUBSTEPS as Real, LENGTH_STEP_S),
+            acceleration: self
+                .parts
+                .map(|a| steps(a + shift, tuning::BLOCK.acceleration_step)),
+            substep: steps(
+                self.length_s / SUBSTEPS as Real,
+                tuning::BLOCK.length_step_s,
+            ),
             outcome: self.outcome(),
         };
         *self = Self {
@@ -230,7 +218,7 @@ impl BlockBuilder {
 
 impl BlockBuilder {
     fn outcome(&self) -> AidOutcome {
-        if self.brake > MAX_BRAKE {
+        if self.brake > tuning::BLOCK.max_brake {
             AidOutcome::Rejected(Rejection::NotRunning)
         } else if self.unsound {
             AidOutcome::Stale
@@ -246,7 +234,7 @@ impl BlockBuilder {
     /// Standard deviation of the noise that the load's regressor has, m/s².
     fn regressor_noise(&self) -> Real {
         let (speed, grade) = (
-            self.noise / self.length_s.max(SUBSTEP_S),
+            self.noise / self.length_s.max(tuning::BLOCK.substep_s),
             GRAVITY * self.sum_sd,
         );
         sqrt(2.0 * speed * speed + grade * grade)
@@ -255,11 +243,11 @@ impl BlockBuilder {
     /// Standard deviation of the noise of the acceleration of a part, m/s², 0 up to the nominal one, and the share that
     /// the speed at its ends has in it beside the accelerometer, which is shaken.
     fn part_noise(&self) -> [Real; 2] {
-        let by_force = self.seen_walk * self.seen_walk / SUBSTEP_S;
-        if by_force < NOMINAL_PART_MPS2 * NOMINAL_PART_MPS2 {
+        let by_force = self.seen_walk * self.seen_walk / tuning::BLOCK.substep_s;
+        if by_force < tuning::BLOCK.nominal_part_mps2 * tuning::BLOCK.nominal_part_mps2 {
             return [0.0; 2];
         }
-        let speed = self.noise / SUBSTEP_S;
+        let speed = self.noise / tuning::BLOCK.substep_s;
         let by_speed = 2.0 * speed * speed;
         let share = by_force / (by_force + by_speed);
         [sqrt(share * by_speed), share]
@@ -268,15 +256,17 @@ impl BlockBuilder {
     /// Variance of the traction by the time that it may be late, N².
     fn late_variance(&self) -> Real {
         let [first, last] = self.tractions.unwrap_or_default();
-        let late = self.lag_s / self.length_s.max(SUBSTEP_S) * (last - first);
+        let late = self.lag_s / self.length_s.max(tuning::BLOCK.substep_s) * (last - first);
         late * late
     }
 
     /// Variance of the force of inertia of `mass_kg` by the noise of the speed, beyond that which the model's noise
     /// covers, N².
     fn inertia_variance(&self, mass_kg: Real) -> Real {
-        let noise = self.noise / self.length_s.max(SUBSTEP_S);
-        let beyond = (2.0 * noise * noise - NOMINAL_MPS2 * NOMINAL_MPS2).max(0.0);
+        let noise = self.noise / self.length_s.max(tuning::BLOCK.substep_s);
+        let beyond = (2.0 * noise * noise
+            - tuning::BLOCK.nominal_mps2 * tuning::BLOCK.nominal_mps2)
+            .max(0.0);
         mass_kg * mass_kg * beyond
     }
 }

@@ -14,31 +14,11 @@ use crate::detect::control::Control;
 use crate::filters::ekf;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::model::Process;
+use crate::fusion::tuning;
 use crate::models::swing_balance::{
     ANGLE, ETA, LENGTH, MASS, N, Nominal, R0, RATE, SwingInput, SwingModel,
 };
 use crate::rail::train_means::TrainMeans;
-
-/// Mean way behind the rail remembered over which η becomes another, m.
-const ETA_MEMORY_M: Real = 2.0;
-/// Largest |ln L/L₀|.
-const MAX_LENGTH: Real = 0.5;
-/// Part of the running resistance per weight from which it weighs the load, and not the swing: a load swings with
-/// accelerations of some 0.05 g.
-const MAX_SWING_MU: Real = 0.05;
-/// Standard deviations beyond which a block is deweighted.
-const HUBER_SD: Real = 3.0;
-/// Speed from which a change of the grade is one by way, m/s, and the largest such change, rad/m.
-const MIN_TURN_SPEED_MPS: Real = 0.05;
-const MAX_TURN_RADPM: Real = 0.2;
-/// Memory of the excitation, s, and the root of its mean square over the noise of the regressor from which a block
-/// weighs the load.
-const EXCITATION_S: Real = 10.0;
-const MIN_EXCITATION: Real = 5.0;
-/// Standard deviations of the swing after a load has been taken, rad and rad/s.
-const NEW_SWING_SD: [Real; 2] = [0.06, 0.25];
-/// Share of the first variance of the resistance that another load adds.
-const REOPEN: Real = 0.01;
 
 /// Correction by a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -120,7 +100,7 @@ impl SwingBalance {
     /// Returns true if the swing weighs the mass, so that the problem is not linear: the load swings, and the running
     /// resistance does not weigh it first.
     pub fn is_nonlinear(&self) -> bool {
-        self.model.swings && self.model.nominal.mu_load < MAX_SWING_MU
+        self.model.swings && self.model.nominal.mu_load < tuning::BALANCE.max_swing_mu
     }
 
     /// Sets the mass that the noise is proportional to, kg; `None` for the filter's own.
@@ -203,16 +183,16 @@ impl SwingBalance {
         let model = self.model;
         let aid = self.aid(&model, block, means);
         let of = |sd: Real| sd * sd;
-        let share = (block.length_s() / EXCITATION_S).min(1.0);
+        let share = (block.length_s() / tuning::BALANCE.excitation_s).min(1.0);
         let moved = of(aid.load_regressor(&self.belief.x));
         self.excitation += share * (moved - self.excitation);
         let (y, h) = (aid.innovation(&self.belief.x), aid.H(&self.belief.x));
         let square = y * y / (h.dot(&self.belief.covariance_with(&h)) + aid.R());
         // The noise of the regressor would pass for information about a load that nothing moves: the load is then a
         // parameter that the filter considers and does not estimate (Schmidt 1966), whose mean and variance stay.
-        let excited = self.excitation > of(MIN_EXCITATION * block.noise_mps2());
+        let excited = self.excitation > of(tuning::BALANCE.min_excitation * block.noise_mps2());
         let (load, load_variance) = (self.belief.x[MASS], self.belief.P[(MASS, MASS)]);
-        let gate = GateRule::Deweight(HUBER_SD);
+        let gate = GateRule::Deweight(tuning::STATISTICS.noise_sd);
         let status = fuse(&mut self.belief, Control::New(aid), gate).unwrap_or_default();
         if !excited {
             self.belief.x[MASS] = load;
@@ -220,7 +200,7 @@ impl SwingBalance {
         }
         let x = &mut self.belief.x;
         x[MASS] = x[MASS].clamp(0.0, self.model.nominal.max_load_kg);
-        x[LENGTH] = x[LENGTH].clamp(-MAX_LENGTH, MAX_LENGTH);
+        x[LENGTH] = x[LENGTH].clamp(-tuning::BALANCE.max_length, tuning::BALANCE.max_length);
         BlockCorrection {
             status,
             normalised: if y < 0.0 { -sqrt(square) } else { sqrt(square) },
@@ -252,8 +232,9 @@ impl SwingBalance {
         let noisy = self.noise_mass_kg();
         let grade = (means.tare_deep_kg + x[MASS] * means.load_deep) / mass;
         let v = Real::from(block.speed_mps).abs();
-        let turn = if v > MIN_TURN_SPEED_MPS {
-            ((grade - self.last_grade).abs() / (v * block.length_s())).min(MAX_TURN_RADPM)
+        let turn = if v > tuning::MOTION.moves_mps {
+            ((grade - self.last_grade).abs() / (v * block.length_s()))
+                .min(tuning::RAIL.max_turn_radpm)
         } else {
             0.0
         };
@@ -262,7 +243,7 @@ impl SwingBalance {
         let behind_m = (means.behind_tare_kgm + x[MASS] * means.behind_load_m) / mass;
         let onto_m = (behind_m - self.last_behind_m).max(0.0);
         self.last_behind_m = behind_m;
-        let same = exp(-onto_m / ETA_MEMORY_M);
+        let same = exp(-onto_m / tuning::RAIL.eta_memory_m);
         u.length_m = self.model.length_m(x);
         u.noise_mass_kg = noisy;
         u.part_noise_mps2 = block.part_noise_mps2();
@@ -313,7 +294,7 @@ impl SwingBalance {
     /// Opens what another place on the rail makes another: the grade behind with the standard deviation
     /// `behind_sd_rad`, and the swing.
     pub fn lose_place(&mut self, behind_sd_rad: Real) {
-        let [angle, rate] = NEW_SWING_SD;
+        let [angle, rate] = tuning::BALANCE.new_swing_sd;
         for (i, sd) in [(ETA, behind_sd_rad), (ANGLE, angle), (RATE, rate)] {
             self.belief.set_independent(i, 0.0, sd * sd);
         }
@@ -346,7 +327,7 @@ impl SwingBalance {
     )]
     pub fn open_load(&mut self) {
         let fresh = prior(&self.model.nominal, &self.params);
-        let [angle, rate] = NEW_SWING_SD;
+        let [angle, rate] = tuning::BALANCE.new_swing_sd;
         let opened = [
             (MASS, self.belief.x[MASS], fresh.P[(MASS, MASS)]),
             (ANGLE, 0.0, angle * angle),
@@ -355,7 +336,7 @@ impl SwingBalance {
         for (i, mean, variance) in opened {
             self.belief.set_independent(i, mean, variance);
         }
-        self.belief.P[(R0, R0)] += REOPEN * fresh.P[(R0, R0)];
+        self.belief.P[(R0, R0)] += tuning::BALANCE.reopen * fresh.P[(R0, R0)];
     }
 }
 

@@ -20,49 +20,17 @@ use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::{Archive, State, state};
 use crate::detect::standing_load::KeptMass;
+use crate::fusion::tuning;
 use crate::models::swing_balance::{CV, ETA, MASS, N, Nominal, R0};
 use crate::rail::mass_on_rail::ETA_M;
 use crate::rail::mass_on_rail::MassOnRail;
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::{TrainMeans, TrainOnRail};
-use block::{Block, BlockBuilder, BlockInput, MAX_BRAKE};
+use block::{Block, BlockBuilder, BlockInput};
 use filter::{BlockCorrection, SwingBalance};
 use params::{SwingBalanceParams, SwingSupervision};
 use scaled_cusum::ScaledCusum;
 use start_search::StartSearch;
-
-/// Blocks kept: those that wait for rail, and those that a change of load goes back over.
-const BLOCKS: usize = 26;
-/// Blocks that may come while the start search goes over those kept.
-const SPARE_BLOCKS: u64 = 5;
-/// Speed from which a block is of use, m/s; time after standing, s.
-const MIN_SPEED_MPS: Real = 0.06;
-const SETTLE_S: Real = 0.3;
-/// Speed from which a block waits for rail, m/s: a train that stands or goes back will not read any.
-const MIN_WAIT_MPS: Real = 0.05;
-/// Way ahead of the rail read up to which a block is of use, m.
-const MAX_AHEAD_M: Real = 0.8;
-/// Mean distance of the tare behind the rail remembered up to which a block is of use when going back, m.
-const MAX_BEHIND_M: Real = 0.3;
-/// Blocks after which the start is searched for the first and for the last time.
-const FIRST_LOOK_BLOCKS: u32 = 10;
-const SETTLED_BLOCKS: u32 = 20;
-/// Time that the start search takes for a block, s: one for each sample at 100 Hz.
-const SEARCH_PERIOD_S: Real = 0.01;
-const MAX_SEARCH_BLOCKS: u32 = 10;
-
-/// Memory of the mean residual, s, and its size from which the mass is not valid: residuals that keep to one side come
-/// of another load, or of a model that is wrong.
-const LEAN_MEMORY_S: Real = 2.0;
-const MAX_LEAN: Real = 1.2;
-
-/// Standard deviations by which the force may jump from one block to the next, the sharpest curvature of a rail, rad/m,
-/// and blocks after a jump until its cause is found.
-const JUMP_SD: Real = 8.0;
-const MAX_TURN_RADPM: Real = 0.12;
-const SETTLING_BLOCKS: u64 = 3;
-/// Distance ahead of the rail read of the furthest mass at least, m.
-const MIN_AHEAD_M: Real = 0.5;
 
 /// The filter at the last block at which no residual hinted at another load.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,7 +94,7 @@ pub struct SwingMass {
     outlook: Option<[Real; 2]>,
     jumped: u64,
     builder: BlockBuilder,
-    blocks: [Block; BLOCKS],
+    blocks: [Block; tuning::QUEUE.blocks],
     /// Blocks written and taken since the start.
     written: u64,
     taken: u64,
@@ -176,7 +144,7 @@ impl SwingMass {
             outlook: None,
             jumped: 0,
             builder: BlockBuilder::default(),
-            blocks: [Block::default(); BLOCKS],
+            blocks: [Block::default(); tuning::QUEUE.blocks],
             written: 0,
             taken: 0,
             settle_s: 0.0,
@@ -208,19 +176,19 @@ impl SwingMass {
             self.written += 1;
             self.taken = self
                 .taken
-                .max(self.written.saturating_sub(BLOCKS as u64 - 1));
+                .max(self.written.saturating_sub(tuning::QUEUE.blocks as u64 - 1));
         }
         if self.search.is_active() {
-            let blocks = (dt / SEARCH_PERIOD_S) as u32;
-            for _ in 0..blocks.clamp(1, MAX_SEARCH_BLOCKS) {
+            let blocks = (dt / tuning::QUEUE.search_period_s) as u32;
+            for _ in 0..blocks.clamp(1, tuning::QUEUE.max_search_blocks) {
                 self.search_step(rail);
             }
         } else if self.taken < self.written {
             let block = self.block(self.taken);
-            let full = self.written - self.taken >= BLOCKS as u64 - 1;
+            let full = self.written - self.taken >= tuning::QUEUE.blocks as u64 - 1;
             let waits = self.supervision.wait_for_rail
                 && !full
-                && z.speed_mps > MIN_WAIT_MPS
+                && z.speed_mps > tuning::MOTION.moves_mps
                 && !rail.read_up_to(block.place, self.front_m);
             if !waits {
                 self.taken += 1;
@@ -232,7 +200,7 @@ impl SwingMass {
                 }
             }
         }
-        if z.brake > MAX_BRAKE {
+        if z.brake > tuning::BLOCK.max_brake {
             self.status = AidStatus::not_fused(AidOutcome::Rejected(Rejection::NotRunning));
         }
         new
@@ -242,7 +210,7 @@ impl SwingMass {
     /// because the rail that has not been read cannot change so fast.
     fn watch(&mut self, block: &Block, rail: &RailMemory) {
         let v = Real::from(block.speed_mps);
-        let sound = block.outcome == AidOutcome::Fused && v.abs() > MIN_SPEED_MPS;
+        let sound = block.outcome == AidOutcome::Fused && v.abs() > tuning::MOTION.block_mps;
         if !(self.searched && sound) {
             self.outlook = None;
             return;
@@ -257,31 +225,32 @@ impl SwingMass {
             return;
         };
         let [y, variance] = now;
-        let unread_kg = 2.0 * means.ahead_kgm / means.ahead_m.max(MIN_AHEAD_M);
+        let unread_kg = 2.0 * means.ahead_kgm / means.ahead_m.max(tuning::RAIL.min_ahead_m);
         // The rail ahead turns, and so does the gradient at the end of what was read, which it is taken to go on by.
-        let turn_rad = MAX_TURN_RADPM * v.abs() * block.length_s() * (1.0 + means.ahead_m);
+        let turn_rad =
+            tuning::RAIL.jump_turn_radpm * v.abs() * block.length_s() * (1.0 + means.ahead_m);
         let behind_m = match means.behind_tare_kgm > 0.0 {
-            true => v.abs() * block.length_s() / ETA_M,
+            true => v.abs() * block.length_s() / tuning::RAIL.eta_m,
             false => 0.0,
         };
         let behind_rad = sqrt(self.found.eta_variance) * behind_m;
         let bent = GRAVITY * (unread_kg * turn_rad + self.mass_kg() * behind_rad);
-        if (y - last).abs() > JUMP_SD * sqrt(variance + last_variance) + bent {
-            self.jumped = self.written + SETTLING_BLOCKS;
+        if (y - last).abs() > tuning::QUEUE.jump_sd * sqrt(variance + last_variance) + bent {
+            self.jumped = self.written + tuning::QUEUE.settling_blocks;
         }
     }
 
     /// Reason why a block is of no use; `None` if it is of use.
     fn refusal(&self, block: &Block, means: &TrainMeans) -> Option<AidOutcome> {
-        let moving = Real::from(block.speed_mps).abs() > MIN_SPEED_MPS;
+        let moving = Real::from(block.speed_mps).abs() > tuning::MOTION.block_mps;
         // Going back over rail that is no longer remembered, or never was.
-        let onto_unknown =
-            block.speed_mps < 0.0 && means.behind_tare_kgm > MAX_BEHIND_M * self.tare_kg;
+        let onto_unknown = block.speed_mps < 0.0
+            && means.behind_tare_kgm > tuning::RAIL.max_behind_m * self.tare_kg;
         if !moving || self.settle_s > 0.0 {
             Some(AidOutcome::Rejected(Rejection::NotRunning))
         } else if block.outcome != AidOutcome::Fused {
             Some(block.outcome)
-        } else if means.ahead_m > MAX_AHEAD_M || onto_unknown {
+        } else if means.ahead_m > tuning::RAIL.max_ahead_m || onto_unknown {
             Some(AidOutcome::Rejected(Rejection::NotExcited))
         } else {
             None
@@ -291,10 +260,10 @@ impl SwingMass {
     /// The means over the train at a block, and the reason why it is of no use, if there is one.
     fn look(&mut self, block: &Block, rail: &RailMemory) -> (Option<AidOutcome>, TrainMeans) {
         let means = self.train.at(rail, block.place);
-        let moving = Real::from(block.speed_mps).abs() > MIN_SPEED_MPS;
+        let moving = Real::from(block.speed_mps).abs() > tuning::MOTION.block_mps;
         self.settle_s = match moving {
             true => (self.settle_s - block.length_s()).max(0.0),
-            false => SETTLE_S,
+            false => tuning::QUEUE.settle_s,
         };
         (self.refusal(block, &means), means)
     }
@@ -309,7 +278,7 @@ impl SwingMass {
         } = correction;
         self.status = status;
         if is_used(&status) {
-            let share = block.length_s() / (LEAN_MEMORY_S + block.length_s());
+            let share = block.length_s() / (tuning::QUEUE.lean_memory_s + block.length_s());
             self.lean += share * (normalised - self.lean);
         }
         if is_used(&status) && weighs {
@@ -322,17 +291,17 @@ impl SwingMass {
                 return;
             }
         }
-        if is_used(&status) && self.used > SETTLED_BLOCKS {
+        if is_used(&status) && self.used > tuning::QUEUE.settled_blocks {
             let found = BalanceState::by(&self.filter);
             let mass_kg = self.filter.mass_kg();
             if let Some([kept_kg, variance]) = self.kept.recall(mass_kg, found.mass_variance) {
                 self.filter.recall(kept_kg, variance);
             }
         }
-        if Real::from(block.speed_mps).abs() <= MIN_SPEED_MPS {
+        if Real::from(block.speed_mps).abs() <= tuning::MOTION.block_mps {
             self.residuals.clear();
         }
-        let settled = self.used == 0 || self.used > SETTLED_BLOCKS;
+        let settled = self.used == 0 || self.used > tuning::QUEUE.settled_blocks;
         if self.residuals.at_rest() && settled {
             self.roll_back = RollBack {
                 filter: self.filter,
@@ -345,7 +314,8 @@ impl SwingMass {
     /// Begins the start search when enough blocks have been used.
     fn begin_search(&mut self) {
         let new = self.new_nis.is_some();
-        let due = self.used == FIRST_LOOK_BLOCKS || self.used == SETTLED_BLOCKS;
+        let due = self.used == tuning::QUEUE.first_look_blocks
+            || self.used == tuning::QUEUE.settled_blocks;
         if !new || !due {
             return;
         }
@@ -353,7 +323,8 @@ impl SwingMass {
             self.searched = true;
             return;
         }
-        let kept_from = (self.written + SPARE_BLOCKS).saturating_sub(BLOCKS as u64);
+        let kept_from =
+            (self.written + tuning::QUEUE.spare_blocks).saturating_sub(tuning::QUEUE.blocks as u64);
         // A second search that has lost the start would have less data than the first.
         if self.searched && kept_from > self.roll_back.next {
             return;
@@ -383,7 +354,7 @@ impl SwingMass {
         if !self.search.is_active() {
             return;
         }
-        if self.written.saturating_sub(self.trial_next) > BLOCKS as u64 {
+        if self.written.saturating_sub(self.trial_next) > tuning::QUEUE.blocks as u64 {
             // blocks came faster than they could be gone over: from the start
             self.search.stop();
             self.filter = self.roll_back.filter;
@@ -435,7 +406,7 @@ impl SwingMass {
     /// blocks since then again. It never goes back to the same block twice, because with a wrong model that would have
     /// no end.
     fn go_back(&mut self) {
-        let kept = self.written.saturating_sub(self.roll_back.next) < BLOCKS as u64;
+        let kept = self.written.saturating_sub(self.roll_back.next) < tuning::QUEUE.blocks as u64;
         if !self.roll_back.spent && kept {
             self.filter = self.roll_back.filter;
             self.catch_up = self.catch_up.max(self.taken);
@@ -549,7 +520,7 @@ impl SwingMass {
 
     /// Returns true if the mass has been measured for long enough.
     pub fn is_known(&self) -> bool {
-        self.searched && self.lean.abs() < MAX_LEAN && self.taken >= self.jumped
+        self.searched && self.lean.abs() < tuning::QUEUE.max_lean_sd && self.taken >= self.jumped
     }
 
     /// Returns true if a block has been used for the load that hangs on the train now.
@@ -590,7 +561,7 @@ fn is_used(status: &AidStatus) -> bool {
 }
 
 fn slot(block: u64) -> usize {
-    (block % BLOCKS as u64) as usize
+    (block % tuning::QUEUE.blocks as u64) as usize
 }
 
 state!(BalanceState { x, mass_variance, eta_variance; });

@@ -4,17 +4,7 @@ use crate::Real;
 use crate::api::real::sqrt;
 use crate::api::snapshot::state;
 use crate::detect::cusum::Cusum;
-
-/// Allowance and threshold of the sums.
-const ALLOWANCE: Real = 1.2;
-const THRESHOLD: Real = 20.0;
-/// Memory of the square of the residuals by which they are scaled, s.
-const SCALE_S: Real = 20.0;
-/// Largest scaled residual and largest square that are taken.
-const MAX_RESIDUAL: Real = 5.0;
-const MAX_SQUARE: Real = 9.0;
-/// Pause after an alarm, s.
-const PAUSE_S: Real = 15.0;
+use crate::fusion::tuning;
 
 /// The detector.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +18,7 @@ pub struct ScaledCusum {
 impl Default for ScaledCusum {
     fn default() -> Self {
         Self {
-            sum: Cusum::new(ALLOWANCE, THRESHOLD),
+            sum: Cusum::new(tuning::CUSUM.allowance, tuning::CUSUM.threshold),
             square: 1.0,
             pause_s: 0.0,
         }
@@ -39,7 +29,7 @@ impl ScaledCusum {
     /// Starts anew after an alarm, with a pause.
     pub fn paused() -> Self {
         Self {
-            pause_s: PAUSE_S,
+            pause_s: tuning::CUSUM.pause_s,
             ..Self::default()
         }
     }
@@ -47,9 +37,14 @@ impl ScaledCusum {
     /// Takes a normalised residual of a block of `length_s`; returns whether residuals keep to one side.
     pub fn alarm(&mut self, residual: Real, length_s: Real) -> bool {
         let scaled = residual / sqrt(self.square.max(1.0));
-        self.square += length_s / SCALE_S * ((residual * residual).min(MAX_SQUARE) - self.square);
+        self.square += length_s / tuning::CUSUM.scale_s
+            * ((residual * residual)
+                .min(tuning::STATISTICS.noise_sd * tuning::STATISTICS.noise_sd)
+                - self.square);
         self.pause_s = (self.pause_s - length_s).max(0.0);
-        let alarm = self.sum.alarm(scaled.clamp(-MAX_RESIDUAL, MAX_RESIDUAL));
+        let alarm = self
+            .sum
+            .alarm(scaled.clamp(-tuning::CUSUM.max_residual, tuning::CUSUM.max_residual));
         alarm && self.pause_s <= 0.0
     }
 
@@ -60,7 +55,7 @@ impl ScaledCusum {
 
     /// Takes the sums back to 0.
     pub fn clear(&mut self) {
-        self.sum = Cusum::new(ALLOWANCE, THRESHOLD);
+        self.sum = Cusum::new(tuning::CUSUM.allowance, tuning::CUSUM.threshold);
     }
 }
 
@@ -123,7 +118,7 @@ mod tests {
                 detector.alarm(both(k), BLOCK_S);
             });
         };
-        learn(&mut detector, SCALE_S);
+        learn(&mut detector, tuning::CUSUM.scale_s);
         let expected = 1.0 + 8.0 * (1.0 - (-1.0 as Real).exp());
         assert!((detector.square / expected - 1.0).abs() < 0.02);
         learn(&mut detector, 100.0);
@@ -140,7 +135,7 @@ mod tests {
     #[test]
     fn after_an_alarm_there_is_a_pause() {
         let again = first_alarm(ScaledCusum::paused(), [50.0; 100]).unwrap();
-        let paused = (PAUSE_S / BLOCK_S) as usize;
+        let paused = (tuning::CUSUM.pause_s / BLOCK_S) as usize;
         assert!((paused - 1..paused + 10).contains(&again), "{again}");
     }
 

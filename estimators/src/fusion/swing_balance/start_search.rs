@@ -2,8 +2,9 @@
 //!
 //! The swing weighs what hangs on the chains, so the balance is not linear in the mass: an extended Kalman filter that
 //! starts far from it can come to rest on a wrong pair of mass and pendulum length, with a standard deviation that
-//! covers neither. So the first blocks are gone over once for each of [`LOADS`], as a Gaussian sum (Sorenson & Alspach
-//! 1971): the best one goes on, its variance widened to that of the sum, and by what the filter alone contradicts it.
+//! covers neither. So the first blocks are gone over once for each of `START.loads`, as a Gaussian sum (Sorenson &
+//! Alspach 1971): the best one goes on, its variance widened to that of the sum, and by what the filter alone
+//! contradicts it.
 //! Widened is the load with what the blocks tie to it: a heavier load with less resistance explains the same force.
 //!
 //! A pass is weighed by its normalised innovations squared alone. A likelihood would have the determinants of their
@@ -13,26 +14,7 @@
 use crate::Real;
 use crate::api::real::{exp, sqrt};
 use crate::api::snapshot::state;
-
-/// Loads that a pass starts from, and their standard deviations, as shares of the largest load. Closer together where
-/// they are light.
-pub const LOADS: [[Real; 2]; 8] = [
-    [0.03, 0.03],
-    [0.10, 0.04],
-    [0.19, 0.05],
-    [0.31, 0.07],
-    [0.46, 0.08],
-    [0.62, 0.08],
-    [0.78, 0.08],
-    [0.94, 0.08],
-];
-const FIRST: [Real; 2] = LOADS[0];
-
-/// Share of the squares in the logarithm of a weight. By theory it is a half; here it is 1, because the residuals have
-/// a third of the variance that the filter assumes.
-const SHARPNESS: Real = 1.0;
-/// Innovation beyond which an outlier counts linearly and not by its square, in standard deviations (Huber).
-const HUBER_SD: Real = 3.0;
+use crate::fusion::tuning;
 
 /// Passes over the blocks, and their results.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -74,19 +56,24 @@ impl StartSearch {
 
     /// Returns true if this pass is the best one again.
     pub fn is_last(&self) -> bool {
-        usize::from(self.pass) >= LOADS.len()
+        usize::from(self.pass) >= tuning::START.loads.len()
     }
 
     /// Load to start this pass from and its standard deviation, as shares of the largest.
     pub fn start(&self) -> [Real; 2] {
         let of = if self.is_last() { self.best } else { self.pass };
-        LOADS.get(usize::from(of)).copied().unwrap_or(FIRST)
+        tuning::START
+            .loads
+            .get(usize::from(of))
+            .copied()
+            .unwrap_or(tuning::START.loads[0])
     }
 
     /// Takes the normalised innovation squared of a block.
     pub fn take(&mut self, square: Real) {
-        let linear = HUBER_SD * (2.0 * sqrt(square) - HUBER_SD);
-        self.square += if square > HUBER_SD * HUBER_SD {
+        let linear =
+            tuning::STATISTICS.noise_sd * (2.0 * sqrt(square) - tuning::STATISTICS.noise_sd);
+        self.square += if square > tuning::STATISTICS.noise_sd * tuning::STATISTICS.noise_sd {
             linear
         } else {
             square
@@ -108,13 +95,13 @@ impl StartSearch {
             return Some(mixed + apart.max(0.0));
         }
         if self.pass == 0 || self.square < self.best_square {
-            let old = exp(-SHARPNESS * (self.best_square - self.square).max(0.0));
+            let old = exp(-tuning::START.sharpness * (self.best_square - self.square).max(0.0));
             self.sums = self.sums.map(|sum| sum * old);
             (self.best, self.best_square) = (self.pass, self.square);
         }
         // the loads are not evenly spaced: each stands for as much as it is wide
         let [_, width] = self.start();
-        let weight = width * exp(-SHARPNESS * (self.square - self.best_square));
+        let weight = width * exp(-tuning::START.sharpness * (self.square - self.best_square));
         let moments = [1.0, load, variance + load * load];
         for (sum, moment) in self.sums.iter_mut().zip(moments) {
             *sum += weight * moment;
@@ -125,7 +112,7 @@ impl StartSearch {
     }
 }
 
-state!(StartSearch { active, pass, best, square, best_square, sums, alone; } where |this| usize::from(this.pass) <= LOADS.len());
+state!(StartSearch { active, pass, best, square, best_square, sums, alone; } where |this| usize::from(this.pass) <= tuning::START.loads.len());
 
 #[cfg(test)]
 mod tests {
@@ -155,13 +142,13 @@ mod tests {
             }
             assert_eq!(search.close(load, sd * sd), None);
         }
-        assert!(search.is_last() && search.start() == LOADS[2]);
+        assert!(search.is_last() && search.start() == tuning::START.loads[2]);
         let about = search.close(0.31, 0.0).unwrap();
         assert!(!search.is_active());
         let weights = found
             .iter()
-            .zip(LOADS)
-            .map(|(f, [_, width])| width * exp(-SHARPNESS * f[2]));
+            .zip(tuning::START.loads)
+            .map(|(f, [_, width])| width * exp(-tuning::START.sharpness * f[2]));
         let total: Real = weights.clone().sum();
         let terms = weights.zip(found).map(|(w, [load, sd, _])| {
             let off = load - 0.31;
@@ -181,7 +168,7 @@ mod tests {
             let about = |alone: [Real; 2]| {
                 let mut search = StartSearch::default();
                 search.begin(alone);
-                for [load, width] in LOADS {
+                for [load, width] in tuning::START.loads {
                     search.take(20.0 * load);
                     search.close(load, width * width);
                 }
@@ -211,7 +198,7 @@ mod tests {
         let new = search;
         search.take(4.0);
         search.close(0.5, 0.01);
-        assert!(search.is_active() && search.start() == LOADS[1]);
+        assert!(search.is_active() && search.start() == tuning::START.loads[1]);
         search.stop();
         assert!(!search.is_active());
         search.begin(NONE);

@@ -5,28 +5,11 @@ use crate::api::reading::Channels;
 use crate::api::real::{sqrt, within};
 use crate::api::signals::{MAX_DRIVES, Vehicle};
 use crate::api::snapshot::state;
+use crate::fusion::tuning;
 use crate::preprocess::sorted::Sorted;
 
 use super::block::stored;
 use super::params::SwingBalanceParams;
-
-/// Speed of the rim over which the gear's efficiency changes sides, m/s.
-const BLEND_MPS: Real = 0.0085;
-/// Low-pass behind which torques are compared, s.
-const LAG_S: Real = 0.3;
-/// Standard deviations beyond which a drive differs from the others, and the mean from the command.
-const GATE_SD: Real = 6.0;
-/// Share of a step of the command that a motor with a lag of 0.07 s is behind it after that low-pass: e^(0.07/0.3) − 1.
-const DELAY: Real = 0.25;
-/// Lag behind the command that a motor may have, s, and the largest one that counts, s.
-const MOTOR_LAG_S: Real = 0.1;
-const MAX_LAG_S: Real = 1.0;
-/// Memory of the lag, s.
-const LAG_MEMORY_S: Real = 30.0;
-/// Memory of the mean age of samples, s.
-const AGE_MEMORY_S: Real = 5.0;
-/// Share of the torque that drives may share it unequally by, beyond noise and gain.
-const UNEQUAL: Real = 0.02;
 
 /// Torques of all drives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,7 +56,7 @@ impl TorqueMonitor {
 
     /// Traction at the rims, N, and its variance; `None` while fewer than half of the drives are known.
     pub fn traction(&mut self, z: &Channels, speed_mps: Real, dt: Real) -> Option<[Real; 2]> {
-        let share = dt / (LAG_S + dt);
+        let share = dt / (tuning::TORQUE.lag_s + dt);
         let drives = self.drives.max(1) as Real;
         let commands = z.commanded_torque_nm.get(..self.drives).unwrap_or_default();
         let torques = z.motor_torque_nm.get(..self.drives).unwrap_or_default();
@@ -87,8 +70,8 @@ impl TorqueMonitor {
         }
         let median = self.median(torques);
         let [torque_s, force_s, _] = z.age_s;
-        self.age_s += dt / (AGE_MEMORY_S + dt) * (torque_s - force_s - self.age_s);
-        self.observe_lag(median, (1.0 - share) * change / LAG_S, dt);
+        self.age_s += dt / (tuning::TORQUE.age_memory_s + dt) * (torque_s - force_s - self.age_s);
+        self.observe_lag(median, (1.0 - share) * change / tuning::TORQUE.lag_s, dt);
         let limit = self.limit(median);
         let (mut count, mut force, mut variance) = (0u32, 0.0, 0.0);
         let [relative, constant] = self.noise;
@@ -116,7 +99,7 @@ impl TorqueMonitor {
     /// Takes how far the torques are behind the command while that changes by `rate_nmps`.
     fn observe_lag(&mut self, median: Real, rate_nmps: Real, dt: Real) {
         let off = Real::from(self.commanded) - median;
-        let share = dt / LAG_MEMORY_S;
+        let share = dt / tuning::TORQUE.lag_memory_s;
         let new = [off * rate_nmps, rate_nmps * rate_nmps];
         for (sum, new) in self.behind.iter_mut().zip(new) {
             let old = Real::from(*sum);
@@ -133,11 +116,15 @@ impl TorqueMonitor {
         let [product, square] = self.behind.map(Real::from);
         let constant = self.noise[1];
         let floor = constant * constant;
-        let by_command = product / (square + floor) - MOTOR_LAG_S;
+        let by_command = product / (square + floor) - tuning::TORQUE.motor_lag_s;
         // Clocks that are further apart are set differently.
         let age_s = self.age_s.abs();
-        let by_stamp = if age_s <= MAX_LAG_S { age_s } else { 0.0 };
-        within(by_command.max(by_stamp), 0.0, MAX_LAG_S)
+        let by_stamp = if age_s <= tuning::ATTITUDE.max_age_s {
+            age_s
+        } else {
+            0.0
+        };
+        within(by_command.max(by_stamp), 0.0, tuning::ATTITUDE.max_age_s)
     }
 
     /// Returns true if the torques contradict the command.
@@ -148,14 +135,16 @@ impl TorqueMonitor {
     /// N at the rim per N·m at the motor, by the speed in the sense of the torque: with the efficiency when driving, by
     /// it when braking.
     fn gain(&self, speed_mps: Real) -> Real {
-        let driving = 0.5 * (1.0 + within(speed_mps / BLEND_MPS, -1.0, 1.0));
+        let driving = 0.5 * (1.0 + within(speed_mps / tuning::TORQUE.blend_mps, -1.0, 1.0));
         self.per_nm * (driving * self.efficiency + (1.0 - driving) / self.efficiency)
     }
 
     fn limit(&self, torque: Real) -> Real {
         let [relative, constant] = self.noise;
-        let share = relative * relative + self.gain_sd * self.gain_sd + UNEQUAL * UNEQUAL;
-        GATE_SD * sqrt(share * torque * torque + constant * constant)
+        let share = relative * relative
+            + self.gain_sd * self.gain_sd
+            + tuning::TORQUE.unequal * tuning::TORQUE.unequal;
+        tuning::TORQUE.gate_sd * sqrt(share * torque * torque + constant * constant)
     }
 
     fn median(&self, torques: &[Option<Real>]) -> Real {
@@ -167,7 +156,7 @@ impl TorqueMonitor {
 
     fn contradicts_command(&self, median: Real) -> bool {
         let command = Real::from(self.commanded);
-        let limit = self.limit(command) + DELAY * Real::from(self.changing);
+        let limit = self.limit(command) + tuning::TORQUE.delay * Real::from(self.changing);
         // Without a command there is nothing to compare with.
         command != 0.0 && (median - command).abs() > limit
     }
@@ -264,7 +253,7 @@ mod tests {
             (nm, 0.0, 0.5 * (of.efficiency + 1.0 / of.efficiency)),
             (
                 nm,
-                0.5 * BLEND_MPS,
+                0.5 * tuning::TORQUE.blend_mps,
                 0.75 * of.efficiency + 0.25 / of.efficiency,
             ),
         ] {

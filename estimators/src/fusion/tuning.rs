@@ -1,0 +1,588 @@
+//! Every number of our own estimator that a user does not set: its unit, and where it comes from.
+//!
+//! Provenance: *derived* follows from another number or from the hardware, *data sheet* is the sheet of an instrument,
+//! *measured* names the note with the measurement, *chosen* was set by hand. What a user sets stands with the parameters
+//! of each filter. `estimators/tests/closure.rs` refuses a numeric constant in any other file of these rooms.
+
+use crate::Real;
+
+/// Declares groups of numbers: for each a type, whose fields tell unit and provenance, and a constant with the values.
+macro_rules! groups {
+    ($($(#[$about:meta])* $name:ident: $type:ident { $($(#[$doc:meta])* $field:ident: $number:ty = $value:expr,)* })*) => {
+        $(
+            $(#[$about])*
+            #[derive(Clone, Copy, Debug)]
+            pub(crate) struct $type {
+                $($(#[$doc])* pub(crate) $field: $number,)*
+            }
+
+            $(#[$about])*
+            pub(crate) const $name: $type = $type { $($field: $value,)* };
+        )*
+    };
+}
+
+groups! {
+    /// The rail and the ways over it, as the filters may assume them.
+    RAIL: Rail {
+        /// Distance behind the rail read at which η is the grade that the rail differs by, m. Chosen.
+        eta_m: Real = 9.0,
+        /// Standard deviation of the grade ahead of the rail read, to the force balance, rad/m. Chosen.
+        ahead_sd_per_m: Real = 0.032,
+        /// Standard deviation of the grade ahead of the rail read, to the effective grade, rad/m. Chosen.
+        ahead_rad_per_m: Real = 0.02,
+        /// Standard deviation of the grade ahead by the gradient of its end, rad per rad/m. Chosen.
+        ahead_m: Real = 0.7,
+        /// Standard deviations of the grade `eta_m` behind the rail read, rad: of a train that is switched on at a
+        /// standstill, and of one that came to where it is unseen. Chosen.
+        behind_sd_rad: [Real; 2] = [0.02, 0.3],
+        /// Mean way behind the rail remembered over which η becomes another, m. Chosen.
+        eta_memory_m: Real = 2.0,
+        /// Standard deviation of the change of an unread grade by way gone back while no force measures it, rad/m.
+        /// Derived: half of a curvature of 0.1/m; on drawn courses no sample misled (`docs/notes/rail_fusion.md`,
+        /// "Wanted and measured").
+        blind_rad_per_m: Real = 0.05,
+        /// Way gone back unseen beyond which it counts no more, m. Chosen.
+        max_blind_m: Real = 10.0,
+        /// Way over which the last correction by the force fades where the rail is not read, m. Chosen
+        /// (`docs/notes/rail_fusion.md`).
+        fade_m: Real = 10.0,
+        /// Way ahead of the rail read up to which a block is of use, m. Chosen.
+        max_ahead_m: Real = 0.8,
+        /// Least distance of the furthest mass ahead of the rail read that a jump of the force counts from, m. Chosen.
+        min_ahead_m: Real = 0.5,
+        /// Mean distance of the tare behind the rail remembered up to which a block is of use when going back, m.
+        /// Chosen.
+        max_behind_m: Real = 0.3,
+        /// Sharpest vertical curvature by which the force may jump, rad/m. Chosen.
+        jump_turn_radpm: Real = 0.12,
+        /// Sharpest vertical curvature that the state may have, 1/m. Chosen: a radius of 8 m.
+        max_curvature_per_m: Real = 0.13,
+        /// Sharpest turn of a slope over the way that is that of a rail, rad/m: a faster one is that of an
+        /// accelerometer or of wheels that jump. Chosen: a radius of 5 m.
+        max_turn_radpm: Real = 0.2,
+        /// Sharpest bend that a vehicle may have gone round while the gyro was out of use, 1/m. Chosen: a radius of 4
+        /// m.
+        max_bend_per_m: Real = 0.25,
+        /// Sharpest curvature of any track or road, 1/m. Chosen: a radius of 2 m.
+        max_track_per_m: Real = 0.5,
+    }
+    /// Speeds from which a train moves.
+    MOTION: Motion {
+        /// Speed from which a change of the grade is one by way, wheels are compared with the gyro, and a block waits
+        /// for rail, m/s. Chosen.
+        moves_mps: Real = 0.05,
+        /// Speed from which a block is of use, m/s. Chosen.
+        block_mps: Real = 0.06,
+        /// Speed from which the force measures the grade, and a bend is read, m/s. Chosen.
+        force_mps: Real = 0.1,
+        /// Speed from which the vertical curvature is learnt, m/s. Chosen.
+        curvature_mps: Real = 0.12,
+    }
+    /// Limits of tests that all pieces share.
+    STATISTICS: Statistics {
+        /// Standard deviations beyond which a difference is more than noise: an innovation is deweighted and counts
+        /// linearly (Huber 1964), a gain is wrong. Chosen: 99.7 % of a normal variable is within.
+        noise_sd: Real = 3.0,
+        /// Standard deviations within which wheels agree. Chosen.
+        agree_sd: Real = 7.0,
+        /// Limit of the NIS of one innovation: a bump of one or two samples is for the gate and does not end validity.
+        /// Chosen: five standard deviations.
+        max_nis: Real = 25.0,
+        /// Usual steps from sample to sample beyond which a sample is an outlier. Chosen.
+        jump_factor: Real = 6.0,
+    }
+    /// Windows of the specific force.
+    FORCE_WINDOW: ForceWindow {
+        /// Length of a window, s. Chosen: five samples at 100 Hz.
+        window_s: Real = 0.05,
+        /// Low-pass of the body rates whose change over a window is a force on the lever, s. Chosen.
+        rate_lag_s: Real = 0.02,
+        /// Factor on the variance of f_y: impacts of the guide wheels. Chosen.
+        lateral_noise_factor: Real = 25.0,
+        /// Velocity random walk that is assumed until that of the instrument has been seen, m/s/√s. Chosen: that of a
+        /// shaken robot.
+        unseen_walk: Real = 0.1,
+    }
+    /// What a standing vehicle tells of the gyro.
+    STANDSTILL: Standstill {
+        /// Noise of the gyro with the vibration of a standing vehicle, rad/√s. Chosen.
+        noise: Real = 3e-4,
+        /// Share of the standstill speed below which the vehicle stands. Chosen.
+        speed_share: Real = 0.4,
+        /// Time of standing before the gyro is taken to read its biases, s. Chosen.
+        quiet_s: Real = 0.3,
+        /// Length of a window of the gyro's mean, s. Chosen.
+        window_s: Real = 0.25,
+        /// Windows in a row that must be alike. Chosen.
+        windows: u32 = 6,
+        /// Standard deviations beyond which a window contradicts the bias of the filter. Chosen.
+        contradiction_sd: Real = 5.0,
+        /// Largest difference of two windows as a share of what they contradict the bias by. Chosen.
+        max_difference: Real = 0.25,
+    }
+    /// Gate and scales of the wheel speeds.
+    WHEELS: Wheels {
+        /// Share of the speed by which wheels may differ beyond their noise: creep, scale. Chosen.
+        spread: Real = 0.004,
+        /// Wheels whose agreement tells more than that they slip alike. Chosen.
+        min_agreed: usize = 3,
+        /// Memory of the scale of one wheel against the mean of all, s. Chosen.
+        scale_memory_s: Real = 20.0,
+        /// Speed from which the scale of a wheel is learnt, m/s. Chosen.
+        scale_mps: Real = 0.2,
+        /// Largest scale error of one wheel against the mean. Chosen.
+        max_scale: Real = 0.2,
+        /// Memory of the time by which wheels come before the accelerometer, s. Chosen.
+        time_memory_s: Real = 1.0,
+        /// Largest such time, s: clocks that are further apart are set differently. Chosen.
+        max_ahead_s: Real = 0.5,
+        /// Change of the acceleration that is not known, m/s³. Chosen: the jerk of a start.
+        jerk_mps3: Real = 0.5,
+    }
+    /// Dynamic lag of the baselines.
+    DYNAMIC_LAG: DynamicLag {
+        /// Memory of the largest motion over the settling time: a transient outlasts its edge. Chosen.
+        memory: Real = 2.0,
+    }
+    /// Excitation gate of the regressions.
+    EXCITATION: Excitation {
+        /// Longest period that counts as one, s. Chosen.
+        max_period_s: Real = 60.0,
+    }
+    /// Gravity check of an accelerometer.
+    GRAVITY_CHECK: GravityCheck {
+        /// Time constant of the mean of the specific force, and time after which it counts, s. Chosen.
+        window_s: Real = 1.0,
+        /// Least and largest mean specific force over g while the vehicle stands. Chosen.
+        standing: [Real; 2] = [0.95, 1.05],
+        /// The least and the largest mean specific force over g while it moves. Derived: braking at 5 m/s² makes 1.12.
+        moving: [Real; 2] = [0.8, 1.25],
+        /// Least share of g along the vertical axis. Derived: the cosine of the steepest grade, 60°.
+        min_upright: Real = 0.5,
+    }
+    /// Largest rates that a vehicle can have.
+    GYRO_RANGE: GyroRange {
+        /// Time constant of the mean rate, s: a load that swings turns its unit to and fro. Chosen.
+        window_s: Real = 0.5,
+        /// Largest acceleration in a bend, m/s². Chosen: 1 g.
+        max_acceleration_mps2: Real = 10.0,
+        /// Largest bias of an uncalibrated gyro, rad/s. Chosen: 9 °/s.
+        max_bias_radps: Real = 0.15,
+    }
+    /// Gate of the innovations of a state filter, as in the EKF2 of PX4.
+    INNOVATION_GATE: InnovationGate {
+        /// Samples that the running scale of the innovations looks back on. Chosen.
+        scale_memory: Real = 100.0,
+        /// Most that one sample counts for, in units of that scale. Chosen.
+        scale_clip: Real = 4.0,
+        /// Fewest rejections in a row before a gate reopens, however slow the source. Chosen.
+        min_rejections: u32 = 3,
+    }
+    /// Kinematic consistency of accelerometer, gyro and wheels.
+    CONSISTENCY: Consistency {
+        /// Time constant of the low-pass of the band, s. Chosen.
+        low_pass_s: Real = 0.3,
+        /// Time constant of the high-pass of the band, s. Chosen.
+        high_pass_s: Real = 4.0,
+        /// Time constant of a second high-pass, which takes the bias of the gyro out, s. Chosen.
+        leak_s: Real = 16.0,
+        /// Time for which the low-pass settles after a gap in its signals, s; the high-pass begins where it has come
+        /// to. Chosen.
+        settle_s: Real = 1.0,
+        /// Rate of the regression, 1/s. Chosen.
+        rate_hz: Real = 5.0,
+        /// Noise of a sample, m/s²: vibration behind the low-pass, the road under the wheels, a nod of the body by one
+        /// degree. Chosen.
+        noise_mps2: Real = 0.1,
+        /// Share of the regressors that is noise of them: a large start or a slip counts for no more than several small
+        /// ones. Chosen.
+        relative_noise: Real = 0.3,
+        /// What slopes may do at a speed without a gyro, m/s² for each m/s. Chosen.
+        slope_noise_per_s: Real = 1.0,
+        /// Standard deviation of a gain before any sample. Chosen.
+        gain_sd: Real = 0.5,
+        /// Largest error of a gain that is right. Chosen.
+        tolerance: Real = 0.4,
+        /// Forgetting, per sample, of the gain that the sample informs. Chosen.
+        forgetting: Real = 0.97,
+        /// Forgetting, per sample, of the gain of the left axis. Chosen.
+        cross_forgetting: Real = 0.93,
+        /// High-pass of both axes before that, s: axes that are exchanged on a grade leave a step on each, which must
+        /// have died out soon. Chosen.
+        cross_high_pass_s: Real = 1.5,
+        /// Noise of a sample of the left axis, which the road does not push, m/s². Chosen.
+        cross_noise_mps2: Real = 0.05,
+        /// Standard deviations that the gain of the left axis must exceed. Chosen.
+        cross_significant_sd: Real = 2.0,
+        /// Share of the regressors that is noise where the gyro is regressed on them: a slip, or a nod, is shorter than
+        /// a ramp and must not decide. Chosen.
+        turn_noise: Real = 0.6,
+        /// Memory of the speed before a step, s. Chosen.
+        before_s: Real = 2.0,
+        /// Largest pitch rate of any track, rad/s: a gyro that reads more is itself in doubt, and the wheels are not.
+        /// Chosen.
+        max_pitch_radps: Real = 0.3,
+        /// Smallest step of the wheel speed that is wrong, m/s. Chosen.
+        step_mps: Real = 0.4,
+        /// Smallest step that is wrong, as a share of the speed before. Chosen.
+        step_share: Real = 0.25,
+    }
+    /// Load-change detector of the regressions.
+    LOAD_CHANGE: LoadChange {
+        /// Size of one residual that is taken as ordinary, in standard deviations. Chosen.
+        ordinary_sd: Real = 1.5,
+    }
+    /// Observability of the grade by the force balance.
+    OBSERVABILITY: Observability {
+        /// Standard deviation below which a grade counts as found again, rad. Derived: twice that of a steady run.
+        found_sd_rad: Real = 0.01,
+    }
+    /// Outlier hold of one channel.
+    OUTLIER_HOLD: OutlierHold {
+        /// Samples that the usual step looks back on. Chosen.
+        memory: Real = 64.0,
+    }
+    /// Slip detector of the regressions.
+    SLIP: Slip {
+        /// Adapted over nominal standard deviation of wheel speed from which the wheels are taken to slip. Chosen.
+        max_sd_ratio: Real = 3.0,
+    }
+    /// What a standstill may have done to the load.
+    STANDING_LOAD: StandingLoad {
+        /// Samples of the force balance after driving off that confirm the mass. Chosen.
+        confirming: u32 = 10,
+        /// Standard deviations by which a mass weighed anew may differ from the old one and be the same. Chosen.
+        same_sd: Real = 2.0,
+        /// Standard deviations from which a mass weighed anew is another. Chosen.
+        other_sd: Real = 4.0,
+        /// Difference and twice its standard deviation up to which the mass is told to be the same, as a share of it.
+        /// Derived: a load that is another by less may pass for the same, within three standard deviations of the
+        /// gear's efficiency (3.5 %).
+        same_share: Real = 0.12,
+    }
+    /// Stuck detectors of channels and of the IMU.
+    STUCK: Stuck {
+        /// Repetitions in a row beyond which a noisy channel is stuck. Chosen.
+        max_repeats: u32 = 20,
+        /// Time without another value beyond which a noisy channel is stuck, s. Chosen.
+        max_hold_s: Real = 0.5,
+        /// Changes after which the statistics of a channel are trusted. Chosen.
+        min_changes: u32 = 200,
+        /// Changes per legitimate repetition from which a channel counts as noisy. Chosen.
+        min_changes_per_repeat: u32 = 100,
+        /// Equal samples on all three axes from which an instrument of the IMU is stuck. Chosen.
+        imu_samples: u32 = 3,
+        /// Changes of an instrument of the IMU after which that is looked at, and changes per legitimate repetition.
+        /// Chosen.
+        imu_changes: u32 = 100,
+    }
+    /// The validity rule.
+    VALIDITY: Validity {
+        /// Rates at which the innovations of a state filter and of a regression count as independent, 1/s: what a force
+        /// balance leaves out changes within a fraction of a second, the samples of a regression come once or twice a
+        /// second. Chosen.
+        independent_hz: [Real; 2] = [5.0, 1.0],
+        /// Windowed NIS from which standard deviations are widened. Derived: the 99 % quantile of the 20 degrees of
+        /// freedom of a window.
+        inconsistent: Real = 1.9,
+    }
+    /// Error of the grade carried along the arm of the IMU.
+    ARM: Arm {
+        /// Predictions kept along the arm: a capacity. Chosen.
+        places: usize = 4,
+        /// Way over which a large error is remembered, m. Chosen.
+        memory_m: Real = 8.0,
+        /// Share of the largest recent square that counts as a variance. Derived: an error that comes and goes with
+        /// each transition peaks at twice its root mean square.
+        peak: Real = 0.25,
+        /// Standard deviation of the pitch up to which the arm's error is measured, rad. Chosen.
+        max_sd_rad: Real = 0.003,
+    }
+    /// Instruments that are not calibrated.
+    CALIBRATION: Calibration {
+        /// Standard deviation of the biases up to which an instrument counts as calibrated, and from which it does not,
+        /// m/s² and rad/s. Between the two it is doubted in proportion, so that no estimate jumps with what is told.
+        /// Chosen: a larger one may as well be the pitch of the mount or an error of scale
+        /// (`docs/notes/rail_fusion.md`).
+        calibrated_sd: [Real; 2] = [0.03, 0.06],
+        /// Standard deviation of the scale of an instrument that is not calibrated. Measured in
+        /// `docs/notes/rail_fusion.md`, "Uncalibrated and shaken instruments".
+        scale_sd: Real = 0.0075,
+        /// Change of the pitch over which that counts as one error, rad. Chosen.
+        ramp_rad: Real = 0.2,
+        /// Angle by which its axes are askew against each other, rad. Measured in `docs/notes/rail_fusion.md`, as
+        /// above.
+        askew_rad: Real = 0.025,
+        /// Time over which a bend turns to one side, s. Chosen.
+        bend_s: Real = 3.0,
+        /// Bias of a calibrated accelerometer, m/s². Data sheet of a calibrated unit: 1 mg.
+        accel_bias_mps2: Real = 0.00978,
+        /// Bias of a calibrated gyro, rad/s. Data sheet of a calibrated unit: 0.5 °/h.
+        gyro_bias_radps: Real = 2.424e-6,
+    }
+    /// Gyro monitor: a lasting innovation of wheels that agree.
+    GYRO_MONITOR: GyroMonitor {
+        /// Memory of the mean innovation τ, s. Chosen.
+        memory_s: Real = 0.3,
+        /// Threshold of the square of the mean over its variance. Chosen.
+        threshold: Real = 30.0,
+        /// Largest excess over the threshold that is taken. Chosen.
+        max_excess: Real = 20.0,
+        /// Time that the test must be above its threshold, s: slip is rejected sooner. Chosen.
+        wait_s: Real = 0.25,
+        /// Time for which the monitor rests after a rejected wheel, s. Chosen.
+        slip_rest_s: Real = 1.5,
+        /// Time for which it rests after a shock of the accelerometer, s. Chosen.
+        shock_rest_s: Real = 0.5,
+        /// Variance of the pitch that a unit of excess adds, rad²/s. Chosen.
+        doubt_rad2ps: Real = 1.6e-5,
+    }
+    /// Heading by the integral of the yaw rate.
+    HEADING: Heading {
+        /// Scale error of a calibrated gyro and of its axes against each other. Chosen.
+        scale: Real = 0.001,
+    }
+    /// Shocks of the accelerometer, and spikes of the gyro.
+    SHOCK: Shock {
+        /// Jump of the accelerometer from one sample to the next that is a shock, m/s². Chosen.
+        jump_mps2: Real = 1.5,
+        /// Time for which a shock rings, s. Chosen.
+        ring_s: Real = 0.03,
+        /// Least jump of the gyro that must be confirmed by the next sample, rad/s. Chosen.
+        min_jump_radps: Real = 0.1,
+        /// Memory of the usual jump of the gyro, samples. Chosen.
+        jump_memory: Real = 20.0,
+    }
+    /// The attitude filter: limits of its state, and times.
+    ATTITUDE: Attitude {
+        /// Standard deviation of the curvature when the gyro is lost, 1/m. Chosen.
+        lost_curvature_sd_per_m: Real = 0.005,
+        /// Largest speed that the state may have, m/s. Chosen.
+        max_speed_mps: Real = 100.0,
+        /// Largest standard deviations of the state, in its units. Chosen.
+        max_sd: [Real; crate::models::attitude::N] = [10.0, 0.6, 0.6, 2.0, 2.0, 2.0, 0.1, 0.1, 0.3, 0.3, 0.1],
+        /// Times without a wheel from which the variance of the speed grows by `coast`, and by which it is opened by
+        /// `reopen`, s. Chosen.
+        coast_s: [Real; 2] = [1.0, 8.0],
+        /// Time without a sample after which wheels count as lost, s. Chosen.
+        lost_s: Real = 0.5,
+        /// Largest age of a sample that counts, s: clocks that are further apart are set differently. Also the largest
+        /// lag of a torque that counts. Chosen.
+        max_age_s: Real = 1.0,
+        /// Time without any sample of accelerometer and wheels after which the vehicle may be anywhere and the filter
+        /// starts anew, s. Chosen.
+        pause_s: Real = 2.0,
+        /// Time after a start in motion in which wheels may slip unseen, s. Chosen.
+        opening_s: Real = 3.0,
+        /// Standard deviation of the pitch that this makes, rad/√s. Chosen.
+        opening_rad: Real = 0.06,
+        /// Time after a start in motion in which the filter is wrong if wheels that agree and do not slip contradict
+        /// its speed, s. Later it has shown that it is right. Chosen.
+        young_s: Real = 20.0,
+        /// Time for which wheels must contradict the speed, s. Chosen.
+        contradicted_s: Real = 1.0,
+        /// Time without a gyro after which there is none, s. Chosen.
+        no_gyro_s: Real = 5.0,
+        /// Growth of the variance of the speed without wheels, m²/s² per s. Chosen.
+        coast: Real = 4e-4,
+        /// Growth of the variance of the speed once it is opened, m²/s² per s. Chosen.
+        reopen: Real = 1.0,
+        /// Standard deviations of the lateral force's model on a rail and on a road, m/s². On a road the side slip
+        /// makes it wrong by some hundredths of m/s² for as long as a turn lasts, and the roll that passes for it
+        /// couples the yaw rate into the pitch. Chosen.
+        lateral_sd_mps2: [Real; 2] = [0.05, 5.0],
+        /// Coupling of turns of a road vehicle, rad. Chosen.
+        road_coupling_rad: Real = 0.01,
+        /// Time after which that coupling is another, s. Chosen.
+        turn_memory_s: Real = 2.0,
+        /// Standard deviation of v̇ at the first sample, m/s²: of a vehicle that stands, of one that runs on a rail,
+        /// and on a road. Chosen.
+        first_acceleration_sd_mps2: [Real; 3] = [0.02, 1.0, 2.5],
+        /// Largest sines of the pitch and the roll at the start. Chosen.
+        max_sines: [Real; 2] = [0.6, 0.3],
+    }
+    /// Vertical curvature of the rail by the gyro.
+    CURVATURE: Curvature {
+        /// Way over which it is smoothed, m: in way, not in time, or a body that nods at a stop would leave a curvature
+        /// of its own; its error is that of an arm shorter by as much. Chosen.
+        memory_m: Real = 0.05,
+    }
+    /// Grade of the rail by the pitch of the body.
+    SURVEY: Survey {
+        /// Standard deviation of the pitch of the body against the rail, rad: its running wheels are springs. Chosen.
+        model_sd_rad: Real = 0.0003,
+        /// Error of the chord as a share of that of the grade carried ahead over the arm. Derived: for d²θ/ds² it is
+        /// w²/6 against l²/2, a third where half the wheelbase w is the arm l.
+        chord_share: Real = 1.0 / 3.0,
+    }
+    /// The effective grade.
+    EFFECTIVE: Effective {
+        /// Time between two looks at the memory, s; the sooner of it and `MEMORY.min_pitch_m`. Chosen.
+        period_s: Real = 0.1,
+        /// Constant part of the standard deviation of the grade by the force, rad. Chosen.
+        force_sd_rad: Real = 0.001,
+        /// Factor on acceleration over g, and on the swing, in that standard deviation. Chosen.
+        force_motion: Real = 2.0,
+        /// Share of a new block in the correction by force. Chosen.
+        share: Real = 0.6,
+        /// Part of the correction that is left after a block of no use where the rail is read. Chosen.
+        left: Real = 0.7,
+        /// Standard deviation of the grade by rail behind what was read beyond which it counts as not read, rad.
+        /// Chosen.
+        unread_sd_rad: Real = 0.002,
+    }
+    /// Blocks of the force balance, and the steps in which they are kept.
+    BLOCK: BlockSteps {
+        /// Length of a part of a block, s. Chosen.
+        substep_s: Real = 0.1,
+        /// Noise of the acceleration of a block that the model's noise covers, m/s². Chosen.
+        nominal_mps2: Real = 2.5e-3,
+        /// Step of the accelerations kept, m/s². Derived: an eighth of their noise.
+        acceleration_step: Real = 2e-4,
+        /// Step of the noise kept, m/s², of which there are at most 255. Chosen: a byte keeps it.
+        noise_step: Real = 1e-4,
+        /// Noise of the acceleration of a part that the model's noise covers, m/s². Chosen.
+        nominal_part_mps2: Real = 0.01,
+        /// Step in which the noise of a part is kept, m/s². Chosen: a byte keeps it.
+        part_step: Real = 2e-3,
+        /// Step of the lengths kept, s. Chosen: 16 bits keep it.
+        length_step_s: Real = 2e-5,
+        /// Share of the brake beyond which a block is of no use. Chosen.
+        max_brake: Real = 0.002,
+    }
+    /// Filter of the force balance with a swinging load.
+    BALANCE: Balance {
+        /// Largest |ln L/L₀|. Chosen.
+        max_length: Real = 0.5,
+        /// Part of the running resistance per weight from which it weighs the load, and not the swing. Derived: a load
+        /// swings with accelerations of some 0.05 g.
+        max_swing_mu: Real = 0.05,
+        /// Memory of the excitation, s. Chosen.
+        excitation_s: Real = 10.0,
+        /// Root of its mean square over the noise of the regressor from which a block weighs the load. Chosen.
+        min_excitation: Real = 5.0,
+        /// Standard deviations of the swing after a load has been taken, rad and rad/s. Chosen.
+        new_swing_sd: [Real; 2] = [0.06, 0.25],
+        /// Share of the first variance of the resistance that another load adds. Chosen.
+        reopen: Real = 0.01,
+    }
+    /// Blocks that wait, the start, and the marks of the mass.
+    QUEUE: Queue {
+        /// Blocks kept: those that wait for rail, and those that a change of load goes back over; a capacity. Chosen.
+        blocks: usize = 26,
+        /// Blocks that may come while the start search goes over those kept. Chosen.
+        spare_blocks: u64 = 5,
+        /// Time after standing from which a block is of use, s. Chosen.
+        settle_s: Real = 0.3,
+        /// Blocks after which the start is searched for the first time. Chosen.
+        first_look_blocks: u32 = 10,
+        /// Blocks after which the start is searched for the last time. Chosen.
+        settled_blocks: u32 = 20,
+        /// Time that the start search takes for a block, s. Derived: one for each sample at 100 Hz.
+        search_period_s: Real = 0.01,
+        /// Most blocks that the start search goes over in a step. Chosen.
+        max_search_blocks: u32 = 10,
+        /// Memory of the mean residual, s. Chosen.
+        lean_memory_s: Real = 2.0,
+        /// Mean residual from which the mass is not valid, in standard deviations: residuals that keep to one side come
+        /// of another load, or of a model that is wrong. Chosen.
+        max_lean_sd: Real = 1.2,
+        /// Standard deviations by which the force may jump from one block to the next. Chosen.
+        jump_sd: Real = 8.0,
+        /// Blocks after a jump until its cause is found. Chosen.
+        settling_blocks: u64 = 3,
+    }
+    /// CUSUM of scaled residuals: another load.
+    CUSUM: Cusum {
+        /// Allowance of the sums, in standard deviations. Chosen.
+        allowance: Real = 1.2,
+        /// Threshold of the sums, in standard deviations. Chosen.
+        threshold: Real = 20.0,
+        /// Memory of the square of the residuals by which they are scaled, s. Chosen.
+        scale_s: Real = 20.0,
+        /// Largest scaled residual that is taken. Chosen.
+        max_residual: Real = 5.0,
+        /// Pause after an alarm, s. Chosen.
+        pause_s: Real = 15.0,
+    }
+    /// Start search.
+    START: Start {
+        /// Loads that a pass starts from, and their standard deviations, as shares of the largest load. Chosen: closer
+        /// together where they are light.
+        loads: [[Real; 2]; 8] = [
+    [0.03, 0.03],
+    [0.10, 0.04],
+    [0.19, 0.05],
+    [0.31, 0.07],
+    [0.46, 0.08],
+    [0.62, 0.08],
+    [0.78, 0.08],
+    [0.94, 0.08],
+],
+        /// Share of the squares in the logarithm of a weight. By theory it is a half. Measured: the residuals have a
+        /// third of the variance that the filter assumes.
+        sharpness: Real = 1.0,
+    }
+    /// Torque monitor.
+    TORQUE: Torque {
+        /// Speed of the rim over which the gear's efficiency changes sides, m/s. Chosen.
+        blend_mps: Real = 0.0085,
+        /// Low-pass behind which torques are compared, s. Chosen.
+        lag_s: Real = 0.3,
+        /// Standard deviations beyond which a drive differs from the others, and the mean from the command. Chosen.
+        gate_sd: Real = 6.0,
+        /// Share of a step of the command that a motor with a lag of 0.07 s is behind it after that low-pass. Derived:
+        /// e^(0.07/0.3) − 1.
+        delay: Real = 0.25,
+        /// Lag behind the command that a motor may have, s. Chosen.
+        motor_lag_s: Real = 0.1,
+        /// Memory of the lag, s. Chosen.
+        lag_memory_s: Real = 30.0,
+        /// Memory of the mean age of samples, s. Chosen.
+        age_memory_s: Real = 5.0,
+        /// Share of the torque that drives may share it unequally by, beyond noise and gain. Chosen.
+        unequal: Real = 0.02,
+    }
+    /// What of the train is read, and when.
+    SOURCE: TrainSource {
+        /// Standard deviation of the speed up to which the way run is measured, m/s. Chosen.
+        seen_speed_sd_mps: Real = 0.02,
+        /// Standard deviation of sin θ + b/g of a calm instrument. Chosen.
+        calm_sum_sd: Real = 0.003,
+        /// Way over which what was read worse than usual goes out of the means under a train, m. Chosen.
+        read_m: Real = 20.0,
+        /// Standard deviation of sin θ + b/g up to which the rail is read: what is read badly is told with its doubt.
+        /// Chosen.
+        read_sum_sd: Real = 0.02,
+        /// Standard deviation of the speed up to which the rail is read, m/s. Chosen.
+        max_speed_sd_mps: Real = 0.1,
+        /// Lag of the brake, s. Chosen.
+        brake_lag_s: Real = 0.3,
+    }
+    /// The rail as it is remembered.
+    MEMORY: RailMemorySteps {
+        /// Nodes remembered: a capacity. Chosen.
+        nodes: usize = 300,
+        /// Smallest distance of nodes, and way between two looks at them for the effective grade, m. Chosen.
+        min_pitch_m: Real = 0.1,
+        /// Way remembered beyond the span of the train, m. Chosen.
+        spare_m: Real = 36.0,
+        /// Share of what a later visit reads. Chosen.
+        revisit: Real = 0.3,
+        /// Way over which the gradient at the front end is taken, m. Chosen.
+        end_m: Real = 1.0,
+        /// Way over which that gradient is taken to go on, m. Chosen.
+        onward_m: Real = 3.0,
+        /// Standard deviation of the distance to what was read from which it is forgotten, m. Chosen.
+        max_doubt_m: Real = 0.5,
+        /// Standard deviation of that distance up to which it does not count, m. Chosen.
+        min_doubt_m: Real = 0.02,
+        /// Step of u kept. Chosen: 16 bits keep it.
+        u_step: Real = 2e-5,
+        /// Step of the bends kept, 1/m. Chosen: a byte keeps it.
+        bend_step: Real = 1e-3,
+        /// Steepest u, in steps. Derived: a round number below 2¹⁵.
+        max_u_steps: Real = 32_000.0,
+    }
+}
