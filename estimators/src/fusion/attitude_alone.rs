@@ -206,7 +206,7 @@ mod tests {
     fn start(lean: Real, seconds: Real) -> (Estimate, [Real; 14]) {
         let mut params = Params::default();
         params.lean.pitch_lean_rad_per_mps2 = lean;
-        params.integrity.nis_monitor = false;
+        (params.integrity.lag_share, params.integrity.nis_monitor) = (0.0, false);
         let mut pipeline = new(&vehicle(), &params);
         let mut last = Estimate::default();
         for k in 0..100 + (seconds / DT + 0.5) as u32 {

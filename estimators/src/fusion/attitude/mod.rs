@@ -148,6 +148,7 @@ impl AttitudeFilter {
     ) -> Self {
         let bias_sd = params.bias_sd(vehicle);
         let wheel_sd = params.wheel_speed_sd_mps;
+        let gated = supervision.slip_gate && integrity.innovation_gate;
         Self {
             params,
             bias_sd,
@@ -177,13 +178,8 @@ impl AttitudeFilter {
             ahead: WheelsAhead::default(),
             belief: Gaussian::independent(SVector::zeros(), SVector::zeros()),
             angles: Angles::default(),
-            health: ImuHealth::new(supervision.spike_gate),
-            wheels: WheelGate::new(
-                vehicle.drives,
-                wheel_sd,
-                integrity.gate_sd,
-                supervision.slip_gate,
-            ),
+            health: ImuHealth::new(supervision.accelerometer_gate, supervision.spike_gate),
+            wheels: WheelGate::new(vehicle.drives, wheel_sd, integrity.gate_sd, gated),
             monitor: GyroMonitor::new(supervision.gyro_monitor, wheel_sd),
             window: ForceWindow::new(ForceNoise {
                 random_walk: params.velocity_random_walk,
@@ -213,8 +209,9 @@ impl AttitudeFilter {
         if !self.started {
             self.start(z, dt)?;
         }
+        let (yaw_bias, v) = (self.belief.x[GYRO_Z], self.belief.x[V]);
         let gyro = self.supervision.gyro && self.gyro_sound;
-        let imu = self.health.step(z, gyro, dt);
+        let imu = self.health.step(z, yaw_bias, v, gyro, dt);
         let rates = self.predict(&imu, dt);
         if imu.shock {
             self.monitor.shock();
