@@ -16,7 +16,7 @@ type Arrows = BTreeMap<String, BTreeMap<String, BTreeSet<String>>>;
 /// The module that a name of a `use` stands for, and the name there. A glob has the name `*`.
 type Import = (Vec<String>, String);
 
-/// What a module defines and imports.
+/// Definitions and imports of a module.
 #[derive(Default)]
 struct Names {
     file: String,

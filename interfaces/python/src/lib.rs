@@ -1,5 +1,5 @@
-//! The native half of the Python package `monorig`. A user sees `interfaces/python/monorig/__init__.py`, which calls the
-//! functions here.
+//! The native half of the Python package `monorig`. A user sees `interfaces/python/monorig/__init__.py`, which calls
+//! the functions here.
 //!
 //! | file | what it holds |
 //! |---|---|
