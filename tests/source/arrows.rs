@@ -2,7 +2,7 @@
 //!
 //! An arrow goes from a file to the file that defines an item it names: in a `use`, or in a path that begins with
 //! `crate`, `self`, `super`, a module below or an imported name. A `pub use` is followed to the definition and is no
-//! arrow itself: a `mod.rs` that declares and re-exports its modules stands in no circle. A room is a module right below
+//! arrow itself: a `mod.rs` that only re-exports its modules stands in no circle. A room is a module right below
 //! the root of a crate, with everything in it. Methods are not followed; modules for tests are left out.
 
 use crate::modules::{Module, is_for_tests, of_crate};
