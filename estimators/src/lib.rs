@@ -118,6 +118,7 @@ pub(crate) mod rail;
 pub mod registry;
 pub mod runner;
 pub mod supervised;
+mod tuning;
 
 #[cfg(test)]
 mod behaviour;

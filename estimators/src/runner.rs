@@ -1,7 +1,7 @@
 //! Common frame of every pipeline: checked input, a new start after a step that diverges, reset.
 //!
-//! The front makes of the samples of a step the input of the rest, whatever the parameters of the rest are. A search for
-//! parameters runs it once over a recording, and a trial runs the rest alone on what it has made, with the same bits.
+//! The front makes of the samples of a step the input of the rest, whatever the parameters of the rest are. A search
+//! for parameters runs it once over a recording, and a trial runs the rest alone on its outputs, with the same bits.
 
 use crate::api::aid::AidStatus;
 pub(crate) use crate::api::estimator::copy_into;

@@ -1,18 +1,18 @@
 //! The kinds of files there are. A new one is a variant and a row of the table.
 
-use crate::files::prepare;
+use crate::files::load;
 use crate::files::schema_words::Words;
 use clap::ValueEnum;
-use monorig_lab::batch::StudyFile;
+use monorig_lab::batch::{Plan, StudyFile};
 use monorig_lab::draw::RangesFile;
 use monorig_lab::stress::{Condition, ConditionFile};
-use monorig_lab::tuning::{TuningFile, name_check};
+use monorig_lab::tuning::{TuningFile, TuningStudy, name_check};
 use monorig_lab::verdicts::expected;
 use monorig_logs::drive::VehicleFile;
 use monorig_logs::map::{Map, MapFile};
 use monorig_logs::replay::{self, ReplayOptions};
 use monorig_sim::closed_loop::registry::Registry;
-use monorig_sim::config::file::Document;
+use monorig_sim::config::file::{Document, Sets};
 use monorig_sim::config::rail_profile::ProfileFile;
 use monorig_sim::config::scenario::{ParameterFile, ScenarioFile};
 use monorig_sim::config::sensor_sheet::Sheet;
@@ -122,7 +122,7 @@ pub const KINDS: &[FileFormat] = &[
             ("/$defs/Published/properties/metric", Words::Metric),
             INSTRUMENT,
         ],
-        check: |path, registry| prepare::simulation(path, &[], registry).map(drop),
+        check: |path, registry| load::simulation(path, &Sets::default(), registry).map(drop),
     },
     FileFormat {
         kind: FileKind::Track,
@@ -239,7 +239,7 @@ pub const KINDS: &[FileFormat] = &[
         telling: &["scenario", "runs", "first_seed", "set", "vary"],
         schema: || schema_for!(StudyFile),
         words: &[],
-        check: |path, registry| prepare::study(path, registry).map(drop),
+        check: |path, registry| Plan::load(path, registry).map(drop),
     },
     FileFormat {
         kind: FileKind::Tuning,
@@ -260,7 +260,7 @@ pub const KINDS: &[FileFormat] = &[
             ("/$defs/Constraint/properties/metric", Words::Metric),
             ("/$defs/Term/properties/metric", Words::Metric),
         ],
-        check: |path, registry| prepare::tuning(path, registry).map(drop),
+        check: |path, registry| TuningStudy::load(path, registry).map(drop),
     },
     FileFormat {
         kind: FileKind::Map,

@@ -3,6 +3,7 @@
 pub(crate) mod broken;
 pub(crate) mod csv;
 pub(crate) mod formats;
+pub(crate) mod load;
 pub(crate) mod out;
 pub(crate) mod prepare;
 pub(crate) mod report;

@@ -1,9 +1,9 @@
 //! Everything about a scenario or a tuning study that can be found wrong without running it.
 
 use crate::files::formats::{self, FileKind};
+use crate::files::load;
 use monorig_lab::batch::Plan;
 use monorig_lab::tuning::TuningStudy;
-use monorig_lab::verdicts::expected;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::{Document, Sets};
@@ -25,9 +25,7 @@ pub fn simulation(
 pub fn changed(path: &Path, changes: &Sets, registry: &Registry) -> Result<Simulation, Error> {
     let scenario = Scenario::load_with(path, changes);
     let scenario = scenario.map_err(|e| mistaken(e, path, FileKind::Scenario))?;
-    expected::check(&scenario)?;
-    let seed = scenario.seeds().first().copied().unwrap_or(1);
-    Simulation::build(scenario, registry, seed)
+    load::built(scenario, registry)
 }
 
 /// Read a tuning study and every file it names, and check them.

@@ -13,13 +13,12 @@ use nalgebra::SVector;
 use crate::Real;
 use crate::aiding::Aid;
 use crate::api::real::{GRAVITY, sqrt};
-use crate::fusion::tuning;
 use crate::models::swing::{SUBSTEPS, SwingBlock};
 use crate::models::swing_balance::{
     ANGLE, B, CV, D, ETA, LENGTH, MASS, N, QC, R0, RATE, SwingModel,
 };
-use crate::rail::mass_on_rail::ETA_M;
 use crate::rail::train_means::TrainMeans;
+use crate::tuning;
 
 /// The measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]

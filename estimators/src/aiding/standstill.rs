@@ -5,8 +5,8 @@ use nalgebra::SVector;
 
 use crate::Real;
 use crate::aiding::Aid;
-use crate::fusion::tuning;
 use crate::models::attitude::{GYRO_X, GYRO_Y, GYRO_Z, N};
+use crate::tuning;
 
 /// The measurement by one axis of the gyro.
 #[derive(Clone, Copy, Debug, PartialEq)]

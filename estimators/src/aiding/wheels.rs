@@ -12,8 +12,8 @@ use crate::api::signals::MAX_DRIVES;
 use crate::api::snapshot::state;
 use crate::detect::control::Control;
 use crate::filters::gaussian::Gaussian;
-use crate::fusion::tuning;
 use crate::models::attitude::{LinearPitchRate, N, SCALE, V};
+use crate::tuning;
 
 /// Mean of the wheels in use, as a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,4 +1,5 @@
-//! The scalar of every estimator, and its elementary functions from libm: the same bits on every machine, and no standard library.
+//! The scalar of every estimator, and its elementary functions from libm: the same bits on every machine, and no
+//! standard library.
 
 use libm::Libm;
 

@@ -29,7 +29,13 @@ fn the_switches_of_an_estimator_go_by_its_kind() {
             assert_eq!(has(switch), kind.has_validity_rule(), "{name}: {switch}");
         }
         assert_eq!(has("innovation_gate"), kind == Kind::Baseline, "{name}");
-        for switch in ["slip_gate", "spike_gate", "gyro_monitor", "vertical_force"] {
+        for switch in [
+            "slip_gate",
+            "accelerometer_gate",
+            "spike_gate",
+            "gyro_monitor",
+            "vertical_force",
+        ] {
             assert_eq!(
                 has(switch),
                 method || kind == Kind::Ours,

@@ -5,7 +5,7 @@ use crate::api::real::sqrt;
 use crate::api::signals::Value;
 use crate::api::snapshot::state;
 use crate::filters::lag_share::LagShare;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// Dynamic lag of one estimate.
 ///

@@ -4,7 +4,7 @@ use crate::Real;
 use crate::api::real::lag;
 use crate::api::snapshot::state;
 use crate::filters::ewma_variance::EwmaVariance;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// Excitation gate: open while the running standard deviation of the regressor is above a threshold.
 ///

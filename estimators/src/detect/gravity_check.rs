@@ -4,7 +4,7 @@ use crate::Real;
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
 use crate::filters::lag_share::LagShare;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// Gravity check of a three-axis accelerometer: the mean specific force must be g within 5 % standing and within a
 /// quarter moving, and its largest part must point up the vertical axis.

@@ -3,7 +3,7 @@
 use crate::Real;
 use crate::api::snapshot::state;
 use crate::filters::lag_share::LagShare;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// Gyro range check: the mean rate of pitch and yaw is at most that of the tightest curve at the speed, min(v ρ, a/v),
 /// plus a bias.

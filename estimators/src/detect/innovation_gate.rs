@@ -2,7 +2,7 @@
 
 use crate::Real;
 use crate::api::snapshot::state;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// Passage of a measurement through the gate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -41,7 +41,7 @@ use crate::api::real::{GRAVITY, lag, sqrt};
 use crate::api::snapshot::state;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::lag_share::LastTwo;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// Shares of a step in the filters.
 #[derive(Clone, Copy, Debug, Default)]

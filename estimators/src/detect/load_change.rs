@@ -3,7 +3,7 @@
 use crate::Real;
 use crate::api::snapshot::state;
 use crate::detect::cusum::Cusum;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// Load-change detector: two-sided CUSUM of the mass regression's normalised residuals. Residuals that keep to one side
 /// mean another load.

@@ -5,7 +5,7 @@ use crate::Real;
 use crate::api::real::sqrt;
 use crate::api::snapshot::state;
 use crate::filters::lag_share::LagShare;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// NIS monitor: exponentially windowed mean of the NIS of one source, against the limit that the mean of a consistent
 /// filter exceeds with a stated probability (Bar-Shalom, Li & Kirubarajan 2001, section 5.4).

@@ -2,7 +2,7 @@
 
 use crate::Real;
 use crate::api::snapshot::state;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// Observability of the grade: lost by dead reckoning (moving under the brake or without torque, where the force
 /// balance does not hold), back once the filter has found the grade again.

@@ -2,7 +2,7 @@
 
 use crate::Real;
 use crate::api::snapshot::state;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// Limits of an outlier hold, in the unit of the channel.
 #[derive(Clone, Copy, Debug, PartialEq)]

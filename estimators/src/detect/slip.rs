@@ -1,7 +1,7 @@
 //! Slip detector: whether wheel speed follows the force balance.
 
 use crate::Real;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// Slip detector: wheels slip while the adapted standard deviation of wheel speed is three times the nominal one or
 /// more.

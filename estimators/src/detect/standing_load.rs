@@ -3,7 +3,7 @@
 use crate::Real;
 use crate::api::real::sqrt;
 use crate::api::snapshot::state;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// Doubt of the load after a standstill: loads are hung on and set down while the train stands, and nothing there
 /// shows it. After a standstill of a given length a method that can do so opens its mass, and the mass is not valid

@@ -4,7 +4,7 @@
 //! value legitimately (coarse quantisation, no noise, a train at rest) is never flagged, and neither is 0.
 
 use crate::api::snapshot::state;
-use crate::fusion::tuning;
+use crate::tuning;
 use crate::{Real, Time};
 
 /// Stuck-at fault detector: flags a channel that repeats one non-zero value for 20 samples or more and longer than 0.5

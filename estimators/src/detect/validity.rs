@@ -13,8 +13,8 @@
 //!
 //! The standard deviation that is published and compared is that of the filter times the root of its windowed NIS where
 //! that is above 1.9 (the a posteriori variance factor of least squares); regressions have that of their own
-//! ([`Rls::spread`](crate::filters::rls::Rls::spread)). That of a baseline's grade has its [`DynamicLag`] added: what
-//! it moves by while its filter settles.
+//! ([`Rls::spread`](crate::filters::rls::Rls::spread)). That of a grade has its [`DynamicLag`] added: what it moves by
+//! while its filter settles.
 //!
 //! A load is changed while the train stands, where nothing shows it
 //! ([`StandingLoad`](crate::detect::standing_load::StandingLoad)). A pipeline answers for that and for 1, 2 and 4 in
@@ -24,11 +24,11 @@ use crate::Real;
 use crate::api::params::params;
 use crate::api::real::{PI, sqrt};
 use crate::api::signals::{Estimate, Value};
-use crate::api::snapshot::{Archive, State};
+use crate::api::snapshot::state;
 use crate::detect::dynamic_lag::DynamicLag;
 use crate::detect::innovation_gate::InnovationGate;
 use crate::detect::nis_monitor::NisMonitor;
-use crate::fusion::tuning;
+use crate::tuning;
 
 params! {
     /// Innovation gates and validity rule.
@@ -40,6 +40,8 @@ params! {
         nis_window_s ["s"] = 2.0, 0.1 => 600.0, "Time constant of the window of the NIS of state filters; five times that for regressions.";
         nis_quantile_sd ["-"] = 4.75, 0.0 => 10.0, "Quantile of χ² that is the limit of the windowed NIS, as that of a normal variable; 4.75: exceeded once in a million windows.";
         plausibility [flag] = true, "Nothing is valid while instruments contradict gravity, the geometry of tracks or each other: wrong unit, sign or axis.";
+        lag_s ["s"] = 0.5, 0.01 => 60.0, "Settling time of a grade: what it moves by within that time counts as uncertain.";
+        lag_share ["-"] = 0.5, 0.0 => 10.0, "Share of what a grade moves by in its settling time that is added to its standard deviation; 0: none.";
         standing_load_s ["s"] = 5.0, 0.1 => 1e6, "Standstill after which another load may hang on the train: the mass is opened, and is not valid until the force balance has confirmed it.";
         mass_sd_max ["-"] = 0.1, 1e-3 => 1.0, "Largest standard deviation of a valid mass, as a share of it.";
         grade_sd_max_deg ["deg"] = 3.0, 0.01 => 30.0, "Largest standard deviation of a valid grade angle.";
@@ -48,11 +50,9 @@ params! {
 }
 
 params! {
-    /// Gate and dynamic lag of a baseline: a filter without the attitude filter under it.
+    /// Innovation gate of a baseline: a filter without the attitude filter under it.
     BaselineIntegrity {
         innovation_gate [flag] = true, "Reject measurements whose innovation is beyond the gate.";
-        lag_s ["s"] = 0.5, 0.01 => 60.0, "Settling time of a grade: what it moves by within that time counts as uncertain.";
-        lag_share ["-"] = 0.5, 0.0 => 10.0, "Share of what a grade moves by in its settling time that is added to its standard deviation; 0: none.";
     }
 }
 
@@ -81,8 +81,8 @@ pub struct Validity {
     nis: [NisMonitor; 3],
     /// True if the instruments are plausible.
     plausible: bool,
-    /// Dynamic lag of the grade at the IMU, and of the effective one; `None` where the filter has none.
-    lag: Option<[DynamicLag; 2]>,
+    /// Of the grade at the IMU, and of the effective one.
+    lag: [DynamicLag; 2],
     dt: Real,
 }
 
@@ -102,16 +102,8 @@ impl Validity {
             params,
             nis: [state, state, regression],
             plausible: true,
-            lag: None,
+            lag: [DynamicLag::new(params.lag_s, params.lag_share); 2],
             dt: 0.0,
-        }
-    }
-
-    /// Adds the dynamic lag of a baseline.
-    pub fn with_lag(self, lag: &BaselineIntegrity) -> Self {
-        Self {
-            lag: Some([DynamicLag::new(lag.lag_s, lag.lag_share); 2]),
-            ..self
         }
     }
 
@@ -172,12 +164,9 @@ impl Validity {
         let [speed, force] =
             [Source::WheelSpeed, Source::Accelerometer].map(|s| self.variance_factor(s));
         let factor = speed.max(force);
-        let mut at_imu = widened(estimate.grade_rad, factor);
-        let mut effective = widened(estimate.effective_grade_rad, factor);
-        if let Some([of_imu, of_effective]) = &mut self.lag {
-            at_imu = of_imu.widen(at_imu, self.dt);
-            effective = of_effective.widen(effective, self.dt);
-        }
+        let [at_imu, effective] = &mut self.lag;
+        let at_imu = at_imu.widen(widened(estimate.grade_rad, factor), self.dt);
+        let effective = effective.widen(widened(estimate.effective_grade_rad, factor), self.dt);
         let mut marked = Estimate {
             total_mass_kg: self.mass(estimate.total_mass_kg),
             grade_rad: self.grade(at_imu),
@@ -210,23 +199,7 @@ fn mark(value: Value, max_sd: Real, consistent: bool) -> Value {
     }
 }
 
-impl State for Validity {
-    fn visit(&mut self, archive: &mut Archive) {
-        let Self {
-            params: _,
-            nis,
-            plausible,
-            lag,
-            dt,
-        } = self;
-        nis.visit(archive);
-        plausible.visit(archive);
-        if let Some(lag) = lag {
-            lag.visit(archive);
-        }
-        dt.visit(archive);
-    }
-}
+state!(Validity { nis, plausible, lag, dt; params });
 
 #[cfg(test)]
 mod tests {

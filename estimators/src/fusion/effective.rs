@@ -7,12 +7,12 @@ use crate::api::signals::Value;
 use crate::api::snapshot::state;
 use crate::fusion::swing_balance::SwingMass;
 use crate::fusion::swing_balance::block::Block;
-use crate::fusion::tuning;
 use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::models::swing_balance::{ANGLE, B, CV, MASS, Nominal, QC, R0};
 use crate::rail::mass_on_rail::MassOnRail;
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::TrainOnRail;
+use crate::tuning;
 
 /// The effective grade.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -121,7 +121,7 @@ impl EffectiveGrade {
         self.age_s += dt;
         self.way_m += unit.speed_mps.abs() * dt;
         if self.looked
-            && self.age_s < tuning::EFFECTIVE.period_s - 1e-6
+            && self.age_s < tuning::BLOCK.substep_s - 1e-6
             && self.way_m < tuning::MEMORY.min_pitch_m
         {
             return;

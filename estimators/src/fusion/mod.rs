@@ -9,4 +9,3 @@ pub mod rail_fusion;
 pub(crate) mod swing_balance;
 pub(crate) mod train_core;
 pub(crate) mod train_source;
-pub(crate) mod tuning;

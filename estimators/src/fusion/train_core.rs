@@ -9,8 +9,8 @@ use crate::api::snapshot::state;
 use crate::detect::standing_load::StandingLoad;
 use crate::detect::validity::{Integrity, Source, Validity};
 use crate::fusion::train_source::{TrainInput, TrainSample};
-use crate::fusion::tuning;
 use crate::rail::rail_memory::RailMemory;
+use crate::tuning;
 
 /// The core.
 #[derive(Clone, Copy, Debug, PartialEq)]

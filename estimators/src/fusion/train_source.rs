@@ -17,10 +17,10 @@ use crate::fusion::effective::UnitGrade;
 use crate::fusion::swing_balance::block::BlockInput;
 use crate::fusion::swing_balance::params::SwingBalanceParams;
 use crate::fusion::swing_balance::torque_monitor::TorqueMonitor;
-use crate::fusion::tuning;
 use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::Bends;
 use crate::runner::Stage;
+use crate::tuning;
 use crate::{Real, Time};
 
 /// Limits and filters of the signals.

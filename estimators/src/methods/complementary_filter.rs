@@ -97,7 +97,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> ComplementaryFilter {
             uses,
             vehicle.standstill_mps(None),
         ),
-        validity: Validity::new(params.integrity).with_lag(&params.baseline),
+        validity: Validity::new(params.integrity),
         corrected_s: 0.0,
         clamped: false,
         residual: 0.0,

@@ -175,7 +175,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> EkfVThetaBiases {
             uses,
             vehicle.standstill_mps(None),
         ),
-        validity: Validity::new(params.integrity).with_lag(&params.baseline),
+        validity: Validity::new(params.integrity),
         started: false,
         clamped: false,
         last: (0.0, 0.0),

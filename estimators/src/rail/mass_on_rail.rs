@@ -3,12 +3,7 @@
 use crate::Real;
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::TrainMeans;
-
-/// Distance at which η is the grade that the rail behind differs by, m.
-pub const ETA_M: Real = 9.0;
-/// Standard deviation of the grade ahead of what was read: rad per m, and m per rad/m of its gradient.
-const AHEAD_RAD_PER_M: Real = 0.02;
-const AHEAD_M: Real = 0.7;
+use crate::tuning;
 
 /// Masses that the effective grade is a mean over, and the grade of the rail behind the one read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,16 +14,18 @@ pub struct MassOnRail {
     pub load_kg: Real,
     /// Standard deviation of the load, kg.
     pub load_sd_kg: Real,
-    /// Grade [`ETA_M`] behind the rail read beyond that of its end, rad.
+    /// Grade `RAIL.eta_m` behind the rail read beyond that of its end, rad.
     pub eta_rad: Real,
     /// Its variance, rad².
     pub eta_variance: Real,
 }
 
 impl MassOnRail {
-    /// Mean distance of the masses behind the rail read, as a share of [`ETA_M`].
+    /// Mean distance of the masses behind the rail read, as a share of `RAIL.eta_m`.
     pub fn behind(&self, means: &TrainMeans) -> Real {
-        (means.behind_tare_kgm + self.load_kg * means.behind_load_m) / ETA_M / self.mass_kg
+        (means.behind_tare_kgm + self.load_kg * means.behind_load_m)
+            / tuning::RAIL.eta_m
+            / self.mass_kg
     }
 
     /// Variance of the mean grade from rail behind what was read.
@@ -39,7 +36,7 @@ impl MassOnRail {
 
     /// Variance of the mean grade from rail that was not read.
     pub fn unread_variance(&self, means: &TrainMeans, rail: &RailMemory) -> Real {
-        let per_m = AHEAD_RAD_PER_M + AHEAD_M * rail.end_gradient().abs();
+        let per_m = tuning::RAIL.ahead_rad_per_m + tuning::RAIL.ahead_m * rail.end_gradient().abs();
         let ahead = means.ahead_kgm / self.mass_kg * per_m;
         ahead * ahead + self.behind_variance(means)
     }

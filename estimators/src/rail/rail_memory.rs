@@ -14,7 +14,7 @@
 use crate::Real;
 use crate::api::real::{floor, within};
 use crate::api::snapshot::{Archive, State, state};
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// A place on the way run: whole nodes and a rest of less than their distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

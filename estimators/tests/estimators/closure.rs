@@ -1,6 +1,6 @@
 //! A published method depends on filters, models, the public types and one interface, and on nothing else of the crate;
 //! as printed it stands on the samples of a pipeline besides, and on nothing of ours. Every number of our own estimator
-//! that a user does not set stands in `fusion/tuning.rs`.
+//! that a user does not set stands in `tuning.rs`.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -197,7 +197,7 @@ fn the_numbers_of_our_own_estimator_stand_in_one_file() {
 /// Each number says in its comment where it comes from, and there are no more of them than there were.
 #[test]
 fn a_number_of_our_own_estimator_says_where_it_comes_from() {
-    let text = fs::read_to_string(source().join("fusion/tuning.rs")).unwrap();
+    let text = fs::read_to_string(source().join("tuning.rs")).unwrap();
     let (_, groups) = text.split_once("\ngroups! {").unwrap();
     let (mut comment, mut count) = (String::new(), 0);
     for line in groups.lines().map(str::trim_start) {

@@ -1,8 +1,7 @@
 //! `modelDescription.xml` of an FMU.
 
 use crate::Fmi;
-use crate::instance::TIME;
-use crate::variable::{Causality, Kind, Variable};
+use crate::variable::{Causality, Kind, TIME, Variable};
 use monorig_plugin::unit;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
@@ -10,7 +9,7 @@ use std::collections::BTreeSet;
 use std::io::Result;
 
 /// The description beside the variables.
-pub(crate) struct Model<'a> {
+pub(crate) struct ModelDescription<'a> {
     pub name: &'a str,
     pub about: &'a str,
     pub token: &'a str,
@@ -47,7 +46,11 @@ fn within(
 }
 
 /// Writes the description.
-pub(crate) fn write(model: &Model<'_>, variables: &[Variable], fmi: Fmi) -> Result<Vec<u8>> {
+pub(crate) fn write(
+    model: &ModelDescription<'_>,
+    variables: &[Variable],
+    fmi: Fmi,
+) -> Result<Vec<u8>> {
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     let (version, token, state) = match fmi {

@@ -1,9 +1,8 @@
 //! An instance of an FMU, whatever the standard: its variables, its phase, and who is told what goes wrong.
 
 use crate::model::{self, Model, Stepped};
-use crate::part::{FILE, Part};
-use crate::variable::{Causality, Kind, Variable};
-use sha2::{Digest, Sha256};
+use crate::part::{FILE, Part, token};
+use crate::variable::{Causality, Kind, TIME, Variable};
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -13,9 +12,6 @@ pub(crate) const OK: i32 = 0;
 pub(crate) const WARNING: i32 = 1;
 pub(crate) const DISCARD: i32 = 2;
 pub(crate) const ERROR: i32 = 3;
-
-/// Reference of the time, which FMI 3.0 has among the variables.
-pub(crate) const TIME: u32 = 0;
 
 /// Logger of FMI 2.0: environment, instance, status, category, format, and what the format asks for.
 pub(crate) type LogTwo =
@@ -83,13 +79,6 @@ pub(crate) struct Instance {
     phase: Phase,
     /// Time that it has come to, s.
     time_s: f64,
-}
-
-/// The token of a part: an FMU that was put together from two is not taken.
-pub(crate) fn token(part: &[u8]) -> String {
-    let digest = Sha256::digest(part);
-    let hex: String = digest.iter().take(16).map(|b| format!("{b:02x}")).collect();
-    format!("{{{hex}}}")
 }
 
 /// The place of the resources: a path, or a URI with `%20` and the like.

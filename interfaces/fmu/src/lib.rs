@@ -4,6 +4,7 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `part` | what an FMU holds, as that file says it |
+//! | `export` | an estimator or a plant, made an FMU |
 //! | `package` | an FMU put together |
 //! | `description` | its `modelDescription.xml` |
 //! | `variable` | a variable, and the values of all |
@@ -14,6 +15,7 @@
 #![allow(clippy::missing_safety_doc)] // the standards say what each pointer must be
 
 mod description;
+mod export;
 mod instance;
 mod model;
 mod package;
@@ -22,8 +24,8 @@ mod three;
 mod two;
 mod variable;
 
+pub use export::{built, estimator, plant};
 pub use package::{Package, library};
-pub use part::{built, estimator, plant};
 
 /// A version of the standard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,6 @@
 //! An FMU put together: description, shared library and resources in a zip archive.
 
-use crate::instance::token;
-use crate::part::{FILE, Part};
+use crate::part::{FILE, Part, token};
 use crate::{Fmi, description, model};
 use monorig_sim::error::{DataError, Error};
 use std::collections::BTreeMap;
@@ -105,7 +104,7 @@ impl Package {
         let (variables, _) = model::of(read, folder.path()).map_err(std::io::Error::other)?;
 
         let identifier = identifier(self.name());
-        let model = description::Model {
+        let model = description::ModelDescription {
             name: self.name(),
             about: &self.about,
             token: &token(&part),

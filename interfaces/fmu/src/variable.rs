@@ -1,5 +1,8 @@
 //! A variable of an FMU. Its value is a number, whatever its type; its reference is its place, counted from 1.
 
+/// Reference of the time, which FMI 3.0 has among the variables.
+pub(crate) const TIME: u32 = 0;
+
 /// Type of a variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Kind {

@@ -1,8 +1,8 @@
 //! The process that runs a part: it does what it is asked over its standard input, a socket, until that is closed.
 
 use crate::protocol::{
-    BUILD, Body, CONTROL, CONTROLLER, Commanded, DONE, DROP, LOAD, Message, NOT_KEPT, REFUSED,
-    RESET, RESTORE, SNAPSHOT, STEP, Task, receive,
+    BUILD, Body, CONTROL, CONTROLLER, Commanded, DONE, DROP, FOLDER, LOAD, Message, NOT_KEPT,
+    REFUSED, RESET, RESTORE, SNAPSHOT, STEP, Task, receive,
 };
 use monorig_c::{Aid, BROKEN, Estimated, Input, NominalVehicle, OK, REFUSED as NOT_DONE, Reason};
 use monorig_estimators::api::aid::AidStatus;
@@ -27,9 +27,6 @@ use std::time::Duration;
 
 /// Time between two looks whether the program is still there.
 const LOOKS: Duration = Duration::from_millis(500);
-
-/// Variable of the environment with the folder for temporary files, which the program removes.
-pub(crate) const FOLDER: &str = "MONORIG_PART_FOLDER";
 
 /// Runs parts for the program that has started this process, until it is asked for nothing more.
 pub fn serve() -> ExitCode {
@@ -78,14 +75,14 @@ fn answer(mut socket: UnixStream) -> Result<()> {
         match (what, &mut instance) {
             (LOAD, _) => describe(asked, &mut message)?,
             (BUILD, place) => *place = build(asked, &mut message)?,
-            (CONTROL, Some(Part::Controller(controller))) => {
+            (CONTROL, Some(Either::Controller(controller))) => {
                 control(controller, asked, &mut message)?;
             }
             (DROP, place) => {
                 *place = None;
                 message.begin(DONE);
             }
-            (what, Some(Part::Estimator(instance))) => match what {
+            (what, Some(Either::Estimator(instance))) => match what {
                 STEP => instance.step(asked, &mut message)?,
                 RESET => instance.reset(&mut message),
                 SNAPSHOT => instance.snapshot(asked, &mut message)?,
@@ -99,15 +96,15 @@ fn answer(mut socket: UnixStream) -> Result<()> {
 }
 
 /// An estimator or a controller.
-enum Part<E, C> {
+enum Either<E, C> {
     Estimator(E),
     Controller(C),
 }
 
 /// The type of a part.
-type PartType = Part<EstimatorType, ControllerType>;
+type PartType = Either<EstimatorType, ControllerType>;
 /// A part that is run.
-type Running = Part<Instance, BoxedController>;
+type ServedPart = Either<ServedEstimator, BoxedController>;
 
 /// The part that is named at the beginning of a message.
 fn part(asked: &mut Body<'_>) -> Result<std::result::Result<PartType, Refusal>> {
@@ -115,10 +112,9 @@ fn part(asked: &mut Body<'_>) -> Result<std::result::Result<PartType, Refusal>> 
     let path = Path::new(OsStr::from_bytes(asked.bytes()?));
     let settings = asked.text()?;
     Ok(match what {
-        CONTROLLER => {
-            crate::load_controller(path, &serde_json::from_str(settings)?).map(Part::Controller)
-        }
-        _ => crate::load(path, &serde_json::from_str(settings)?).map(Part::Estimator),
+        CONTROLLER => crate::load::load_controller(path, &serde_json::from_str(settings)?)
+            .map(Either::Controller),
+        _ => crate::load::load(path, &serde_json::from_str(settings)?).map(Either::Estimator),
     })
 }
 
@@ -129,8 +125,8 @@ fn refuse(refusal: &Refusal, message: &mut Message) {
 
 fn describe(mut asked: Body<'_>, message: &mut Message) -> Result<()> {
     let (name, keys): (String, Vec<&Key>) = match part(&mut asked)? {
-        Ok(Part::Estimator(of_type)) => (of_type.name().into(), of_type.keys().collect()),
-        Ok(Part::Controller(of_type)) => (of_type.name().into(), of_type.keys().collect()),
+        Ok(Either::Estimator(of_type)) => (of_type.name().into(), of_type.keys().collect()),
+        Ok(Either::Controller(of_type)) => (of_type.name().into(), of_type.keys().collect()),
         Err(refusal) => {
             refuse(&refusal, message);
             return Ok(());
@@ -143,22 +139,22 @@ fn describe(mut asked: Body<'_>, message: &mut Message) -> Result<()> {
     Ok(())
 }
 
-fn build(mut asked: Body<'_>, message: &mut Message) -> Result<Option<Running>> {
+fn build(mut asked: Body<'_>, message: &mut Message) -> Result<Option<ServedPart>> {
     let of_type = part(&mut asked)?;
     let vehicle: NominalVehicle = asked.take()?;
     let settings = asked.all(Body::setting)?;
     let built = of_type.and_then(|of_type| {
         let vehicle = Vehicle::try_from(&vehicle)?;
-        let build = || -> std::result::Result<Running, Refusal> {
+        let build = || -> std::result::Result<ServedPart, Refusal> {
             Ok(match of_type {
-                Part::Estimator(of_type) => {
+                Either::Estimator(of_type) => {
                     let built = of_type.build(&vehicle, &settings)?;
-                    Part::Estimator(Instance::new(built, vehicle.drives))
+                    Either::Estimator(ServedEstimator::new(built, vehicle.drives))
                 }
                 // an FMU has what it is built for among its parameters
-                Part::Controller(of_type) => {
+                Either::Controller(of_type) => {
                     let setup = ControllerSetup::default();
-                    Part::Controller(of_type.build(&vehicle, &setup, &settings)?)
+                    Either::Controller(of_type.build(&vehicle, &setup, &settings)?)
                 }
             })
         };
@@ -168,7 +164,7 @@ fn build(mut asked: Body<'_>, message: &mut Message) -> Result<Option<Running>> 
     match built {
         Ok(mut built) => {
             message.begin(DONE);
-            if let Part::Estimator(instance) = &mut built {
+            if let Either::Estimator(instance) = &mut built {
                 instance.describe(message);
             }
             Ok(Some(built))
@@ -199,7 +195,7 @@ fn control(
 }
 
 /// An estimator that is run.
-struct Instance {
+struct ServedEstimator {
     estimator: BoxedEstimator,
     drives: usize,
     values: Vec<f64>,
@@ -207,7 +203,7 @@ struct Instance {
     last: Estimate,
 }
 
-impl Instance {
+impl ServedEstimator {
     fn new(estimator: BoxedEstimator, drives: usize) -> Self {
         Self {
             values: vec![f64::NAN; estimator.internals().len()],

@@ -6,6 +6,7 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `library` | a library: found, checked, its functions |
+//! | `load` | what a scenario names in a library or an FMU |
 //! | `foreign` | an estimator of it in a run |
 //! | `fmu/` | an FMU: unpacked, checked, its functions, an instance of it in a run |
 //! | `signals` `unit` | names of inputs and outputs in an FMU, and their units |
@@ -22,6 +23,7 @@ pub mod external;
 mod fmu;
 mod foreign;
 mod library;
+mod load;
 #[cfg(unix)]
 mod owned_process;
 #[cfg(unix)]
@@ -36,13 +38,8 @@ pub mod unit;
 #[cfg(unix)]
 pub use child::serve;
 
-use library::Library;
-use monorig_estimators::Vehicle;
-use monorig_sim::closed_loop::registry::{
-    BoxedEstimator, ControllerType, EstimatorType, NamedSettings, Refusal, Registry,
-};
-use monorig_sim::config::scenario::{ControllerSettings, Settings};
-use std::path::Path;
+use load::{load, load_controller};
+use monorig_sim::closed_loop::registry::Registry;
 
 /// Lets scenarios that are built with this registry name libraries and FMUs, which run inside of this program: a crash
 /// in one ends it.
@@ -67,24 +64,4 @@ pub fn guards_libraries(mut registry: Registry, program: Vec<std::ffi::OsString>
     });
     registry.load_controllers_with(move |path, settings| of_controllers.controller(path, settings));
     registry
-}
-
-/// The estimator that the settings name in a library or an FMU, or the only one there is.
-fn load(path: &Path, settings: &Settings) -> Result<EstimatorType, Refusal> {
-    if settings.is_fmu {
-        return fmu::estimator_of(path, settings);
-    }
-    let library = Library::load(path)?;
-    let name = library.choose(settings.is.as_deref())?;
-    let groups = library.parameters(name)?;
-    let build = move |vehicle: &Vehicle, settings: NamedSettings<'_>| {
-        let built = foreign::Foreign::build(library, name, vehicle, settings)?;
-        Ok(Box::new(built) as BoxedEstimator)
-    };
-    Ok(EstimatorType::new(name, groups, build))
-}
-
-/// The controller that is in an FMU.
-fn load_controller(path: &Path, settings: &ControllerSettings) -> Result<ControllerType, Refusal> {
-    fmu::controller_of(path, settings)
 }

@@ -1,18 +1,12 @@
 //! Parts in processes of their own: a crash in one, or a step without an end, ends the run that it is in and nothing
 //! else. A process runs one instance at a time, and is used again for the next one of the same file.
 
-use crate::child::FOLDER;
 use crate::owned_process::{OwnedProcess, ended};
-use crate::protocol::{BUILD, Body, CONTROLLER, DONE, DROP, ESTIMATOR, LOAD, Message, receive};
-use crate::remote::{RemoteController, RemoteEstimator};
+use crate::protocol::{BUILD, Body, DONE, DROP, FOLDER, LOAD, Message, receive};
 use monorig_c::NominalVehicle;
 use monorig_estimators::Vehicle;
 use monorig_estimators::api::params::Key;
-use monorig_sim::closed_loop::registry::{
-    BoxedController, BoxedEstimator, ControllerType, EstimatorType, NamedSettings, Refusal,
-};
-use monorig_sim::config::scenario::{ControllerSettings, Settings};
-use monorig_sim::control::ControllerSetup;
+use monorig_sim::closed_loop::registry::{NamedSettings, Refusal};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -36,20 +30,20 @@ const LONGEST_NAME: usize = 40;
 pub(crate) struct Host {
     /// The program that serves parts, and its arguments.
     program: Vec<OsString>,
-    idle: Mutex<BTreeMap<PathBuf, Vec<Process>>>,
-    known: Mutex<BTreeMap<Part, Known>>,
+    idle: Mutex<BTreeMap<PathBuf, Vec<PartProcess>>>,
+    known: Mutex<BTreeMap<NamedPart, Known>>,
 }
 
 /// Name and parameters of a part, known once it was loaded.
 #[derive(Clone, Copy)]
-struct Known {
-    name: &'static str,
-    groups: &'static [&'static [Key]],
+pub(crate) struct Known {
+    pub name: &'static str,
+    pub groups: &'static [&'static [Key]],
 }
 
 /// A part that a scenario names.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Part {
+pub(crate) struct NamedPart {
     /// Its role in the loop.
     what: u64,
     path: PathBuf,
@@ -57,8 +51,8 @@ pub(crate) struct Part {
     settings: String,
 }
 
-impl Part {
-    fn new(what: u64, path: &Path, settings: &impl Serialize) -> Self {
+impl NamedPart {
+    pub fn new(what: u64, path: &Path, settings: &impl Serialize) -> Self {
         Self {
             what,
             path: path.into(),
@@ -94,44 +88,7 @@ impl Host {
         }
     }
 
-    /// The estimator that the settings name in a file.
-    pub fn estimator(
-        self: &Arc<Self>,
-        path: &Path,
-        settings: &Settings,
-    ) -> Result<EstimatorType, Refusal> {
-        let mut settings = settings.clone();
-        settings.values.clear();
-        settings.from = None;
-        let part = Part::new(ESTIMATOR, path, &settings);
-        let Known { name, groups } = self.known(&part)?;
-        let host = self.clone();
-        let build = move |vehicle: &Vehicle, settings: NamedSettings<'_>| {
-            let built = RemoteEstimator::build(&host, &part, vehicle, settings)?;
-            Ok(Box::new(built) as BoxedEstimator)
-        };
-        Ok(EstimatorType::new(name, groups, build))
-    }
-
-    /// The controller that is in a file.
-    pub fn controller(
-        self: &Arc<Self>,
-        path: &Path,
-        settings: &ControllerSettings,
-    ) -> Result<ControllerType, Refusal> {
-        let mut settings = settings.clone();
-        settings.values.clear();
-        let part = Part::new(CONTROLLER, path, &settings);
-        let Known { name, groups } = self.known(&part)?;
-        let host = self.clone();
-        let build = move |vehicle: &Vehicle, _: &ControllerSetup, settings: NamedSettings<'_>| {
-            let process = host.build(&part, vehicle, settings)?;
-            Ok(Box::new(RemoteController::new(process)) as BoxedController)
-        };
-        Ok(ControllerType::new(name, groups, build))
-    }
-
-    fn known(&self, part: &Part) -> Result<Known, Refusal> {
+    pub fn known(&self, part: &NamedPart) -> Result<Known, Refusal> {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = known.get(part) {
             return Ok(*known);
@@ -144,7 +101,7 @@ impl Host {
     /// A process that runs an instance of a part; what it says of the instance is its answer.
     pub fn build(
         self: &Arc<Self>,
-        part: &Part,
+        part: &NamedPart,
         vehicle: &Vehicle,
         settings: NamedSettings<'_>,
     ) -> Result<Lent, Refusal> {
@@ -167,7 +124,7 @@ impl Host {
         })
     }
 
-    fn describe(&self, part: &Part) -> Result<Known, Refusal> {
+    fn describe(&self, part: &NamedPart) -> Result<Known, Refusal> {
         let mut process = self.process(part)?;
         part.put(process.message.begin(LOAD));
         process.ask_or(part, "while it is loaded")?;
@@ -184,13 +141,13 @@ impl Host {
     }
 
     /// A process that does nothing, for this part.
-    fn process(&self, part: &Part) -> Result<Process, Refusal> {
+    fn process(&self, part: &NamedPart) -> Result<PartProcess, Refusal> {
         let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(process) = idle.get_mut(&part.path).and_then(Vec::pop) {
             return Ok(process);
         }
         drop(idle);
-        Process::start(&self.program).map_err(|e| {
+        PartProcess::start(&self.program).map_err(|e| {
             let path = part.path.display();
             Refusal::new(
                 format!("no process can be started to run {path}: {e}"),
@@ -199,7 +156,7 @@ impl Host {
         })
     }
 
-    fn give_back(&self, part: &Part, process: Process) {
+    fn give_back(&self, part: &NamedPart, process: PartProcess) {
         let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
         idle.entry(part.path.clone()).or_default().push(process);
     }
@@ -208,9 +165,9 @@ impl Host {
 /// A process that runs an instance, given back at the end.
 pub(crate) struct Lent {
     host: Arc<Host>,
-    part: Part,
+    part: NamedPart,
     /// None after it was given back.
-    process: Option<Process>,
+    process: Option<PartProcess>,
 }
 
 impl Lent {
@@ -249,7 +206,7 @@ impl Drop for Lent {
 }
 
 /// A process, and the way to it.
-struct Process {
+struct PartProcess {
     child: OwnedProcess,
     to: UnixStream,
     from: BufReader<UnixStream>,
@@ -261,7 +218,7 @@ struct Process {
     _folder: TempDir,
 }
 
-impl Process {
+impl PartProcess {
     fn start(program: &[OsString]) -> io::Result<Self> {
         let (ours, theirs) = UnixStream::pair()?;
         ours.set_read_timeout(Some(LIMIT))?;
@@ -298,7 +255,7 @@ impl Process {
     }
 
     /// The same for what can be refused in words.
-    fn ask_or(&mut self, part: &Part, during: &str) -> Result<(), Refusal> {
+    fn ask_or(&mut self, part: &NamedPart, during: &str) -> Result<(), Refusal> {
         let what = self.ask().map_err(|why| part.refused(&why, during))?;
         if what == DONE {
             return Ok(());
@@ -340,7 +297,7 @@ impl Process {
     }
 }
 
-impl Drop for Process {
+impl Drop for PartProcess {
     fn drop(&mut self) {
         // its process ends once nothing more can be asked of it
         let _ = self.to.shutdown(Shutdown::Both);

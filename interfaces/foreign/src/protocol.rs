@@ -9,6 +9,9 @@ use monorig_sim::closed_loop::interned;
 use monorig_sim::control::{Perception, Reference};
 use std::io::{Error, ErrorKind, Read, Result, Write};
 
+/// Variable of the environment with the folder for temporary files, which the program removes.
+pub(crate) const FOLDER: &str = "MONORIG_PART_FOLDER";
+
 /// Describe a part: its role in the loop, its file, and its keys in a scenario as JSON. Answer: [`DONE`] with its name
 /// and its parameters.
 pub(crate) const LOAD: u64 = 1;

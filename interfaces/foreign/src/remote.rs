@@ -1,8 +1,9 @@
 //! Estimators and controllers that run in processes of their own.
 
-use crate::parent::{Host, Lent, Part};
+use crate::parent::{Host, Known, Lent, NamedPart};
 use crate::protocol::{
-    Body, CONTROL, Commanded, Message, NOT_KEPT, RESET, RESTORE, SNAPSHOT, STEP, Task,
+    Body, CONTROL, CONTROLLER, Commanded, ESTIMATOR, Message, NOT_KEPT, RESET, RESTORE, SNAPSHOT,
+    STEP, Task,
 };
 use monorig_c::{Aid, BROKEN, Estimated, Input, OK, Reason};
 use monorig_estimators::api::aid::AidStatus;
@@ -10,11 +11,54 @@ use monorig_estimators::api::estimator::Internal;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements};
 use monorig_estimators::api::snapshot::SnapshotError;
 use monorig_estimators::{Error, Estimator, Real, Vehicle};
-use monorig_sim::closed_loop::registry::{NamedSettings, Refusal};
-use monorig_sim::control::{Controller, Perception, Reference};
+use monorig_sim::closed_loop::registry::{
+    BoxedController, BoxedEstimator, ControllerType, EstimatorType, NamedSettings, Refusal,
+};
+use monorig_sim::config::scenario::{ControllerSettings, Settings};
+use monorig_sim::control::{Controller, ControllerSetup, Perception, Reference};
 use std::cell::RefCell;
 use std::io::{self, ErrorKind};
+use std::path::Path;
 use std::sync::Arc;
+
+impl Host {
+    /// The estimator that the settings name in a file.
+    pub fn estimator(
+        self: &Arc<Self>,
+        path: &Path,
+        settings: &Settings,
+    ) -> Result<EstimatorType, Refusal> {
+        let mut settings = settings.clone();
+        settings.values.clear();
+        settings.from = None;
+        let part = NamedPart::new(ESTIMATOR, path, &settings);
+        let Known { name, groups } = self.known(&part)?;
+        let host = self.clone();
+        let build = move |vehicle: &Vehicle, settings: NamedSettings<'_>| {
+            let built = RemoteEstimator::build(&host, &part, vehicle, settings)?;
+            Ok(Box::new(built) as BoxedEstimator)
+        };
+        Ok(EstimatorType::new(name, groups, build))
+    }
+
+    /// The controller that is in a file.
+    pub fn controller(
+        self: &Arc<Self>,
+        path: &Path,
+        settings: &ControllerSettings,
+    ) -> Result<ControllerType, Refusal> {
+        let mut settings = settings.clone();
+        settings.values.clear();
+        let part = NamedPart::new(CONTROLLER, path, &settings);
+        let Known { name, groups } = self.known(&part)?;
+        let host = self.clone();
+        let build = move |vehicle: &Vehicle, _: &ControllerSetup, settings: NamedSettings<'_>| {
+            let process = host.build(&part, vehicle, settings)?;
+            Ok(Box::new(RemoteController::new(process)) as BoxedController)
+        };
+        Ok(ControllerType::new(name, groups, build))
+    }
+}
 
 /// An estimator that runs in a process of its own.
 pub(crate) struct RemoteEstimator {
@@ -51,7 +95,7 @@ impl Shown {
 impl RemoteEstimator {
     pub fn build(
         host: &Arc<Host>,
-        part: &Part,
+        part: &NamedPart,
         vehicle: &Vehicle,
         settings: NamedSettings<'_>,
     ) -> Result<Self, Refusal> {

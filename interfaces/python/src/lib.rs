@@ -1,5 +1,5 @@
-//! The native half of the Python package `monorig`. What a user sees is `interfaces/python/monorig/__init__.py`; what stands here
-//! is called from there.
+//! The native half of the Python package `monorig`. A user sees `interfaces/python/monorig/__init__.py`, which calls
+//! the functions here.
 //!
 //! | file | what it holds |
 //! |---|---|

@@ -37,7 +37,8 @@ pub(super) fn across(t: &Vector3<f64>) -> [Vector3<f64>; 2] {
     [l, u]
 }
 
-/// Place on the rail of the last call: the warm start of [`crate::rail::Rail::track`] and [`crate::rail::Rail::project`].
+/// Place on the rail of the last call: the warm start of [`crate::rail::Rail::track`] and
+/// [`crate::rail::Rail::project`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cursor {
     /// Chainage, m.

@@ -8,7 +8,7 @@
 use crate::Real;
 use crate::api::real::sqrt;
 use crate::api::snapshot::state;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// Measured error of the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]

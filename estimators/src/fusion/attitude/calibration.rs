@@ -3,8 +3,8 @@
 use crate::Real;
 use crate::api::real::GRAVITY;
 use crate::filters::gaussian::Gaussian;
-use crate::fusion::tuning;
 use crate::models::attitude::{BIAS_X, N, PHI, THETA};
+use crate::tuning;
 
 /// Calibration of an IMU.
 #[derive(Clone, Copy, Debug, PartialEq)]

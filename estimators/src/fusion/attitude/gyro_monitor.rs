@@ -7,7 +7,7 @@
 use crate::Real;
 use crate::aiding::wheels::Ballot;
 use crate::api::snapshot::state;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// The monitor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +35,7 @@ impl GyroMonitor {
 
     /// The accelerometer has had a shock: the speed has jumped, which is no sign of a wrong pitch.
     pub fn shock(&mut self) {
-        (self.mean, self.rest_s) = (0.0, self.rest_s.max(tuning::GYRO_MONITOR.shock_rest_s));
+        (self.mean, self.rest_s) = (0.0, self.rest_s.max(tuning::SHOCK.rest_s));
     }
 
     /// Takes the innovation of the mean of the wheels and its variance; returns by how much the variance of the pitch

@@ -4,7 +4,7 @@
 use crate::Real;
 use crate::api::real::{PI, sqrt};
 use crate::api::snapshot::state;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// Heading since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -33,7 +33,10 @@ impl StuckVector {
 
     fn is_stuck(&self) -> bool {
         let noisy = self.changes >= tuning::STUCK.min_changes_per_repeat
-            && self.repeats.saturating_mul(tuning::STUCK.min_changes_per_repeat) < self.changes;
+            && self
+                .repeats
+                .saturating_mul(tuning::STUCK.min_changes_per_repeat)
+                < self.changes;
         noisy && self.run >= tuning::STUCK.imu_samples
     }
 }
@@ -184,7 +187,8 @@ impl ImuHealth {
     fn check_norm(&mut self, [x, y, z]: [Real; 3], centripetal_mps2: Real, dt: Real) {
         let expected = sqrt(GRAVITY * GRAVITY + centripetal_mps2 * centripetal_mps2);
         let error = sqrt(x * x + y * y + z * z) - expected;
-        self.norm_error_mps2 += dt / (tuning::SHOCK.norm_lag_s + dt) * (error - self.norm_error_mps2);
+        self.norm_error_mps2 +=
+            dt / (tuning::SHOCK.norm_lag_s + dt) * (error - self.norm_error_mps2);
         if self.norm_error_mps2.abs() > tuning::SHOCK.norm_gate_mps2 {
             self.out_s = tuning::SHOCK.rest_s;
         }

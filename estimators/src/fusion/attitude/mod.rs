@@ -38,12 +38,12 @@ use crate::api::snapshot::{Archive, State, state};
 use crate::detect::control::Control;
 use crate::detect::validity::Integrity;
 use crate::filters::gaussian::Gaussian;
-use crate::fusion::tuning;
 use crate::models::attitude::{
-    Angles, AttitudeInput, AttitudeModel, AttitudeRates, BIAS_X, KAPPA, Lever, N, PHI, SCALE,
-    THETA, V,
+    Angles, AttitudeInput, AttitudeModel, AttitudeRates, BIAS_X, GYRO_Z, KAPPA, Lever, N, PHI,
+    SCALE, THETA, V,
 };
 use crate::models::force_balance::MAX_GRADE_RAD;
+use crate::tuning;
 use arm_error::ArmError;
 use calibration::Calibration;
 use gyro_monitor::GyroMonitor;
@@ -148,7 +148,7 @@ impl AttitudeFilter {
     ) -> Self {
         let bias_sd = params.bias_sd(vehicle);
         let wheel_sd = params.wheel_speed_sd_mps;
-        let gated = supervision.slip_gate && integrity.innovation_gate;
+        let gated = supervision.slip_gate;
         Self {
             params,
             bias_sd,

@@ -4,8 +4,8 @@ use crate::Real;
 use crate::api::params::params;
 use crate::api::real::sqrt;
 use crate::api::vehicle::Vehicle;
-use crate::fusion::tuning;
 use crate::models::attitude::AttitudeNoise;
+use crate::tuning;
 
 params! {
     /// Sensor sheet and model noise of the attitude filter.

@@ -3,7 +3,7 @@
 use crate::Real;
 use crate::api::real::within;
 use crate::api::snapshot::state;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// Low-pass of θ̇/v in way.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -8,8 +8,8 @@ use crate::Real;
 use crate::api::real::sqrt;
 use crate::api::snapshot::state;
 use crate::filters::gaussian::Gaussian;
-use crate::fusion::tuning;
 use crate::models::attitude::{GYRO_X, GYRO_Y, GYRO_Z, N, PHI, THETA};
+use crate::tuning;
 
 /// Windows in a row of one axis that contradict the filter alike: least and largest mean, rad/s, their sum and number.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

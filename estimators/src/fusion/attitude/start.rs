@@ -8,8 +8,8 @@ use crate::Real;
 use crate::api::reading::Channels;
 use crate::api::real::{GRAVITY, asin, cos, sqrt};
 use crate::filters::gaussian::Gaussian;
-use crate::fusion::tuning;
 use crate::models::attitude::{BIAS_X, BIAS_Y, N, PHI, THETA};
+use crate::tuning;
 
 /// The belief by the first samples, `dt` seconds long, of a vehicle (on a `road`) that stands below `standing_mps`
 /// and whose biases of accelerometer and gyro have the standard deviations `bias_sd` (m/s², rad/s). `None` until

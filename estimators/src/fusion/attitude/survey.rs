@@ -9,9 +9,9 @@ use super::AttitudeFilter;
 use crate::Real;
 use crate::api::real::{PI, sqrt};
 use crate::api::snapshot::state;
-use crate::fusion::tuning;
 use crate::models::attitude::{BIAS_X, GYRO_Z, SCALE};
 use crate::models::force_balance::MAX_GRADE_RAD;
+use crate::tuning;
 
 /// A grade with a lag in way.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

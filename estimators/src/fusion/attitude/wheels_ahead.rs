@@ -6,7 +6,7 @@
 use crate::Real;
 use crate::api::reading::Channels;
 use crate::api::snapshot::state;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// Mean time by which wheel speeds are newer than specific forces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -8,9 +8,9 @@ use crate::Real;
 use crate::api::aid::{AidOutcome, Rejection};
 use crate::api::real::{GRAVITY, floor, sqrt, within};
 use crate::api::snapshot::{Blank, state};
-use crate::fusion::tuning;
 use crate::models::swing::SUBSTEPS;
 use crate::rail::rail_memory::{Place, RailMemory};
+use crate::tuning;
 
 fn steps(value: Real, step: Real) -> i16 {
     within(floor(value / step + 0.5), -32_000.0, 32_000.0) as i16

@@ -14,11 +14,11 @@ use crate::detect::control::Control;
 use crate::filters::ekf;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::model::Process;
-use crate::fusion::tuning;
 use crate::models::swing_balance::{
     ANGLE, ETA, LENGTH, MASS, N, Nominal, R0, RATE, SwingInput, SwingModel,
 };
 use crate::rail::train_means::TrainMeans;
+use crate::tuning;
 
 /// Correction by a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -4,7 +4,7 @@ use crate::Real;
 use crate::api::real::sqrt;
 use crate::api::snapshot::state;
 use crate::detect::cusum::Cusum;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// The detector.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -14,7 +14,7 @@
 use crate::Real;
 use crate::api::real::{exp, sqrt};
 use crate::api::snapshot::state;
-use crate::fusion::tuning;
+use crate::tuning;
 
 /// Passes over the blocks, and their results.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -5,8 +5,8 @@ use crate::api::reading::Channels;
 use crate::api::real::{sqrt, within};
 use crate::api::signals::{MAX_DRIVES, Vehicle};
 use crate::api::snapshot::state;
-use crate::fusion::tuning;
 use crate::preprocess::sorted::Sorted;
+use crate::tuning;
 
 use super::block::stored;
 use super::params::SwingBalanceParams;

@@ -1,6 +1,6 @@
 //! An estimator: samples and commands in, its estimate out.
 
-use super::{Model, Stepped};
+use super::interface::{Model, Stepped};
 use crate::part::{EstimatorPart, LIBRARY, vehicle};
 use crate::variable::{Causality, Kind, Variable, number};
 use monorig_estimators::api::params::{Key, KeyKind, Setting};

@@ -1,6 +1,6 @@
 //! The plant of a scenario with its instruments: commands in, samples and truth out.
 
-use super::{Model, Stepped};
+use super::interface::{Model, Stepped};
 use crate::part::{PlantPart, measured, plant_alone};
 use crate::variable::{Causality, Kind, Variable};
 use monorig_estimators::api::signals::{Command, Measurements, Slot};

@@ -28,19 +28,19 @@ pub(super) struct Process {
     words: Vec<String>,
     folder: PathBuf,
     name: String,
-    running: Option<Running>,
+    running: Option<StartedProcess>,
     out: Vec<u8>,
 }
 
 /// A process that has been started.
-struct Running {
+struct StartedProcess {
     socket: UnixStream,
     child: OwnedProcess,
     /// Bytes behind the last whole line.
     rest: Vec<u8>,
 }
 
-impl Drop for Running {
+impl Drop for StartedProcess {
     fn drop(&mut self) {
         // its process ends once nothing more comes
         let _ = self.socket.shutdown(Shutdown::Both);
@@ -89,7 +89,7 @@ impl Process {
         })
     }
 
-    fn start(&self) -> io::Result<Running> {
+    fn start(&self) -> io::Result<StartedProcess> {
         let (ours, theirs) = UnixStream::pair()?;
         ours.set_read_timeout(Some(WAIT))?;
         ours.set_write_timeout(Some(WRITE))?;
@@ -97,7 +97,7 @@ impl Process {
         command.args(&self.words).current_dir(&self.folder);
         command.stdin(OwnedFd::from(theirs.try_clone()?));
         command.stdout(OwnedFd::from(theirs));
-        Ok(Running {
+        Ok(StartedProcess {
             child: OwnedProcess::start(&mut command)?,
             socket: ours,
             rest: Vec::new(),
@@ -105,7 +105,7 @@ impl Process {
     }
 
     /// The process, started if it is not.
-    fn running(&mut self) -> Result<&mut Running, String> {
+    fn running(&mut self) -> Result<&mut StartedProcess, String> {
         if self.running.is_none() {
             let started = self
                 .start()
@@ -116,7 +116,7 @@ impl Process {
     }
 }
 
-impl Running {
+impl StartedProcess {
     /// Why nothing more comes.
     fn over(&mut self) -> String {
         let _ = self.socket.shutdown(Shutdown::Both);

@@ -1,12 +1,13 @@
 //! The functions of an FMU, 2.0 or 3.0, and an instance that calls them.
 
-use super::package::Fmu;
+use super::description::Description;
 use libloading::Library;
 use monorig_sim::closed_loop::registry::Refusal;
 use std::error::Error;
 use std::ffi::{CStr, CString, c_char, c_void};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::ptr::{null, null_mut};
+use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
 type Handle = *mut c_void;
@@ -17,7 +18,7 @@ type Get2<T> = unsafe extern "C" fn(Handle, *const u32, usize, *mut T) -> i32;
 type Get3<T> = unsafe extern "C" fn(Handle, *const u32, usize, *mut T, usize) -> i32;
 type Set2<T> = unsafe extern "C" fn(Handle, *const u32, usize, *const T) -> i32;
 type Set3<T> = unsafe extern "C" fn(Handle, *const u32, usize, *const T, usize) -> i32;
-type Plain = unsafe extern "C" fn(Handle) -> i32;
+type HandleCall = unsafe extern "C" fn(Handle) -> i32;
 
 /// Who gets the messages of an instance. The logger in `log.c` knows the first field.
 #[repr(C)]
@@ -74,7 +75,7 @@ enum Differing {
         instantiate:
             unsafe extern "C" fn(Text, i32, Text, Text, *const Callbacks, i32, i32) -> Handle,
         setup: unsafe extern "C" fn(Handle, i32, f64, f64, i32, f64) -> i32,
-        enter: Plain,
+        enter: HandleCall,
         get_real: Get2<f64>,
         set_real: Set2<f64>,
         set_integer: Set2<i32>,
@@ -130,8 +131,8 @@ struct States {
 
 /// The functions of an FMU.
 pub(crate) struct Calls {
-    exit: Plain,
-    reset: Plain,
+    exit: HandleCall,
+    reset: HandleCall,
     free: unsafe extern "C" fn(Handle),
     differing: Differing,
     states: Option<States>,
@@ -210,6 +211,18 @@ impl Calls {
             states: states().ok(),
         })
     }
+}
+
+/// An FMU of this program.
+pub(crate) struct Fmu {
+    /// As messages name it.
+    pub at: String,
+    pub description: Description,
+    pub calls: Calls,
+    /// Folder of its resources.
+    pub resources: PathBuf,
+    /// True while its one instance is in use; none for one that can have several.
+    pub in_use: Option<AtomicBool>,
 }
 
 /// An instance of an FMU.

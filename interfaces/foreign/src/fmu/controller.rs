@@ -1,10 +1,10 @@
 //! A controller that is an FMU.
 
+use super::calls::Fmu;
 use super::calls::{Instance, WARNING};
 use super::description::Kind;
-use super::package::Fmu;
 use super::ports::{Map, Names, names_of, unconnected};
-use super::running::{Running, parameters};
+use super::running::{RunningFmu, parameters};
 use crate::signals::{BRAKE_COMMAND, CLAMP_COMMAND, QUANTITIES, Quantity, torque_command};
 use monorig_estimators::Vehicle;
 use monorig_estimators::api::signals::{Command, MAX_DRIVES, Value};
@@ -31,7 +31,7 @@ pub(crate) fn controller_of(
         let open = unconnected(&fmu.description, &map, &input_names());
         let outputs = (ports.commands.clone(), Vec::new());
         let built = FmuController {
-            running: Running::build(fmu, set, (&open, "measured_speed"), [], outputs)?,
+            running: RunningFmu::build(fmu, set, (&open, "measured_speed"), [], outputs)?,
             values: Vec::with_capacity(ports.references.len()),
             ports,
             steps: 0,
@@ -203,7 +203,7 @@ impl Ports {
 
 /// An FMU in a run.
 struct FmuController {
-    running: Running,
+    running: RunningFmu,
     ports: Ports,
     /// Numbers of a step.
     values: Vec<f64>,

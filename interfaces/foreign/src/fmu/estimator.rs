@@ -1,8 +1,8 @@
 //! An estimator that is an FMU.
 
-use super::package::Fmu;
+use super::calls::Fmu;
 use super::ports::{self, EstimatorPorts};
-use super::running::{Running, SetTo, parameters};
+use super::running::{RunningFmu, SetTo, parameters};
 use crate::foreign::checked;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements};
 use monorig_estimators::api::snapshot::SnapshotError;
@@ -32,7 +32,7 @@ pub(crate) fn estimator_of(path: &Path, settings: &Settings) -> Result<Estimator
         let stamped = ports.stamped.map(|stamped| (stamped, SetTo::Flag(true)));
         let outputs = (ports.numbers.clone(), ports.flags.clone());
         let built = FmuEstimator {
-            running: Running::build(fmu, set, (&open, "wheel_speed[1]"), stamped, outputs)?,
+            running: RunningFmu::build(fmu, set, (&open, "wheel_speed[1]"), stamped, outputs)?,
             references: Vec::with_capacity(ports.inputs.len()),
             values: Vec::with_capacity(ports.inputs.len()),
             last: ports.start,
@@ -45,7 +45,7 @@ pub(crate) fn estimator_of(path: &Path, settings: &Settings) -> Result<Estimator
 
 /// An FMU in a run.
 struct FmuEstimator {
-    running: Running,
+    running: RunningFmu,
     ports: EstimatorPorts,
     /// Inputs of a step: references and values of those that are new.
     references: Vec<u32>,

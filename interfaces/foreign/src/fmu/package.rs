@@ -1,7 +1,7 @@
 //! An FMU: unpacked, checked and its functions looked up once. It stays as long as the program runs.
 
-use super::calls::Calls;
-use super::description::{self, Description};
+use super::calls::{Calls, Fmu};
+use super::description;
 use monorig_sim::closed_loop::registry::Refusal;
 use std::collections::BTreeMap;
 use std::env::consts::{ARCH, DLL_SUFFIX, OS};
@@ -17,18 +17,6 @@ const MAX_FILES: usize = 10_000;
 
 /// Beginning of the names of temporary folders.
 pub(crate) const FOLDER: &str = "monorig-fmu-";
-
-/// An FMU of this program.
-pub(crate) struct Fmu {
-    /// As messages name it.
-    pub at: String,
-    pub description: Description,
-    pub calls: Calls,
-    /// Folder of its resources.
-    pub resources: PathBuf,
-    /// True while its one instance is in use; none for one that can have several.
-    pub in_use: Option<AtomicBool>,
-}
 
 /// The FMUs of this program, each once.
 static LOADED: Mutex<BTreeMap<PathBuf, &'static Fmu>> = Mutex::new(BTreeMap::new());

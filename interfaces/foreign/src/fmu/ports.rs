@@ -1,8 +1,8 @@
 //! Which variables of an FMU stand for which of our inputs and outputs: by name, or by the `map` of the scenario. Those
 //! of an estimator are here, those of a controller beside it.
 
+use super::calls::Fmu;
 use super::description::{Description, Kind, Variable};
-use super::package::Fmu;
 use crate::signals::{self, FLAGS, NUMBERS, QUANTITIES};
 use crate::unit;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements, Slot, Value};

@@ -1,8 +1,8 @@
 //! An instance of an FMU in a run: its parameters, its steps.
 
+use super::calls::Fmu;
 use super::calls::{DISCARD, Instance, WARNING};
 use super::description::{Kind, Variable};
-use super::package::Fmu;
 use super::ports::Map;
 use crate::signals::STAMPED;
 use monorig_estimators::Error;
@@ -122,7 +122,7 @@ fn set_to(v: &Variable, setting: Setting<'_>) -> Option<SetTo> {
 }
 
 /// An instance of an FMU in a run.
-pub(crate) struct Running {
+pub(crate) struct RunningFmu {
     instance: Instance,
     /// Parameters that are set, by their references.
     set: Vec<(u32, SetTo)>,
@@ -140,7 +140,7 @@ pub(crate) struct Running {
     _in_use: InUse,
 }
 
-impl Running {
+impl RunningFmu {
     /// Makes an instance; the settings are checked by the registry. `open` are the inputs that nothing of ours feeds,
     /// `like` is one of ours for messages, `outputs` the references of numbers and flags.
     pub fn build(

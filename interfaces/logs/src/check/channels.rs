@@ -2,9 +2,8 @@
 //! its lag against the wheels.
 
 use super::lag::Lag;
-use super::rules::check;
 use super::series::{ChannelFigures, Series};
-use super::{ChannelReport, Check, Verdict};
+use super::verdict::{ChannelReport, Check, Verdict, check};
 use crate::drive::Target;
 use monorig_estimators::api::signals::{Measurand, Shape};
 

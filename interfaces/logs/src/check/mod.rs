@@ -8,6 +8,7 @@
 //! | `rules` | the checks of values |
 //! | `channels` | the checks of each channel by itself: rate, gaps, share that counts, values that stay |
 //! | `mounting` | the checks of how the IMU is built in: box, axes, drift |
+//! | `verdict` | a check and its verdict |
 //! | `inspect` | the contents of a log |
 //! | `proposal` | a map proposed for a log |
 
@@ -19,58 +20,15 @@ mod proposal;
 mod rules;
 mod series;
 mod statistics;
+mod verdict;
 
 pub use inspect::{Inspection, TableReport, inspect};
 pub use proposal::{InspectedFile, proposed_map};
+pub use verdict::{ChannelReport, Check, Verdict};
 
 use crate::drive::{Plan, calibrate};
 use crate::map::Map;
 use monorig_sim::error::Error;
-
-/// The verdict of a check.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Verdict {
-    /// Nothing is wrong.
-    Good,
-    /// Something is wrong, and what it may be.
-    Bad(String),
-    /// The log does not show it, and why.
-    Unknown(String),
-}
-
-/// A check: the quantity, the number that was found, and its meaning.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Check {
-    /// The quantity that was checked.
-    pub what: String,
-    /// The number; not a number where there is none.
-    pub value: f64,
-    /// Its unit.
-    pub unit: &'static str,
-    /// The good numbers, in words.
-    pub good: String,
-    /// Its meaning.
-    pub verdict: Verdict,
-}
-
-/// Figures of the samples of a channel.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ChannelReport {
-    /// Its name.
-    pub name: String,
-    /// Samples per second, by the median step, Hz.
-    pub rate_hz: f64,
-    /// Standard deviation of the steps that are no gaps, ms.
-    pub jitter_ms: f64,
-    /// Steps of more than five times the median.
-    pub gaps: u64,
-    /// The longest of them, s; 0 of none.
-    pub longest_gap_s: f64,
-    /// Samples with the stamp of the one before.
-    pub duplicates: u64,
-    /// Share of the samples that count.
-    pub valid: f64,
-}
 
 /// Checks a log with its map: the whole log is read once.
 pub fn check(map: &Map) -> Result<Vec<Check>, Error> {

@@ -1,16 +1,17 @@
 //! Checks of how the IMU is built in: a box that is not turned to the vehicle, axes of the gyro that are exchanged, an
 //! accelerometer that drifts.
 
-use super::rules::{MIN_CORRELATION, check};
 use super::series::Series;
 use super::statistics::{FittedLine, line};
-use super::{Check, Verdict};
+use super::verdict::{Check, Verdict, check, norm};
 use crate::drive::Plan;
 use crate::identify::{ForceWindow, MIN_WINDOWS, OVERLAP};
 use crate::map::Map;
 use crate::notation::STANDARD_GRAVITY_MPS2 as G;
 use monorig_estimators::api::signals::Measurand;
 
+/// Least correlation for a verdict.
+pub(super) const MIN_CORRELATION: f64 = 0.5;
 /// Least limit of a mean that should be zero, m/s²; else three told standard deviations of the bias.
 const MIN_OFF_MPS2: f64 = 0.3;
 const BIAS_SDS: f64 = 3.0;
@@ -75,7 +76,7 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
         ));
     }
     if (0..3).all(there) {
-        let sizes = series.windows.iter().map(|w| super::rules::norm(w.force));
+        let sizes = series.windows.iter().map(|w| norm(w.force));
         let sizes: Vec<f64> = sizes.filter(|f| f.is_finite()).collect();
         if sizes.len() >= MIN_SECONDS {
             all.push(drift("|f|, last third minus first", &sizes));

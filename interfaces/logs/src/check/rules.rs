@@ -1,9 +1,9 @@
 //! The checks, one function each.
 
-use super::mounting::{SLOPE_STEP, slope_change};
+use super::mounting::{MIN_CORRELATION, SLOPE_STEP, slope_change};
 use super::series::{Series, WINDOW_S, Window};
 use super::statistics::{FittedLine, line};
-use super::{Check, Verdict};
+use super::verdict::{Check, Verdict, check, norm};
 use crate::drive::{Plan, Target};
 use crate::identify::{
     ForceWindow, MIN_WINDOWS as MIN_FORCE_WINDOWS, OVERLAP, drag_pressure, regression, seconds_of,
@@ -21,8 +21,6 @@ const MIN_SLOPE_SD: f64 = 0.003;
 /// Correlation from which a gain of f on dv/dt is sharp, and its range then.
 const SHARP_CORRELATION: f64 = 0.9;
 const SHARP_GAIN: [f64; 2] = [0.75, 1.33];
-/// Least correlation for a verdict.
-pub(super) const MIN_CORRELATION: f64 = 0.5;
 /// Windows of 2 s, over which noise changes as much as over 5 s, and a slope does not: by how much less; and a change
 /// of the slope that is more than noise, rad.
 const SHORT_SLOPE_STEP: usize = 4 * OVERLAP;
@@ -108,22 +106,6 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
     all
 }
 
-pub(super) fn check(
-    what: impl Into<String>,
-    value: f64,
-    unit: &'static str,
-    good: &str,
-    verdict: Verdict,
-) -> Check {
-    Check {
-        what: what.into(),
-        value,
-        unit,
-        good: good.into(),
-        verdict,
-    }
-}
-
 /// Columns that the map names and the log does not have.
 fn channels(series: &Series) -> Check {
     let verdict = match series.missing.as_slice() {
@@ -154,10 +136,6 @@ fn channels(series: &Series) -> Check {
         "all columns are there",
         verdict,
     )
-}
-
-pub(super) fn norm(v: [f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> (f64, usize) {

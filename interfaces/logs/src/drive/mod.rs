@@ -16,6 +16,7 @@ mod calibrate;
 mod channel;
 mod faults;
 mod plan;
+mod put_faults;
 mod reference;
 mod reference_columns;
 mod stamps;

@@ -95,7 +95,7 @@ impl Plan {
         if let Some(command) = &c.command {
             commands(map, command, &mut channels)?;
         }
-        super::faults::add(map, &mut channels)?;
+        super::put_faults::add(map, &mut channels)?;
         let mut taken = Vec::new();
         let mut bias = |measurand, of_vehicle: Option<f64>, default: f64| {
             let channel = c.vector(measurand)?;

@@ -2,7 +2,8 @@
 //! [`monorig_wire`], by which an estimator on a controller is reached, too: a message a channel, its stamp in
 //! microseconds and its values in 24 bits each.
 
-use super::{Instants, LogWriter, RowWriter, Table};
+use super::tables::{Instants, Table};
+use super::writer::{LogWriter, RowWriter};
 use crate::io;
 use monorig_estimators::api::signals::{Measurand, Shape};
 use monorig_sim::error::Error;

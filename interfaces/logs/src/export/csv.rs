@@ -1,6 +1,7 @@
 //! CSV: a file a table; numbers as the shortest decimal that is read back to the same bits.
 
-use super::{Instants, LogWriter, RowWriter, Table, failed};
+use super::tables::{Instants, Table};
+use super::writer::{LogWriter, RowWriter, failed};
 use monorig_sim::error::Error;
 use serde_json::Value;
 use std::fs::File;

@@ -1,7 +1,8 @@
 //! The map file of an export: replaying it gives the estimators of the run what they were given in the run.
 
-use super::tables::{COMMAND, TRUTH};
-use super::{LogWriter, Samples, Table};
+use super::Samples;
+use super::tables::{COMMAND, TRUTH, Table};
+use super::writer::LogWriter;
 use crate::io;
 use monorig_estimators::api::signals::{Measurand, Shape};
 use monorig_sim::error::Error;

@@ -1,7 +1,8 @@
 //! MCAP: a topic of JSON messages a table, logged at their arrival, published at their stamp, which stands in the
 //! message too because a stamp before the start of the run cannot be a time of publication.
 
-use super::{Instants, LogWriter, RowWriter, Table, failed};
+use super::tables::{Instants, Table};
+use super::writer::{LogWriter, RowWriter, failed};
 use crate::io;
 use ::mcap::records::MessageHeader;
 use ::mcap::{WriteOptions, Writer};

@@ -1,7 +1,8 @@
 //! MDF 4, by `falcon_mdf`: a channel group a table with arrival as master, `stamp_ns` as whole numbers and channels
 //! called `TABLE.COLUMN`. The library writes a file as a whole, so that all values are kept until then.
 
-use super::{Instants, LogWriter, RowWriter, Table, failed};
+use super::tables::{Instants, Table};
+use super::writer::{LogWriter, RowWriter, failed};
 use falcon_mdf::{Mf4Writer, SignalValues};
 use monorig_sim::error::Error;
 use std::path::{Path, PathBuf};

@@ -19,6 +19,7 @@ mod mf4;
 mod parquet;
 mod samples;
 mod tables;
+mod writer;
 
 pub use samples::{KeptStep, NAME as SAMPLES, SampleColumns, SampleRecorder, Samples};
 
@@ -27,7 +28,8 @@ use monorig_sim::error::Error;
 use monorig_sim::record::manifest::Manifest;
 use monorig_sim::record::whole;
 use std::path::{Path, PathBuf};
-use tables::{Table, Tables};
+use tables::Tables;
+use writer::LogWriter;
 
 /// All formats that a run can be written as, a line each.
 const FORMATS: &[&dyn LogWriter] = &[
@@ -79,62 +81,6 @@ impl std::fmt::Debug for ExportFormat {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.name())
     }
-}
-
-/// Writes logs of one format. A further format is a file with an `impl` of this trait, and a line in `FORMATS`.
-trait LogWriter: Sync {
-    /// The name on the command line.
-    fn name(&self) -> &'static str;
-
-    /// The files of a log, for the help of a command.
-    fn files(&self) -> &'static str;
-
-    /// True if values are rounded.
-    fn is_lossy(&self) -> bool {
-        false
-    }
-
-    /// Creates the files of a log of this name in a folder.
-    fn create(
-        &self,
-        folder: &Path,
-        name: &str,
-        tables: &[Table],
-    ) -> Result<Box<dyn RowWriter>, Error>;
-
-    /// The file of all tables; none if each table has a file of its own, `TABLE.FORMAT`.
-    fn only_file(&self, _name: &str) -> Option<String> {
-        None
-    }
-
-    /// A column as the map file names it.
-    fn column(&self, table: &Table, column: usize) -> String {
-        table.columns.get(column).cloned().unwrap_or_default()
-    }
-
-    /// Changes the keys of the map file that are not the same in all formats.
-    fn adapt(&self, _map: &mut serde_json::Value, _name: &str) {}
-}
-
-/// Writes the rows of a log.
-trait RowWriter {
-    /// A row of the table with this index: when it was taken and recorded (ns of the run), and its values; not a number
-    /// where there is none.
-    fn row(&mut self, table: usize, at: Instants, values: &[f64]) -> Result<(), Error>;
-    /// Ends the files when all rows are written; how many values were beyond the range of their signal.
-    fn finish(self: Box<Self>) -> Result<u64, Error>;
-}
-
-/// The error of a library that could not write a file.
-fn failed(path: &Path) -> impl Fn(&dyn std::fmt::Display) -> Error {
-    move |e| io(path, std::io::Error::other(e.to_string()))
-}
-
-/// The times at which a row was taken and recorded, ns of the run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Instants {
-    stamp_ns: i64,
-    arrival_ns: i64,
 }
 
 /// A log that was written.

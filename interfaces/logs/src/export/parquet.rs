@@ -1,6 +1,7 @@
 //! Parquet: a file a table, `arrival_ns` and `stamp_ns` as whole numbers, units in the metadata of the columns.
 
-use super::{Instants, LogWriter, RowWriter, Table, failed};
+use super::tables::{Instants, Table};
+use super::writer::{LogWriter, RowWriter, failed};
 use crate::io;
 use ::parquet::arrow::ArrowWriter;
 use ::parquet::basic::{Compression, ZstdLevel};

@@ -1,9 +1,16 @@
 //! A step of a run as rows of tables.
 
-use super::{Instants, KeptStep};
+use super::KeptStep;
 use crate::map::quantity;
 use monorig_estimators::api::signals::{Measurand, Sample, Shape};
 use monorig_sim::error::Error;
+
+/// The times at which a row was taken and recorded, ns of the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Instants {
+    pub(super) stamp_ns: i64,
+    pub(super) arrival_ns: i64,
+}
 
 /// A table of the export.
 #[derive(Clone, Debug)]

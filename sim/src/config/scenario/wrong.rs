@@ -1,4 +1,4 @@
-//! What is wrong in a scenario file: key, message, help.
+//! Fault of a scenario file: key, message, help.
 
 /// A mistake in a scenario: its key, the message and the remedy.
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 //! candump: a frame a line, `(1700000000.000125) can0 100#B2FF`, `##` for CAN FD, with or without a direction at the
 //! end.
 
-use super::{Frame, Frames};
+use super::frames::{Frame, Frames, read};
 use crate::notation::TimeUnit;
 use crate::read::{LogReader, Out, ReadOptions, Section};
 use crate::{io, wrong};
@@ -48,7 +48,7 @@ impl LogReader for CandumpReader {
             line: 0,
             text: Vec::new(),
         };
-        super::read(path, options, lines, out)
+        read(path, options, lines, out)
     }
 }
 

@@ -1,6 +1,6 @@
 //! BLF and ASC of Vector, by `blf_asc`.
 
-use super::{Frame, Frames};
+use super::frames::{Frame, Frames, read};
 use crate::read::{LogReader, Out, ReadOptions, Section};
 use crate::wrong;
 use blf_asc::{BlfError, Message};
@@ -38,7 +38,7 @@ impl LogReader for AscReader {
     ) -> Result<(), Error> {
         let mut reader = blf_asc::AscReader::open(path).map_err(|e| broken(path, 0, &e))?;
         let messages = Messages::of(path, Box::new(move || reader.next_message()));
-        super::read(path, options, messages, out)
+        read(path, options, messages, out)
     }
 }
 
@@ -76,7 +76,7 @@ impl LogReader for BlfReader {
         lengths_fit(path)?;
         let mut reader = blf_asc::BlfReader::open(path).map_err(|e| broken(path, 0, &e))?;
         let messages = Messages::of(path, Box::new(move || reader.next_message()));
-        super::read(path, options, messages, out)
+        read(path, options, messages, out)
     }
 }
 

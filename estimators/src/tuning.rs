@@ -140,7 +140,7 @@ groups! {
         /// Change of the acceleration that is not known, m/s³. Chosen: the jerk of a start.
         jerk_mps3: Real = 0.5,
     }
-    /// Dynamic lag of the baselines.
+    /// Dynamic lag of a grade.
     DYNAMIC_LAG: DynamicLag {
         /// Memory of the largest motion over the settling time: a transient outlasts its edge. Chosen.
         memory: Real = 2.0,
@@ -269,13 +269,11 @@ groups! {
         max_hold_s: Real = 0.5,
         /// Changes after which the statistics of a channel are trusted. Chosen.
         min_changes: u32 = 200,
-        /// Changes per legitimate repetition from which a channel counts as noisy. Chosen.
+        /// Changes per legitimate repetition from which a channel counts as noisy, and changes of an instrument of the
+        /// IMU after which that is looked at. Chosen.
         min_changes_per_repeat: u32 = 100,
         /// Equal samples on all three axes from which an instrument of the IMU is stuck. Chosen.
         imu_samples: u32 = 3,
-        /// Changes of an instrument of the IMU after which that is looked at, and changes per legitimate repetition.
-        /// Chosen.
-        imu_changes: u32 = 100,
     }
     /// The validity rule.
     VALIDITY: Validity {
@@ -333,8 +331,6 @@ groups! {
         wait_s: Real = 0.25,
         /// Time for which the monitor rests after a rejected wheel, s. Chosen.
         slip_rest_s: Real = 1.5,
-        /// Time for which it rests after a shock of the accelerometer, s. Chosen.
-        shock_rest_s: Real = 0.5,
         /// Variance of the pitch that a unit of excess adds, rad²/s. Chosen.
         doubt_rad2ps: Real = 1.6e-5,
     }
@@ -347,6 +343,13 @@ groups! {
     SHOCK: Shock {
         /// Jump of the accelerometer from one sample to the next that is a shock, m/s². Chosen.
         jump_mps2: Real = 1.5,
+        /// Time for which the gyro monitor rests after a shock, and the accelerometer is out of use after its |f| was
+        /// not g, s. Chosen.
+        rest_s: Real = 0.5,
+        /// Low-pass of |f| − g, s. Chosen: 0.1 s rejects the shocks of rail joints, too.
+        norm_lag_s: Real = 0.4,
+        /// Deviation of |f| from g behind it beyond which the accelerometer is out of use, m/s². Chosen.
+        norm_gate_mps2: Real = 0.35,
         /// Time for which a shock rings, s. Chosen.
         ring_s: Real = 0.03,
         /// Least jump of the gyro that must be confirmed by the next sample, rad/s. Chosen.
@@ -418,8 +421,6 @@ groups! {
     }
     /// The effective grade.
     EFFECTIVE: Effective {
-        /// Time between two looks at the memory, s; the sooner of it and `MEMORY.min_pitch_m`. Chosen.
-        period_s: Real = 0.1,
         /// Constant part of the standard deviation of the grade by the force, rad. Chosen.
         force_sd_rad: Real = 0.001,
         /// Factor on acceleration over g, and on the swing, in that standard deviation. Chosen.
@@ -434,7 +435,8 @@ groups! {
     }
     /// Blocks of the force balance, and the steps in which they are kept.
     BLOCK: BlockSteps {
-        /// Length of a part of a block, s. Chosen.
+        /// Length of a part of a block, and time between two looks of the effective grade at the rail remembered (or
+        /// `MEMORY.min_pitch_m`, whichever comes first), s. Chosen.
         substep_s: Real = 0.1,
         /// Noise of the acceleration of a block that the model's noise covers, m/s². Chosen.
         nominal_mps2: Real = 2.5e-3,

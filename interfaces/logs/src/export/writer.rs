@@ -1,0 +1,55 @@
+//! The functions of a format that logs are written in.
+
+use super::tables::{Instants, Table};
+use crate::io;
+use monorig_sim::error::Error;
+use std::path::Path;
+
+/// Writes logs of one format. A further format is a file with an `impl` of this trait, and a line in `FORMATS`.
+pub(super) trait LogWriter: Sync {
+    /// The name on the command line.
+    fn name(&self) -> &'static str;
+
+    /// The files of a log, for the help of a command.
+    fn files(&self) -> &'static str;
+
+    /// True if values are rounded.
+    fn is_lossy(&self) -> bool {
+        false
+    }
+
+    /// Creates the files of a log of this name in a folder.
+    fn create(
+        &self,
+        folder: &Path,
+        name: &str,
+        tables: &[Table],
+    ) -> Result<Box<dyn RowWriter>, Error>;
+
+    /// The file of all tables; none if each table has a file of its own, `TABLE.FORMAT`.
+    fn only_file(&self, _name: &str) -> Option<String> {
+        None
+    }
+
+    /// A column as the map file names it.
+    fn column(&self, table: &Table, column: usize) -> String {
+        table.columns.get(column).cloned().unwrap_or_default()
+    }
+
+    /// Changes the keys of the map file that are not the same in all formats.
+    fn adapt(&self, _map: &mut serde_json::Value, _name: &str) {}
+}
+
+/// Writes the rows of a log.
+pub(super) trait RowWriter {
+    /// A row of the table with this index: when it was taken and recorded (ns of the run), and its values; not a number
+    /// where there is none.
+    fn row(&mut self, table: usize, at: Instants, values: &[f64]) -> Result<(), Error>;
+    /// Ends the files when all rows are written; how many values were beyond the range of their signal.
+    fn finish(self: Box<Self>) -> Result<u64, Error>;
+}
+
+/// The error of a library that could not write a file.
+pub(super) fn failed(path: &Path) -> impl Fn(&dyn std::fmt::Display) -> Error {
+    move |e| io(path, std::io::Error::other(e.to_string()))
+}

@@ -1,0 +1,109 @@
+//! Frames of a file, made values by the database of their messages.
+
+use super::dbc::Database;
+use crate::read::{LogColumn, Out, ReadOptions, Row};
+use crate::wrong;
+use monorig_sim::error::Error;
+use std::collections::HashMap;
+use std::path::Path;
+
+/// A frame.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Frame {
+    /// Time, ns.
+    pub(super) ns: i64,
+    /// Identifier of 11 or 29 bits.
+    pub(super) id: u32,
+    /// True for an identifier of 29 bits.
+    pub(super) extended: bool,
+    /// Payload.
+    pub(super) data: Vec<u8>,
+    /// Line or frame in the file.
+    pub(super) place: u64,
+}
+
+/// Frames one after the other.
+pub(super) trait Frames {
+    /// The next one; false at the end.
+    fn next(&mut self, frame: &mut Frame) -> Result<bool, Error>;
+}
+
+/// Reads a file.
+pub(super) fn read(
+    path: &Path,
+    options: &ReadOptions,
+    mut frames: impl Frames,
+    out: &mut Out<'_>,
+) -> Result<(), Error> {
+    let Some(dbc) = &options.dbc else {
+        return Err(wrong(
+            path,
+            None,
+            "a log of CAN frames needs a database of messages",
+            "`dbc: FILE.dbc` in the map file, or --dbc",
+        ));
+    };
+    let database = Database::load(dbc)?;
+    let tables = tables(&database, options, out);
+    let mut frame = Frame::default();
+    let (mut seen, mut known) = (0u64, 0u64);
+    while frames.next(&mut frame)? {
+        seen += 1;
+        let id = (frame.id, frame.extended);
+        if database.messages.contains_key(&id) {
+            known += 1;
+        }
+        let (Some((table, wanted)), Some(message)) = (tables.get(&id), database.messages.get(&id))
+        else {
+            continue;
+        };
+        let switch = message.switch(&frame.data);
+        let values = wanted.iter().map(|i| match message.signals.get(*i) {
+            Some(s) if s.is_present(switch) => s.value(&frame.data).unwrap_or(f64::NAN),
+            _ => f64::NAN,
+        });
+        if !out.row(Row::at(*table, frame.ns, frame.place), values) {
+            return Ok(());
+        }
+    }
+    if seen > 0 && known == 0 {
+        return Err(wrong(
+            path,
+            None,
+            format!(
+                "none of the {seen} frames has a message in {}",
+                dbc.display()
+            ),
+            "the database of the bus that was recorded",
+        ));
+    }
+    Ok(())
+}
+
+/// The tables of the messages with a wanted signal, by the identifier of the message, each with the wanted signals.
+fn tables(
+    database: &Database,
+    options: &ReadOptions,
+    out: &mut Out<'_>,
+) -> HashMap<(u32, bool), (u32, Vec<usize>)> {
+    let mut tables = HashMap::new();
+    let mut messages: Vec<_> = database.messages.iter().collect();
+    messages.sort_by_key(|(id, _)| **id);
+    for (id, message) in messages {
+        let signals = message.signals.iter().enumerate();
+        let wanted: Vec<_> = signals
+            .filter(|(_, s)| options.wants(&message.name, &s.name))
+            .collect();
+        if wanted.is_empty() {
+            continue;
+        }
+        let columns = wanted.iter().map(|(_, s)| LogColumn {
+            name: s.name.clone(),
+            unit: s.unit.clone(),
+        });
+        let table = out.table(&message.name, columns.collect());
+        let wanted = wanted.into_iter().map(|(i, _)| i).collect();
+        tables.insert(*id, (table, wanted));
+    }
+    tables
+}
