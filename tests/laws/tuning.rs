@@ -366,7 +366,6 @@ fn trials(study: &TuningStudy, values: &[(&str, f64)]) -> Vec<Vec<f64>> {
     let means = Means {
         cache: &cache,
         jobs: 1,
-        asker: None,
     };
     let evaluator = Evaluator::prepare(study, Stage::Tuning, means, &())
         .unwrap()
@@ -374,7 +373,7 @@ fn trials(study: &TuningStudy, values: &[(&str, f64)]) -> Vec<Vec<f64>> {
     let trial = |(key, value): &(&str, f64)| {
         let value = ParameterValue::Number(Finite::try_from(*value).unwrap());
         let values = [((*key).to_owned(), value)].into();
-        let [shown] = &evaluator.evaluate(&values).unwrap()[..] else {
+        let [shown] = &evaluator.evaluate(&values)[..] else {
             panic!("one run");
         };
         shown.values.clone().unwrap()

@@ -284,7 +284,7 @@ fn circles(arrows: &Arrows) -> Vec<String> {
 #[test]
 fn no_files_and_no_rooms_use_each_other_in_a_circle() {
     let mut wrong = String::new();
-    for folder in crate::libraries() {
+    for folder in super::libraries() {
         let files = arrows(&of_crate(&folder));
         assert!(
             !files.is_empty() || folder.contains("kit"),
