@@ -1,8 +1,9 @@
 //! Every number of our own estimator that a user does not set: its unit, and where it comes from.
 //!
 //! Provenance: *derived* follows from another number or from the hardware, *data sheet* is the sheet of an instrument,
-//! *measured* names the note with the measurement, *chosen* was set by hand. What a user sets stands with the parameters
-//! of each filter. `estimators/tests/closure.rs` refuses a numeric constant in any other file of these rooms.
+//! *measured* names the note with the measurement, *chosen* was set by hand. Values that a user sets stand with the
+//! parameters of each filter. `estimators/tests/estimators/closure.rs` refuses a numeric constant in a file of
+//! the rooms of our own estimator.
 
 use crate::Real;
 
@@ -86,8 +87,8 @@ groups! {
         noise_sd: Real = 3.0,
         /// Standard deviations within which wheels agree. Chosen.
         agree_sd: Real = 7.0,
-        /// Limit of the NIS of one innovation: a bump of one or two samples is for the gate and does not end validity.
-        /// Chosen: five standard deviations.
+        /// Limit of the NIS of one innovation: a bump of one or two samples is for the gate, does not end validity and
+        /// does not inflate the noise further. Chosen: five standard deviations.
         max_nis: Real = 25.0,
         /// Usual steps from sample to sample beyond which a sample is an outlier. Chosen.
         jump_factor: Real = 6.0,
@@ -104,7 +105,7 @@ groups! {
         /// shaken robot.
         unseen_walk: Real = 0.1,
     }
-    /// What a standing vehicle tells of the gyro.
+    /// Bias of the gyro at a standstill.
     STANDSTILL: Standstill {
         /// Noise of the gyro with the vibration of a standing vehicle, rad/√s. Chosen.
         noise: Real = 3e-4,
@@ -198,7 +199,7 @@ groups! {
         /// Share of the regressors that is noise of them: a large start or a slip counts for no more than several small
         /// ones. Chosen.
         relative_noise: Real = 0.3,
-        /// What slopes may do at a speed without a gyro, m/s² for each m/s. Chosen.
+        /// Noise of a sample by slopes at a speed without a gyro, m/s² for each m/s. Chosen.
         slope_noise_per_s: Real = 1.0,
         /// Standard deviation of a gain before any sample. Chosen.
         gain_sd: Real = 0.5,
@@ -248,7 +249,7 @@ groups! {
         /// Adapted over nominal standard deviation of wheel speed from which the wheels are taken to slip. Chosen.
         max_sd_ratio: Real = 3.0,
     }
-    /// What a standstill may have done to the load.
+    /// Another load after a standstill.
     STANDING_LOAD: StandingLoad {
         /// Samples of the force balance after driving off that confirm the mass. Chosen.
         confirming: u32 = 10,
@@ -468,6 +469,10 @@ groups! {
         new_swing_sd: [Real; 2] = [0.06, 0.25],
         /// Share of the first variance of the resistance that another load adds. Chosen.
         reopen: Real = 0.01,
+        /// Time over which the factor on the noise grows with the residuals, s; it falls in twice that. Chosen.
+        inflate_s: Real = 4.0,
+        /// Factor on the noise from which it acts. Chosen.
+        min_inflation: Real = 1.2,
     }
     /// Blocks that wait, the start, and the marks of the mass.
     QUEUE: Queue {
@@ -546,7 +551,7 @@ groups! {
         /// Share of the torque that drives may share it unequally by, beyond noise and gain. Chosen.
         unequal: Real = 0.02,
     }
-    /// What of the train is read, and when.
+    /// Parts of the train that are read, and when.
     SOURCE: TrainSource {
         /// Standard deviation of the speed up to which the way run is measured, m/s. Chosen.
         seen_speed_sd_mps: Real = 0.02,

@@ -1,4 +1,4 @@
-//! What holds across the crates: laws of the physics, the source itself, the documents.
+//! Laws across the crates: the physics, the source itself, the documents.
 
 #![allow(clippy::unwrap_used)] // helpers of tests
 

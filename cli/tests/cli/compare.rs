@@ -198,7 +198,7 @@ fn what_is_not_there_is_named() {
     dir.write("quick.yaml", bad.as_bytes());
     let told = dir.refused(&["compare", "quick.yaml"]);
     assert!(
-        told.contains("quick.yaml:13:75") && told.contains("did you mean"),
+        told.contains("quick.yaml:13:72") && told.contains("did you mean"),
         "{told}"
     );
 }

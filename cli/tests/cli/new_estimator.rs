@@ -7,8 +7,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
-/// The packages of a crate's lock file, each with its version and what it needs. The versions of the example's are those
-/// of the workspace: `tests/laws/locks.rs`.
+/// Packages of a crate's lock file, each with its version and what it needs. The example has the versions of the
+/// workspace (`tests/laws/locks.rs`).
 fn packages(crate_folder: &Path) -> BTreeSet<String> {
     let lock = std::fs::read_to_string(crate_folder.join("Cargo.lock")).unwrap();
     let packages = lock.split("[[package]]").skip(1);

@@ -142,7 +142,7 @@ fn of_a_test_with_every_verdict() {
         }
     }
     assert!(text.contains("FAILED: 1 of 1 scenario") && text.contains("0 of 3"));
-    assert!(text.contains("Differences to dffrls_aekf_robust"));
+    assert!(text.contains("Differences to attitude"));
 }
 
 const STUDY: &str = "\
@@ -189,7 +189,7 @@ fn of_a_study() {
         "dffrls_aekf_robust slope_rmse_deg from 1 s",
         "slope_rmse_deg over load.mass_kg",
         "slope_rmse_deg over vehicle.total_mass_guess_kg",
-        "Differences to dffrls_aekf_robust",
+        "Differences to attitude",
         mean.as_str(),
     ] {
         assert!(report().contains(part), "{part}\n{}", report());

@@ -1,8 +1,8 @@
 //! The commands of README, tutorial and two more pages are run, and what these pages show is what they print.
 //!
-//! `MONORIG_UPDATE=1 cargo test --release --test cli tutorial::` writes the outputs of these pages anew. A block that begins
-//! with `text` belongs to the commands or to the Python snippet before it. A line of `…` in it stands for any lines;
-//! such a block is written by hand. Python snippets are run where there is a Python with pyarrow and pandas.
+//! `MONORIG_UPDATE=1 cargo test --release --test cli tutorial::` writes the outputs of these pages anew. A block that
+//! begins with `text` belongs to the commands or to the Python snippet before it. A line of `…` in it stands for any
+//! lines; such a block is written by hand. Python snippets are run where there is a Python with pyarrow and pandas.
 
 use monorig_testing::tools;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! The public paths of each crate stand in `public/CRATE.txt`: what becomes public, or is so no more, changes the list
 //! knowingly.
 //!
-//! Write the lists anew with `MONORIG_WRITE_LISTS=1 cargo test --release -p monorig-tests --test laws source::`, and look at
+//! Write the lists anew with `MONORIG_WRITE_LISTS=1 cargo test --release --test laws source::`, and look at
 //! the difference. Fields, variants and what macros make are not listed.
 
 use super::modules::{Module, is_for_tests, of_crate};

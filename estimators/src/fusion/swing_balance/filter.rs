@@ -36,7 +36,9 @@ pub struct BlockCorrection {
 pub struct SwingBalance {
     model: SwingModel,
     params: SwingBalanceParams,
+    residual_noise: bool,
     belief: Gaussian<N>,
+    inflation: Real,
     /// Mean square of the load's regressor without the resistance, m²/s⁴.
     excitation: Real,
     /// See [`SwingBalance::set_noise_mass`]; 0 for none.
@@ -65,7 +67,9 @@ impl SwingBalance {
                 length_walk: params.length_walk,
             },
             params: *params,
+            residual_noise: supervision.residual_noise,
             belief: prior(&nominal, params),
+            inflation: 1.0,
             excitation: 0.0,
             noise_kg: 0.0,
             last_grade: 0.0,
@@ -181,13 +185,24 @@ impl SwingBalance {
     )]
     fn correct(&mut self, block: &Block, means: &TrainMeans) -> BlockCorrection {
         let model = self.model;
-        let aid = self.aid(&model, block, means);
+        let mut aid = self.aid(&model, block, means);
         let of = |sd: Real| sd * sd;
         let share = (block.length_s() / tuning::BALANCE.excitation_s).min(1.0);
         let moved = of(aid.load_regressor(&self.belief.x));
         self.excitation += share * (moved - self.excitation);
         let (y, h) = (aid.innovation(&self.belief.x), aid.H(&self.belief.x));
         let square = y * y / (h.dot(&self.belief.covariance_with(&h)) + aid.R());
+        if self.residual_noise {
+            let most = square.min(tuning::STATISTICS.max_nis);
+            let time = match most > self.inflation {
+                true => tuning::BALANCE.inflate_s,
+                false => 2.0 * tuning::BALANCE.inflate_s,
+            };
+            self.inflation += (block.length_s() / time) * (most - self.inflation);
+            if self.inflation > tuning::BALANCE.min_inflation {
+                aid.variance *= self.inflation;
+            }
+        }
         // The noise of the regressor would pass for information about a load that nothing moves: the load is then a
         // parameter that the filter considers and does not estimate (Schmidt 1966), whose mean and variance stay.
         let excited = self.excitation > of(tuning::BALANCE.min_excitation * block.noise_mps2());
@@ -337,6 +352,7 @@ impl SwingBalance {
             self.belief.set_independent(i, mean, variance);
         }
         self.belief.P[(R0, R0)] += tuning::BALANCE.reopen * fresh.P[(R0, R0)];
+        self.inflation = 1.0;
     }
 }
 
@@ -377,14 +393,17 @@ impl State for SwingBalance {
     fn visit(&mut self, archive: &mut Archive) {
         let Self {
             belief,
+            inflation,
             excitation,
             noise_kg,
             last_grade,
             last_behind_m,
             model: _,
             params: _,
+            residual_noise: _,
         } = self;
         belief.visit_lower(archive);
+        inflation.visit(archive);
         excitation.visit(archive);
         noise_kg.visit(archive);
         last_grade.visit(archive);
@@ -487,6 +506,7 @@ mod tests {
             let mut other = filter();
             other.start_from([0.9, 0.01]);
             other.belief.x[ANGLE] = 0.1;
+            other.inflation = 3.0;
             let (kept, resistance) = (other.mass_kg(), other.belief.P[(R0, R0)]);
             if reset {
                 other.reset_load();
@@ -504,6 +524,7 @@ mod tests {
             }
             let more = (P[(R0, R0)] - resistance) / first.P[(R0, R0)];
             assert!((more - 0.01).abs() < 1e-9, "{more}");
+            assert_eq!(other.inflation, 1.0);
         }
     }
 
@@ -564,23 +585,62 @@ mod tests {
         bend_per_m: 0.0,
     };
 
-    /// A filter of a load that does not swing.
-    fn rigid() -> SwingBalance {
+    /// A filter of a load that does not swing, with the noise of the residuals or without.
+    fn rigid(residual_noise: bool) -> SwingBalance {
         let layout = MassLayout::even(5_000.0, [0.0, 12.0], [0.0, 12.0]);
         let nominal = Nominal::new(&vehicle(), &layout, None, 0.01);
-        SwingBalance::new(nominal, &Default::default(), &Default::default())
+        let supervision = SwingSupervision {
+            residual_noise,
+            ..Default::default()
+        };
+        SwingBalance::new(nominal, &Default::default(), &supervision)
     }
 
-    /// Corrects by a block whose traction is off what is expected by so many standard deviations of the innovation.
-    fn correct(filter: &mut SwingBalance, block: &Block, off_sd: Real) -> BlockCorrection {
+    /// Corrects by a block whose traction is off what is expected by so many of its standard deviations; the parts of
+    /// the variance of the innovation that are of the state and of the noise.
+    fn correct(
+        filter: &mut SwingBalance,
+        block: &Block,
+        off_sd: Real,
+    ) -> (BlockCorrection, [Real; 2]) {
         let (model, x) = (filter.model, filter.belief.x);
         let aid = filter.aid(&model, block, &LEVEL);
         let h = aid.H(&x);
-        let variance = (h.transpose() * filter.belief.P * h).x + aid.R();
+        let of_state = (h.transpose() * filter.belief.P * h).x;
+        let of_noise = aid.R();
         let mut block = *block;
-        let off = off_sd * variance.sqrt() - aid.innovation(&x);
+        let off = off_sd * (of_state + of_noise).sqrt() - aid.innovation(&x);
         block.traction_n += off as f32;
-        filter.correct(&block, &LEVEL)
+        (filter.correct(&block, &LEVEL), [of_state, of_noise])
+    }
+
+    /// The factor on the noise goes to the square of the residuals with a memory of 4 s where they grow, of 8 s where
+    /// they fall, and to 25 at most. It acts from 1.2 on, on the noise and not on the state; switched off it is 1.
+    #[test]
+    fn the_factor_on_the_noise_follows_the_residuals() {
+        let (now, share) = (block(1.0, 0.3, 0.0), block(1.0, 0.3, 0.0).length_s());
+        for on in [true, false] {
+            let first = rigid(on);
+            let mut expected: Real = 1.0;
+            let mut filter = first;
+            for (off_sd, blocks) in [(3.0, 20), (-0.5, 40), (1.05, 60), (-9.0, 60)] {
+                for _ in 0..blocks {
+                    filter.belief = first.belief;
+                    let (found, [of_state, of_noise]) = correct(&mut filter, &now, off_sd);
+                    let most = (off_sd * off_sd as Real).min(25.0);
+                    let memory_s = if most > expected { 4.0 } else { 8.0 };
+                    if on {
+                        expected += share / memory_s * (most - expected);
+                    }
+                    assert!((filter.inflation / expected - 1.0).abs() < 1e-3);
+                    assert!((found.normalised / off_sd - 1.0).abs() < 1e-3, "{found:?}");
+                    let factor = if expected > 1.2 { expected } else { 1.0 };
+                    let variance = of_state + factor * of_noise;
+                    let found = found.status.innovation_variance;
+                    assert!((found / variance - 1.0).abs() < 1e-3, "{found} {variance}");
+                }
+            }
+        }
     }
 
     /// A block weighs the load where the root of the mean square of what moves it, over 10 s, is five times the noise
@@ -590,17 +650,17 @@ mod tests {
         let noise = block(1.0, 0.0, 0.0036).noise_mps2();
         for (by, weighs) in [(0.97, false), (1.03, true), (-1.03, true)] {
             let now = block(1.0, by * 5.0 * noise, 0.0036);
-            let mut filter = rigid();
+            let mut filter = rigid(true);
             filter.excitation = now.mean_acceleration().powi(2);
             let before = filter.belief;
-            let found = correct(&mut filter, &now, 2.0);
+            let (found, _) = correct(&mut filter, &now, 2.0);
             assert_eq!(found.weighs, weighs, "{by}");
             let after = filter.belief;
             assert_eq!(after.x[MASS] != before.x[MASS], weighs);
             assert_eq!(after.P[(MASS, MASS)] < before.P[(MASS, MASS)], weighs);
             assert!(after.x[R0] > before.x[R0] && after.P[(R0, R0)] < before.P[(R0, R0)]);
         }
-        let (mut filter, now) = (rigid(), block(1.0, 0.3, 0.0));
+        let (mut filter, now) = (rigid(true), block(1.0, 0.3, 0.0));
         for k in 1..=60 {
             correct(&mut filter, &now, 0.0);
             let share = 1.0 - (1.0 - now.length_s() / 10.0).powi(k);
@@ -610,8 +670,8 @@ mod tests {
 
     #[test]
     fn a_load_is_between_none_and_the_largest() {
-        for (off_sd, limit) in [(-3.0, 0.0), (3.0, rigid().model.nominal.max_load_kg)] {
-            let mut filter = rigid();
+        for (off_sd, limit) in [(-3.0, 0.0), (3.0, rigid(false).model.nominal.max_load_kg)] {
+            let mut filter = rigid(false);
             for _ in 0..20 {
                 filter.belief.P[(MASS, MASS)] = 1e8;
                 correct(&mut filter, &block(1.0, 0.8, 0.0), off_sd);
