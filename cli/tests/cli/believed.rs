@@ -1,6 +1,5 @@
 //! Nothing is believed because a file says so: names in manifests, edited manifests, lines of results, verdicts.
 
-use crate::common;
 use crate::common::{TestFolder, words};
 use monorig_testing::Random;
 use monorig_testing::mutants;
