@@ -94,6 +94,7 @@ fn stress(task: &StressArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     let before = task.against.as_deref().map(StressFile::read).transpose()?;
     let begun = Instant::now();
     let battery = battery(task, registry)?;
+    interrupt::listen();
     for path in task
         .html
         .iter()
@@ -104,7 +105,6 @@ fn stress(task: &StressArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     let shard = task.shard.unwrap_or(Shard::WHOLE);
     let header = battery.header(shard, &identity());
     let (store, runs) = resume(task, &header, &battery)?;
-    interrupt::listen();
     let runs = make(task, &battery, shard, store, runs, registry)?;
     for run in runs.iter().filter(|r| r.error.is_some()) {
         let why = run.error.as_deref().unwrap_or_default();

@@ -135,7 +135,8 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     }
     let begun = Instant::now();
     let paths = scenarios(&task.paths, task.filter.as_deref())?;
-    // what is interrupted must not leave the reports of an earlier test behind
+    // what is interrupted must not leave the reports of an earlier test behind; where they are gone, it listens
+    interrupt::listen();
     for path in task.junit.as_deref().into_iter().chain(task.json.path()) {
         output::clear(path)?;
     }
@@ -163,7 +164,6 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
         }
         keep_part(&mut cases, shard);
     }
-    interrupt::listen();
     if let Some(baseline) = &baseline {
         baseline.shares(cases.iter().map(|c| (c.name.as_str(), c.runs.as_slice())))?;
     }
