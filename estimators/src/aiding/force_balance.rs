@@ -125,7 +125,7 @@ impl BlockForce<'_> {
         let of = |sd: Real| sd * sd;
         let hanging_kg = noise.mass_kg - n.tare_kg + n.gear_kg;
         let moved = self.acceleration_mps2().abs() + self.load_acceleration(x).abs();
-        let ahead_rad = tuning::RAIL.ahead_sd_per_m * self.means.ahead_kgm / n.tare_kg;
+        let ahead_rad = self.means.ahead_rad_per_m * self.means.ahead_kgm / n.tare_kg;
         self.variance = noise.traction_variance
             + of(noise.model_sd_mps2 * noise.mass_kg)
             + of(ahead_rad * noise.mass_kg * GRAVITY)
@@ -214,6 +214,7 @@ mod tests {
         let means = TrainMeans {
             load_cos: 1.0,
             ahead_kgm: 2_500.0,
+            ahead_rad_per_m: 0.032,
             ..TrainMeans::default()
         };
         let none = BlockNoise {

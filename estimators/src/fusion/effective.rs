@@ -1,14 +1,10 @@
 //! Effective grade: mean over the masses by the rail memory, and by the force balance where the rail was not read.
 
 use crate::Real;
-use crate::api::aid::AidOutcome;
 use crate::api::real::{GRAVITY, asin, exp, sqrt};
 use crate::api::signals::Value;
 use crate::api::snapshot::state;
-use crate::fusion::swing_balance::SwingMass;
-use crate::fusion::swing_balance::block::Block;
 use crate::models::force_balance::MAX_GRADE_RAD;
-use crate::models::swing_balance::{ANGLE, B, CV, MASS, Nominal, QC, R0};
 use crate::rail::mass_on_rail::MassOnRail;
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::TrainOnRail;
@@ -23,8 +19,22 @@ pub struct EffectiveGrade {
     sine: Real,
     variance: Real,
     looked: bool,
+    /// Way gone back since the last look, m.
+    back_m: Real,
     /// Way gone back over unread rail since the force last measured the grade, m.
     blind_m: Real,
+}
+
+/// Effective grade of a block by its force, against the grade of the rail as read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GradeByForce {
+    /// Way of the block, m.
+    pub way_m: Real,
+    /// Variance of the mean grade by rail that was not read, rad².
+    pub unread_variance: Real,
+    /// Sine of the grade by the force less that by the rail as read, and its variance; `None` if the force of the block
+    /// is of no use.
+    pub difference: Option<[Real; 2]>,
 }
 
 /// Motion of the unit that carries the IMU, and how well its grade is known.
@@ -41,71 +51,20 @@ pub struct UnitGrade {
 }
 
 impl EffectiveGrade {
-    /// Takes a new block for the correction by force.
-    pub fn correct(
-        &mut self,
-        block: &Block,
-        mass: &SwingMass,
-        nominal: &Nominal,
-        rail: &RailMemory,
-    ) {
-        let v = Real::from(block.speed_mps);
-        let use_it = block.outcome == AidOutcome::Fused
-            && v.abs() > tuning::MOTION.force_mps
-            && mass.has_weighed();
-        let (means, carried) = (mass.train().at(rail, block.place), mass.carried());
-        if !use_it {
-            let way = v.abs() * block.length_s();
-            if carried.behind_variance(&means)
-                > tuning::EFFECTIVE.unread_sd_rad * tuning::EFFECTIVE.unread_sd_rad
-            {
-                self.correction *= exp(-way / tuning::RAIL.fade_m);
-                // only going back brings rail under the train that nothing has read
-                let back = if v < 0.0 { way } else { 0.0 };
-                self.blind_m = (self.blind_m + back).min(tuning::RAIL.max_blind_m);
-            } else {
-                self.correction *= tuning::EFFECTIVE.left;
+    /// Corrects the grade of the rail that was not read by the force of a block: its doubt against the noise of the
+    /// force. Where the force is of no use, the correction fades over the way, or in time once the rail is read.
+    pub fn correct(&mut self, block: &GradeByForce) {
+        let unread = block.unread_variance;
+        match block.difference {
+            Some([difference, variance]) => {
                 self.blind_m = 0.0;
+                let correction = unread / (unread + variance) * difference;
+                self.correction += tuning::EFFECTIVE.share * (correction - self.correction);
             }
-            return;
-        }
-        self.blind_m = 0.0;
-        let x = &mass.found().x;
-        let (M, s, a) = (
-            mass.mass_kg(),
-            if v < 0.0 { -1.0 } else { 1.0 },
-            block.mean_acceleration(),
-        );
-        let resistance = nominal.mu_load * GRAVITY * means.load_cos * M
-            + x[R0] * (1.0 - nominal.load_share * (1.0 - means.load_cos))
-            + x[CV] * v.abs()
-            + x[QC] * means.bend_per_m;
-        let uphill = Real::from(block.traction_n) - (nominal.rotating_kg + M) * a - s * resistance
-            + M * x[B];
-        let read = GRAVITY * (means.tare_deep_kg + x[MASS] * means.load_deep);
-        // The part that η explains is in the mean already.
-        let by_eta = carried.eta_rad * carried.behind(&means);
-        let difference = (uphill - read) / (M * GRAVITY) - by_eta;
-        let unread = carried.unread_variance(&means, rail);
-        let of = |sd: Real| sd * sd;
-        let force = of(tuning::EFFECTIVE.force_sd_rad)
-            + of(tuning::EFFECTIVE.force_motion * a / GRAVITY)
-            + of(tuning::EFFECTIVE.force_motion * x[ANGLE] * x[MASS] / M);
-        let weight = unread / (unread + force);
-        self.correction += tuning::EFFECTIVE.share * (weight * difference - self.correction);
-    }
-
-    /// Counts the way gone back onto rail that nothing has read, for an estimator without a correction by force.
-    pub fn go(&mut self, way_m: Real, train: &TrainOnRail, mass: &MassOnRail, rail: &RailMemory) {
-        if way_m >= 0.0 {
-            return;
-        }
-        let means = train.at(rail, rail.here());
-        match mass.behind_variance(&means)
-            > tuning::EFFECTIVE.unread_sd_rad * tuning::EFFECTIVE.unread_sd_rad
-        {
-            true => self.blind_m = (self.blind_m - way_m).min(tuning::RAIL.max_blind_m),
-            false => self.blind_m = 0.0,
+            None if unread > least_unread() => {
+                self.correction *= exp(-block.way_m / tuning::RAIL.fade_m);
+            }
+            None => self.correction *= tuning::EFFECTIVE.left,
         }
     }
 
@@ -120,6 +79,7 @@ impl EffectiveGrade {
     ) {
         self.age_s += dt;
         self.way_m += unit.speed_mps.abs() * dt;
+        self.back_m += (-unit.speed_mps * dt).max(0.0);
         if self.looked
             && self.age_s < tuning::BLOCK.substep_s - 1e-6
             && self.way_m < tuning::MEMORY.min_pitch_m
@@ -129,6 +89,13 @@ impl EffectiveGrade {
         (self.age_s, self.way_m, self.looked) = (0.0, 0.0, true);
         let means = train.at(rail, rail.here());
         let behind = mass.behind(&means);
+        if self.back_m > 0.0 {
+            self.blind_m = match mass.behind_variance(&means) > least_unread() {
+                true => (self.blind_m + self.back_m).min(tuning::RAIL.max_blind_m),
+                false => 0.0,
+            };
+            self.back_m = 0.0;
+        }
         let mean = (means.tare_kg + mass.load_kg * means.load) / mass.mass_kg;
         self.sine = mean - unit.bias_mps2 / GRAVITY + mass.eta_rad * behind + self.correction;
         let (pitch, constant) = (unit.pitch_sd_rad, unit.constant_sd_rad);
@@ -144,7 +111,7 @@ impl EffectiveGrade {
         let by_load = (means.load - mean) / mass.mass_kg * mass.load_sd_kg;
         self.variance = pitch * pitch
             + constant * constant
-            + mass.unread_variance(&means, rail)
+            + mass.unread_variance(&means)
             + blind * blind
             + by_place * by_place
             + by_load * by_load;
@@ -160,117 +127,45 @@ impl EffectiveGrade {
     }
 }
 
-state!(EffectiveGrade { correction, age_s, way_m, sine, variance, looked, blind_m; });
+/// Variance of the mean grade by rail that was not read from which it counts as not read, rad².
+fn least_unread() -> Real {
+    tuning::EFFECTIVE.unread_sd_rad * tuning::EFFECTIVE.unread_sd_rad
+}
+
+state!(EffectiveGrade { correction, age_s, way_m, sine, variance, looked, back_m, blind_m; });
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::api::mass_layout::MassLayout;
-    use crate::fusion::swing_balance::block::{BlockBuilder, BlockInput};
-    use crate::testing::vehicles::vehicle;
 
     const DT: Real = 0.01;
-    const SINE: Real = 0.2;
-    const BEND_PER_M: Real = 0.05;
 
-    /// A block of half a second from the speed `from_mps` on, with this acceleration and traction.
-    fn block(rail: &RailMemory, from_mps: Real, a: Real, traction_n: Real, sound: bool) -> Block {
-        let mut builder = BlockBuilder::default();
-        let take = |k: u16| {
-            let z = BlockInput {
-                speed_mps: from_mps + a * DT * Real::from(k),
-                acceleration_mps2: a,
-                traction: Some([traction_n, 100.0]),
-                sound,
-                ..BlockInput::default()
-            };
-            builder.take(&z, 10_000.0, rail, DT)
-        };
-        (0..60).find_map(take).unwrap()
-    }
-
-    /// A train of 12 m with its IMU in the middle and its load on chains of this length or none, weighed on a slope in
-    /// a bend, which has been read up to the IMU.
-    fn weighed(chain_m: Real) -> (RailMemory, SwingMass, Nominal) {
-        let of = vehicle();
-        let mut layout = MassLayout::even(of.tare_kg, [-6.0, 6.0], [-6.0, 6.0]);
-        (layout.load_share_of_resistance, layout.load.chain_m) = (0.6, chain_m);
-        let train = TrainOnRail::new(&layout, true);
-        let nominal = Nominal::new(&of, &layout, None, 0.01);
-        let (params, supervision) = (Default::default(), Default::default());
-        let mut mass = SwingMass::new(nominal, train, params, supervision, of.drives);
-        let mut rail = RailMemory::new(12.0);
-        for k in 0..4_000 {
-            let a: Real = 0.2 * (0.02 * Real::from(k as f32)).sin();
-            let z = BlockInput {
-                speed_mps: 1.0 - 0.1 * (0.02 * Real::from(k as f32)).cos(),
-                acceleration_mps2: a,
-                traction: Some([15_000.0 * (9.81 * (SINE + 0.021) + 1.1 * a), 100.0]),
-                bend_per_m: BEND_PER_M,
-                sound: true,
-                ..BlockInput::default()
-            };
-            rail.step(z.speed_mps * DT, Some([SINE, BEND_PER_M]));
-            let mass_kg = mass.mass_kg();
-            mass.step(&z, mass_kg, &rail, DT);
-        }
-        assert!(mass.has_weighed());
-        (rail, mass, nominal)
-    }
-
-    /// Mechanics say what force takes the train up a grade that is another by 0.03 in the mean than the one read, to
-    /// both sides and while it gathers speed: the correction comes to that, weighed by how uncertain the rail ahead is
-    /// against the balance. It is added to the mean over the train less the bias. After blocks of no use it fades.
+    /// Where the rail was not read, the correction comes to the share of the difference that its doubt has in that of
+    /// both; it is added to the mean over the train. Where the force is of no use it fades over ten metres, and once
+    /// the rail is read block by block.
     #[test]
-    fn the_force_tells_the_grade_of_rail_that_is_not_read() {
-        for chain_m in [0.0, 0.6] {
-            let (rail, mass, nominal) = weighed(chain_m);
-            let (x, M, carried) = (mass.found().x, mass.mass_kg(), mass.carried());
-            let means = mass.train().at(&rail, rail.here());
-            let square = |value: Real| value * value;
-            for (from_mps, a, other) in [
-                (1.0, 0.0, 0.03),
-                (-1.0, 0.0, 0.03),
-                (0.5, 0.3, -0.03),
-                (-2.0, 0.1, 0.01),
-            ] {
-                let at_rest = block(&rail, from_mps, a, 0.0, true);
-                let (v, a) = (Real::from(at_rest.speed_mps), at_rest.mean_acceleration());
-                let against = 0.6 * nominal.mu * GRAVITY * M * means.load_cos
-                    + x[R0] * (1.0 - 0.6 * (1.0 - means.load_cos))
-                    + x[CV] * v.abs()
-                    + x[QC] * BEND_PER_M;
-                let weight = GRAVITY * (means.tare_deep_kg + x[MASS] * means.load_deep + M * other);
-                let traction =
-                    (nominal.rotating_kg + M) * a + v.signum() * against - M * x[B] + weight;
-                let now = block(&rail, from_mps, a, traction, true);
-                let mut effective = EffectiveGrade::default();
-                (0..40).for_each(|_| effective.correct(&now, &mass, &nominal, &rail));
-                // 0.02 rad for each metre ahead on a rail of one gradient, against 0.001 rad and twice the acceleration
-                // over g and the swing
-                let ahead_m = means.ahead_kgm / M;
-                let unread = square(0.02 * ahead_m) + carried.behind_variance(&means);
-                let swing = x[ANGLE] * x[MASS] / M;
-                assert_eq!(swing.abs() > 1e-3, chain_m > 0.0, "{swing}");
-                let force = square(0.001) + square(2.0 * a / GRAVITY) + square(2.0 * swing);
-                let eta = carried.eta_rad * carried.behind(&means);
-                let expected = unread / (unread + force) * (other - eta);
-                let found = effective.correction;
-                assert!(
-                    (found - expected).abs() < 2e-4,
-                    "{from_mps} {a}: {found} {expected}"
-                );
-                let unit = UnitGrade {
-                    bias_mps2: 0.1,
-                    ..UnitGrade::default()
-                };
-                effective.step(&unit, mass.train(), &carried, &rail, DT);
-                let sine = SINE - 0.1 / GRAVITY + found + eta;
-                assert!((effective.value(true).value.sin() - sine).abs() < 1e-4);
-                let useless = block(&rail, from_mps, a, traction, false);
-                effective.correct(&useless, &mass, &nominal, &rail);
-                assert!((effective.correction / found - tuning::EFFECTIVE.left).abs() < 1e-9);
-            }
+    fn the_force_corrects_the_grade_of_rail_that_is_not_read() {
+        let (rail, train, mass) = curved();
+        let [sine, _] = looked(&UnitGrade::default(), &mass, &rail, 0.0);
+        for (unread, variance, difference) in [(9e-4, 1e-4, 0.03), (4e-4, 4e-4, -0.02)] {
+            let mut block = GradeByForce {
+                way_m: 0.5,
+                unread_variance: unread,
+                difference: Some([difference, variance]),
+            };
+            let mut effective = EffectiveGrade::default();
+            (0..60).for_each(|_| effective.correct(&block));
+            let expected = unread / (unread + variance) * difference;
+            effective.step(&UnitGrade::default(), &train, &mass, &rail, DT);
+            assert!((effective.value(true).value.sin() - sine - expected).abs() < 1e-9);
+            block.difference = None;
+            (0..20).for_each(|_| effective.correct(&block));
+            assert!((effective.correction / expected * (1.0 as Real).exp() - 1.0).abs() < 1e-9);
+            block.unread_variance = 3e-6;
+            let before = effective.correction;
+            effective.correct(&block);
+            assert!((effective.correction / before - tuning::EFFECTIVE.left).abs() < 1e-9);
         }
     }
 
@@ -402,7 +297,11 @@ mod tests {
         };
         let mut effective = EffectiveGrade::default();
         let mut go = |way_m: Real, mass: &MassOnRail| {
-            effective.go(way_m, &train, mass, &rail);
+            let unit = UnitGrade {
+                speed_mps: way_m,
+                ..UnitGrade::default()
+            };
+            effective.step(&unit, &train, mass, &rail, 1.0);
             effective.blind_m
         };
         assert_eq!(

@@ -101,10 +101,9 @@ impl RailFusion {
         if self.core.may_have_another_load() {
             self.mass.open_load();
         }
-        let block = self.mass.step(&sample.block, mass_kg, rail, dt);
-        if let Some(block) = block.filter(|_| self.force_fusion) {
-            self.effective
-                .correct(&block, &self.mass, &self.nominal, rail);
+        let by_force = self.mass.step(&sample.block, mass_kg, rail, dt);
+        if let Some(by_force) = by_force.filter(|_| self.force_fusion) {
+            self.effective.correct(&by_force);
         }
         self.effective.step(
             &sample.unit,

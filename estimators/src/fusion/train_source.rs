@@ -189,7 +189,7 @@ impl TrainSource {
     /// Makes the signals that the mass is found by, with this attitude.
     fn sample(&mut self, reading: &Reading, attitude: &Attitude, dt: Real) -> TrainSample {
         let v = attitude.speed_mps;
-        let bend = if v.abs() > tuning::MOTION.force_mps {
+        let bend = if v.abs() > tuning::MOTION.moves_mps {
             (attitude.yaw_rate_radps / v).abs()
         } else {
             0.0
@@ -340,9 +340,9 @@ mod tests {
             (2.0, 0.2, 0.1),
             (-2.0, 0.2, 0.1),
             (2.0, -0.2, 0.1),
-            (0.11, 0.022, 0.2),
-            (0.09, 0.2, 0.0),
-            (-0.09, 0.2, 0.0),
+            (0.061, 0.0122, 0.2),
+            (0.059, 0.2, 0.0),
+            (-0.059, 0.2, 0.0),
         ] {
             let sample = at(&Attitude {
                 speed_mps: v,

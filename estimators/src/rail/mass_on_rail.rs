@@ -1,7 +1,6 @@
 //! Masses of a train as they weigh on the rail it has read, and what the rail that it has not read adds.
 
 use crate::Real;
-use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::TrainMeans;
 use crate::tuning;
 
@@ -35,9 +34,8 @@ impl MassOnRail {
     }
 
     /// Variance of the mean grade from rail that was not read.
-    pub fn unread_variance(&self, means: &TrainMeans, rail: &RailMemory) -> Real {
-        let per_m = tuning::RAIL.ahead_rad_per_m + tuning::RAIL.ahead_m * rail.end_gradient().abs();
-        let ahead = means.ahead_kgm / self.mass_kg * per_m;
+    pub fn unread_variance(&self, means: &TrainMeans) -> Real {
+        let ahead = means.ahead_kgm / self.mass_kg * means.ahead_rad_per_m;
         ahead * ahead + self.behind_variance(means)
     }
 }

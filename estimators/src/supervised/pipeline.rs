@@ -360,8 +360,6 @@ impl<M: SupervisedMethod> Supervised<M> {
             ..sample.unit
         };
         self.effective
-            .go(attitude.speed_mps * dt, &self.train, &carried, core.rail());
-        self.effective
             .step(&unit, &self.train, &carried, core.rail(), dt);
         let by_core = self.effective.value(true);
         let share = 1.0 - exp(-dt / CURVE_S);

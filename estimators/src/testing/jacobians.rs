@@ -337,6 +337,7 @@ fn block_force(random: &mut Random) {
         behind_load_m: 3.0 * random.uniform(),
         ahead_kgm: 1e3,
         ahead_m: 0.1,
+        ahead_rad_per_m: 0.03,
         bend_per_m: 0.1 * random.uniform(),
     };
     let noise = BlockNoise {

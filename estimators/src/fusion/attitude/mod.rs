@@ -451,7 +451,7 @@ impl AttitudeFilter {
             (V, tuning::ATTITUDE.max_speed_mps),
             (THETA, MAX_GRADE_RAD),
             (PHI, MAX_GRADE_RAD),
-            (KAPPA, tuning::RAIL.max_curvature_per_m),
+            (KAPPA, tuning::RAIL.max_turn_radpm),
         ];
         for (place, most) in limits {
             x[place] = x[place].clamp(-most, most);

@@ -14,13 +14,13 @@ pub struct RailCurvature {
 impl RailCurvature {
     /// The unit moves on at `speed_mps` and pitches at `theta_dot`, rad/s.
     pub fn step(&mut self, speed_mps: Real, theta_dot: Real, dt: Real) {
-        if speed_mps.abs() > tuning::MOTION.curvature_mps {
+        if speed_mps.abs() > tuning::MOTION.moves_mps {
             let way = speed_mps.abs() * dt / tuning::CURVATURE.memory_m;
             self.per_m += way / (1.0 + way) * (theta_dot / speed_mps - self.per_m);
             self.per_m = within(
                 self.per_m,
-                -tuning::RAIL.max_curvature_per_m,
-                tuning::RAIL.max_curvature_per_m,
+                -tuning::RAIL.max_turn_radpm,
+                tuning::RAIL.max_turn_radpm,
             );
         }
     }
@@ -29,8 +29,8 @@ impl RailCurvature {
     pub fn set(&mut self, per_m: Real) {
         self.per_m = within(
             per_m,
-            -tuning::RAIL.max_curvature_per_m,
-            tuning::RAIL.max_curvature_per_m,
+            -tuning::RAIL.max_turn_radpm,
+            tuning::RAIL.max_turn_radpm,
         );
     }
 
@@ -71,7 +71,7 @@ mod tests {
     /// A body that nods at a stop tells nothing of the rail.
     #[test]
     fn a_nod_at_a_stop_is_no_curvature() {
-        for speed in [0.1, -0.1, 0.0] {
+        for speed in [0.059, -0.059, 0.0] {
             let mut curvature = RailCurvature::default();
             curvature.set(0.05);
             (0..100).for_each(|_| curvature.step(speed, 0.3, 0.01));
@@ -84,10 +84,10 @@ mod tests {
         for sign in [1.0, -1.0] {
             let mut curvature = RailCurvature::default();
             curvature.set(sign);
-            assert_eq!(curvature.per_m(), sign * tuning::RAIL.max_curvature_per_m);
+            assert_eq!(curvature.per_m(), sign * tuning::RAIL.max_turn_radpm);
             curvature.set(0.0);
             (0..100).for_each(|_| curvature.step(1.0, sign, 0.01));
-            assert_eq!(curvature.per_m(), sign * tuning::RAIL.max_curvature_per_m);
+            assert_eq!(curvature.per_m(), sign * tuning::RAIL.max_turn_radpm);
         }
     }
 }

@@ -332,7 +332,7 @@ fn a_state_that_cannot_be_is_limited_or_begun_anew() {
             100.0,
             MAX_GRADE_RAD,
             MAX_GRADE_RAD,
-            tuning::RAIL.max_curvature_per_m,
+            tuning::RAIL.max_turn_radpm,
         ];
         for (place, most) in [V, THETA, PHI, KAPPA].into_iter().zip(most) {
             assert_eq!(filter.belief.x[place], sign * most);

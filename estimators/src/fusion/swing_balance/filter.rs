@@ -582,6 +582,7 @@ mod tests {
         behind_load_m: 0.0,
         ahead_kgm: 0.0,
         ahead_m: 0.0,
+        ahead_rad_per_m: 0.02,
         bend_per_m: 0.0,
     };
 

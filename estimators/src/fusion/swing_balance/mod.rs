@@ -20,7 +20,8 @@ use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::{Archive, State, state};
 use crate::detect::standing_load::KeptMass;
-use crate::models::swing_balance::{CV, ETA, MASS, N, Nominal, R0};
+use crate::fusion::effective::GradeByForce;
+use crate::models::swing_balance::{ANGLE, CV, ETA, MASS, N, Nominal, R0};
 use crate::rail::mass_on_rail::MassOnRail;
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::{TrainMeans, TrainOnRail};
@@ -156,19 +157,19 @@ impl SwingMass {
         mass
     }
 
-    /// One sample, with the total mass before it, kg; returns a block when one is whole. At most one waiting block is
-    /// worked off.
+    /// One sample, with the total mass before it, kg; returns the grade by the force of a block when one is whole. At
+    /// most one waiting block is worked off.
     pub fn step(
         &mut self,
         z: &BlockInput,
         mass_kg: Real,
         rail: &RailMemory,
         dt: Real,
-    ) -> Option<Block> {
+    ) -> Option<GradeByForce> {
         self.new_nis = None;
-        let new = self.builder.take(z, mass_kg, rail, dt);
-        if let Some(block) = new {
-            self.watch(&block, rail);
+        let mut grade = None;
+        if let Some(block) = self.builder.take(z, mass_kg, rail, dt) {
+            grade = Some(self.watch(&block, rail));
             if let Some(place) = self.blocks.get_mut(slot(self.written)) {
                 *place = block;
             }
@@ -202,32 +203,56 @@ impl SwingMass {
         if z.brake > tuning::BLOCK.max_brake {
             self.status = AidStatus::not_fused(AidOutcome::Rejected(Rejection::NotRunning));
         }
-        new
+        grade
     }
 
-    /// Looks at a new block before its turn: a force that jumps from one block to the next is that of another load,
-    /// because the rail that has not been read cannot change so fast.
-    fn watch(&mut self, block: &Block, rail: &RailMemory) {
+    /// Looks at a new block before its turn and returns the grade by its force.
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "indices of states are constants below N"
+    )]
+    fn watch(&mut self, block: &Block, rail: &RailMemory) -> GradeByForce {
         let v = Real::from(block.speed_mps);
-        let sound = block.outcome == AidOutcome::Fused && v.abs() > tuning::MOTION.block_mps;
-        if !(self.searched && sound) {
-            self.outlook = None;
-            return;
-        }
         let means = self.train.at(rail, block.place);
-        let mut x = self.filter.belief().x;
-        for number in self.taken..self.written {
-            x = self.filter.carried(x, &self.block(number), means.load_cos);
+        let sound = block.outcome == AidOutcome::Fused
+            && v.abs() > tuning::MOTION.moves_mps
+            && !self.search.is_active();
+        let now = sound.then(|| {
+            let mut x = self.filter.belief().x;
+            for number in self.taken..self.written {
+                x = self.filter.carried(x, &self.block(number), means.load_cos);
+            }
+            self.filter.outlook(&x, block, &means)
+        });
+        self.look_for_jump(now.filter(|_| self.searched), block, &means);
+        let carried = self.carried();
+        let weight_n = carried.mass_kg * GRAVITY;
+        let swing_rad = self.found.x[ANGLE] * carried.load_kg / carried.mass_kg;
+        let of = |sd: Real| sd * sd;
+        GradeByForce {
+            way_m: v.abs() * block.length_s(),
+            unread_variance: carried.unread_variance(&means),
+            difference: now.filter(|_| self.has_weighed()).map(|[y, variance]| {
+                let moved = of(block.mean_acceleration() / GRAVITY) + of(swing_rad);
+                let sd =
+                    of(tuning::EFFECTIVE.force_sd_rad) + of(tuning::EFFECTIVE.force_motion) * moved;
+                [y / weight_n, variance / of(weight_n) + sd]
+            }),
         }
-        let now = self.filter.outlook(&x, block, &means);
-        let Some([last, last_variance]) = self.outlook.replace(now) else {
+    }
+
+    /// Takes the innovation of a new block against that of the last: a force that jumps from one block to the next is
+    /// that of another load, because the rail that has not been read cannot change so fast.
+    fn look_for_jump(&mut self, now: Option<[Real; 2]>, block: &Block, means: &TrainMeans) {
+        let v = Real::from(block.speed_mps);
+        let last = core::mem::replace(&mut self.outlook, now);
+        let (Some([y, variance]), Some([last, last_variance])) = (now, last) else {
             return;
         };
-        let [y, variance] = now;
         let unread_kg = 2.0 * means.ahead_kgm / means.ahead_m.max(tuning::RAIL.min_ahead_m);
         // The rail ahead turns, and so does the gradient at the end of what was read, which it is taken to go on by.
         let turn_rad =
-            tuning::RAIL.jump_turn_radpm * v.abs() * block.length_s() * (1.0 + means.ahead_m);
+            tuning::RAIL.max_turn_radpm * v.abs() * block.length_s() * (1.0 + means.ahead_m);
         let behind_m = match means.behind_tare_kgm > 0.0 {
             true => v.abs() * block.length_s() / tuning::RAIL.eta_m,
             false => 0.0,
@@ -241,7 +266,7 @@ impl SwingMass {
 
     /// Reason why a block is of no use; `None` if it is of use.
     fn refusal(&self, block: &Block, means: &TrainMeans) -> Option<AidOutcome> {
-        let moving = Real::from(block.speed_mps).abs() > tuning::MOTION.block_mps;
+        let moving = Real::from(block.speed_mps).abs() > tuning::MOTION.moves_mps;
         // Going back over rail that is no longer remembered, or never was.
         let onto_unknown = block.speed_mps < 0.0
             && means.behind_tare_kgm > tuning::RAIL.max_behind_m * self.tare_kg;
@@ -259,7 +284,7 @@ impl SwingMass {
     /// The means over the train at a block, and the reason why it is of no use, if there is one.
     fn look(&mut self, block: &Block, rail: &RailMemory) -> (Option<AidOutcome>, TrainMeans) {
         let means = self.train.at(rail, block.place);
-        let moving = Real::from(block.speed_mps).abs() > tuning::MOTION.block_mps;
+        let moving = Real::from(block.speed_mps).abs() > tuning::MOTION.moves_mps;
         self.settle_s = match moving {
             true => (self.settle_s - block.length_s()).max(0.0),
             false => tuning::QUEUE.settle_s,
@@ -297,7 +322,7 @@ impl SwingMass {
                 self.filter.recall(kept_kg, variance);
             }
         }
-        if Real::from(block.speed_mps).abs() <= tuning::MOTION.block_mps {
+        if Real::from(block.speed_mps).abs() <= tuning::MOTION.moves_mps {
             self.residuals.clear();
         }
         let settled = self.used == 0 || self.used > tuning::QUEUE.settled_blocks;
@@ -394,11 +419,15 @@ impl SwingMass {
     )]
     fn publish(&mut self) {
         if self.taken >= self.catch_up && self.held_kg().is_none() {
-            let gain = self.gain_sd * self.filter.mass_kg();
             let variance = self.filter.belief().P[(MASS, MASS)];
-            let sd = sqrt(variance + gain * gain);
-            self.published = [self.filter.mass_kg(), sd];
+            self.published = [self.filter.mass_kg(), self.sd_kg(variance)];
         }
+    }
+
+    /// Standard deviation of a mass of the filter's variance, kg², with that of the scale of the force, kg.
+    fn sd_kg(&self, variance: Real) -> Real {
+        let gain = self.gain_sd * self.filter.mass_kg();
+        sqrt(variance + gain * gain)
     }
 
     /// Goes back to the last block at which no residual hinted at another load, opens the mass, and goes over the
@@ -499,8 +528,7 @@ impl SwingMass {
         MassOnRail {
             mass_kg: self.mass_kg(),
             load_kg: self.mass_kg() - self.tare_kg,
-            // The correction by the force stands for it.
-            load_sd_kg: 0.0,
+            load_sd_kg: self.sd_kg(self.found.mass_variance),
             eta_rad: self.found.x[ETA],
             eta_variance: self.found.eta_variance,
         }

@@ -165,7 +165,7 @@ fn largest_jump(span_m: [Real; 2], speed_mps: Real) -> Real {
 
 /// A force may jump from one block to the next by eight standard deviations of the balance, which is of 1.6 mm/s²
 /// on the mass, and by as much as the masses ahead of what was read may weigh more on a rail that turns as sharply
-/// as one can: it turns by 0.12 rad/m of the way of a block, and what was read is taken to go on by that.
+/// as one can: it turns by 0.2 rad/m of the way of a block, and what was read is taken to go on by that.
 #[test]
 fn a_jump_of_the_force_that_no_rail_explains_takes_the_mark() {
     let balance = 8.0 * (2.0 as Real).sqrt() * 0.0016 * 15_000.0;
@@ -174,7 +174,7 @@ fn a_jump_of_the_force_that_no_rail_explains_takes_the_mark() {
     for (front_m, speed_mps) in [(2.0, 0.5), (4.0, 0.5), (4.0, 0.25)] {
         let found = largest_jump([-front_m, 12.0 - front_m], speed_mps);
         let ahead_kg = 5_000.0 * front_m / 12.0;
-        let turn = 0.12 * speed_mps * 0.5 * (1.0 + front_m);
+        let turn = 0.2 * speed_mps * 0.5 * (1.0 + front_m);
         let expected = balance + GRAVITY * ahead_kg * turn;
         assert!(
             (found / expected - 1.0).abs() < 0.15,
@@ -338,6 +338,31 @@ fn a_search_of_the_start_that_is_given_up_is_made_again() {
         );
         assert!((mass_kg - 15_000.0).abs() < 750.0, "{given_up}: {mass_kg}");
         assert!(seen > 1, "{given_up}");
+    }
+}
+
+/// A force that takes the train up a grade that is another by 0.03 than the one read says so, to both sides, with a
+/// load that is rigid or swings. Without it the force of a rigid load says the grade that was read.
+#[test]
+fn the_force_tells_the_grade_of_a_block() {
+    for mut world in [World::by_default([0.0, 12.0]), World::swinging()] {
+        world.weigh(1.0);
+        let World { mass, rail, .. } = world;
+        let block = mass.block(mass.written - 1);
+        let by_force = |other: Real| {
+            let mut block = block;
+            block.traction_n += (other * mass.mass_kg() * GRAVITY) as f32;
+            let mut mass = mass;
+            mass.watch(&block, &rail).difference.unwrap()
+        };
+        let [none, variance] = by_force(0.0);
+        assert!(variance > 1e-6, "{variance}");
+        assert!(world.chain_m > 0.0 || none.abs() < 1e-3, "{none}");
+        for other in [0.03, -0.03] {
+            let [difference, same] = by_force(other);
+            assert!((difference - none - other).abs() < 1e-6);
+            assert_eq!(same, variance);
+        }
     }
 }
 
