@@ -247,7 +247,7 @@ class Attitude:
         if force is not None and w is not None:
             self.across_and_up(force, w)
         self.standstill(w, used)
-        limits = np.array([100.0, math.pi / 3, math.pi / 3, *[np.inf] * 6, 0.13, np.inf])
+        limits = np.array([100.0, math.pi / 3, math.pi / 3, *[np.inf] * 6, 0.2, np.inf])
         b.x = np.clip(b.x, -limits, limits)
         most = np.array([10.0, 0.6, 0.6, 2.0, 2.0, 2.0, 0.1, 0.1, 0.3, 0.3, 0.1])
         shrink = np.minimum(1.0, most / np.sqrt(np.maximum(np.diag(b.P), 1e-300)))
@@ -304,7 +304,7 @@ class Attitude:
             self.m, self.rest = 0.0, 1.5
         self.rest = max(self.rest - DT, 0.0)
         self.T = self.m**2 / (S * DT / 0.6)
-        above = abs(b.x[V]) > 0.05 and self.T > 30.0 and self.rest <= 0.0
+        above = abs(b.x[V]) > 0.06 and self.T > 30.0 and self.rest <= 0.0
         self.above = self.above + DT if above else 0.0
         if self.above > 0.25:
             self.events.add("doubt")
@@ -365,10 +365,10 @@ class Attitude:
         self.pitch_rate = pitch
         self.v = b.x[V] - BELOW * pitch
         if w is None:
-            self.curvature = clip(b.x[KA], -0.13, 0.13)
-        elif abs(self.v) > 0.12:
+            self.curvature = clip(b.x[KA], -0.2, 0.2)
+        elif abs(self.v) > 0.06:
             way = abs(self.v) * DT / 0.05
-            self.curvature = clip(self.curvature + way / (1.0 + way) * (pitch / self.v - self.curvature), -0.13, 0.13)
+            self.curvature = clip(self.curvature + way / (1.0 + way) * (pitch / self.v - self.curvature), -0.2, 0.2)
         self.arm_error(self.v * DT, math.sqrt(b.P[TH, TH]) < 0.003)
         _, q, r = body if body is not None else (0.0, 0.0, 0.0)
         self.yaw = (q * math.sin(b.x[PH]) + r * math.cos(b.x[PH])) / math.cos(b.x[TH])
@@ -456,6 +456,7 @@ class Means:
 
     def __init__(self, rail, s):
         self.S = self.deep = self.behind = self.ahead = self.most = bend = 0.0
+        self.per_m = 0.02 + 0.7 * abs(rail.gradient())
         for (front, rear), mass, depth in Train.masses:
             S, slope, ahead, behind, most = self.ends(rail, s, front, rear)
             self.S += mass * S
@@ -588,7 +589,7 @@ class Balance:
 
         z = block.F - (Train.J + Train.tare - Train.gear_kg) * a - G * means.deep - Train.tare * f
         M = self.mass()
-        R = block.variance + (0.0016 * M) ** 2 + (0.032 * M * G * means.ahead / Train.tare) ** 2
+        R = block.variance + (0.0016 * M) ** 2 + (means.per_m * M * G * means.ahead / Train.tare) ** 2
         free = G * means.c * (1.0 + Train.hook * means.curve) * block.shake * math.sqrt(block.h) / self.length(b.x)
         R += ((b.x[ML] + Train.gear_kg) * free * math.sqrt(T**3 / 20.0)) ** 2
         R += (0.015 * (b.x[ML] + Train.gear_kg) * (abs(a) + abs(a_load(b.x)))) ** 2
@@ -621,7 +622,7 @@ class Balance:
         L, x = self.length(b.x), b.x
         amplitude = x[AN] ** 2 + x[RA] ** 2 * L / G
         grade = (means.deep + x[ML] * means.load_deep) / M
-        turn = min(abs(grade - self.grade) / (v * T), 0.2) if v > 0.05 else 0.0
+        turn = min(abs(grade - self.grade) / (v * T), 0.2) if v > 0.06 else 0.0
         behind = (means.behind + x[ML] * means.load_behind) / M
         onto, self.grade, self.behind = max(behind - self.behind, 0.0), grade, behind
         Q = np.zeros(10)
@@ -650,7 +651,7 @@ class Fusion:
         att.torques = torques
         att.step(force, w, speeds)
         v = att.v
-        bend = abs(att.yaw / v) if abs(v) > 0.1 else 0.0
+        bend = abs(att.yaw / v) if abs(v) > 0.06 else 0.0
         readable = att.sum_sd < 0.02 and math.sqrt(att.b.P[V, V]) < 0.1
         self.rail.doubt += max(math.sqrt(att.b.P[V, V]) - 0.02, 0.0) * DT
         assert self.rail.doubt < 0.5, "the oracle never loses its place"
@@ -668,7 +669,7 @@ class Fusion:
             block = self.waiting[0]
             front = math.floor((block.place + 0.4) / self.rail.pitch)
             read = bool(self.rail.u) and front < self.rail.high
-            if v <= 0.05 or read:
+            if v <= 0.06 or read:
                 self.waiting.pop(0)
                 balance.step(block, Means(self.rail, block.place))
         self.age += DT

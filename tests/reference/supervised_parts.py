@@ -139,7 +139,7 @@ class Supervised:
         self.att, self.rail, self.method, self.samples = Attitude(True, 0.4 * way.standstill, way.side, way.turn_walk), Rail(), method, Samples(cutoff, rate, settle)
         self.way, self.bend = way, Bend(cutoff)
         self.read_sd, self.waiting, self.late, self.curvature = 0.0, [], 0.0, 0.0
-        self.age, self.gone, self.pitch_rate = 1.0, 0.0, 0.0
+        self.age, self.gone, self.back, self.pitch_rate = 1.0, 0.0, 0.0, 0.0
         self.sine, self.variance, self.square, self.blind = 0.0, 0.0, 1.0, 0.0
         self.met = {"waits": 0, "judged": 0, "alone": 0, "worse than calm": 0, "used": 0, "goes back blind": 0, "without IMU": 0}
 
@@ -173,7 +173,7 @@ class Supervised:
     def read(self):
         """The rail under the unit."""
         att = self.att
-        bend = abs(att.yaw / att.v) if abs(att.v) > 0.1 else 0.0
+        bend = abs(att.yaw / att.v) if abs(att.v) > 0.06 else 0.0
         self.rail.doubt += max(math.sqrt(att.b.P[V, V]) - 0.02, 0.0) * DT
         assert self.rail.doubt < 0.5, "the oracle never loses its place"
         readable = att.sum_sd < 0.02 and math.sqrt(att.b.P[V, V]) < 0.1
@@ -212,16 +212,16 @@ class Supervised:
         means, M = Means(self.rail, self.rail.at), max(mass, Train.tare)
         load = max(mass - Train.tare, 0.0)
         behind = (means.behind + load * means.load_behind) / ETA / M
-        if self.att.v < 0.0:
-            self.blind = min(self.blind - self.att.v * DT, 10.0) if behind * BEHIND_SD > 0.002 else 0.0
-            self.met["goes back blind"] += self.blind > 0.1
-        self.age, self.gone = self.age + DT, self.gone + abs(self.att.v) * DT
+        self.age, self.gone, self.back = self.age + DT, self.gone + abs(self.att.v) * DT, self.back + max(-self.att.v * DT, 0.0)
         if self.age < 0.1 - 1e-6 and self.gone < 0.1:
             return
-        self.age = self.gone = 0.0
+        if self.back > 0.0:
+            self.blind = min(self.blind + self.back, 10.0) if behind * BEHIND_SD > 0.002 else 0.0
+            self.met["goes back blind"] += self.blind > 0.1
+        self.age = self.gone = self.back = 0.0
         mean = (means.S + load * means.load) / M
         self.sine = mean - self.att.b.x[BX] / G
-        ahead = means.ahead / M * (0.02 + 0.7 * abs(self.rail.gradient()))
+        ahead = means.ahead / M * means.per_m
         self.variance = self.att.b.P[TH, TH] + self.read_sd**2 + ahead**2 + (behind * BEHIND_SD) ** 2 + (BLIND * self.blind * min(behind, 1.0)) ** 2
         self.variance += ((means.load - mean) / M * sd) ** 2
         if self.rail.doubt > 0.02:
