@@ -13,9 +13,10 @@ const RUNS: u64 = 120;
 /// NEES of a standard deviation that is six times the error.
 const LEAST: Real = 0.03;
 
-/// Known failure: the effective grade of ours is 1.18 of its standard deviations off. Its second force balance and its
-/// doubt of unread rail are suspects. It must not become worse than this NEES.
-const KNOWN_OF_OURS: Real = 1.45;
+/// Known failure: the effective grade of ours is 1.16 of its standard deviations off, because its mass is. The waves
+/// under the 18 m of train that stand on unread rail at the start bend, and the state η knows an even gradient only. With
+/// that bend as noise of a block the NEES is 1.02 (`docs/notes/rail_fusion.md`). It must not become worse than this.
+const KNOWN_OF_OURS: Real = 1.38;
 
 /// Waves of the rail, each beginning elsewhere.
 const RAILS: [fn(Real) -> Real; 4] = [
