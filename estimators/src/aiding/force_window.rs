@@ -146,6 +146,7 @@ state!(ForceWindow { seen, sums, length_s, rates; noise });
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::aiding::Aid;
     use crate::models::attitude::{PHI, THETA};
     use crate::testing::Random;
 
@@ -199,7 +200,8 @@ mod tests {
     }
 
     /// The mean over the window is of all that mechanics do not explain: centripetal force of the speed, gravity on the
-    /// pitch and the roll, and force on the IMU below the middle that nods. The rates are those that the gyro reads.
+    /// pitch and the roll, and force on the IMU below the middle that nods. The rates are those that the gyro reads. The
+    /// innovation is then the mean less the measurement that the state predicts.
     #[test]
     fn the_mean_over_a_window_is_what_mechanics_do_not_explain() {
         let mut window = window(false);
@@ -218,6 +220,19 @@ mod tests {
             assert!((up.pitch_rate_radps - rate[1] + 0.02).abs() < 1e-12);
             assert!(across.turned_mps2.abs() < 1e-9 && up.nodded_mps2.abs() < 1e-9);
             assert_eq!(up.below_m, 0.6);
+            let (x, [[_, cos_theta], [sin_phi, cos_phi]]) = state();
+            let [_, q, r] = rate;
+            let lateral = 2.0 * r + 9.81 * sin_phi * cos_theta + 0.2;
+            let vertical = -2.0 * q + 9.81 * cos_phi * cos_theta + 0.6 * q * q - 0.6;
+            for (innovation, expected) in [
+                (across.innovation(&x), lateral - across.h(&x)),
+                (up.innovation(&x), vertical - up.h(&x)),
+            ] {
+                assert!(
+                    (innovation - expected).abs() < 1e-6,
+                    "{innovation} {expected}"
+                );
+            }
         }
     }
 

@@ -2,8 +2,8 @@
 //! correct the belief.
 //!
 //! Three layers, as in PX4's ekf2: *control* ([`Control`]) finds out whether a step brings the measurement at all, a
-//! *gate* ([`GateRule`]) weighs its innovation against what is expected, and the rest is *fused*. The status of a
-//! measurement is made here and nowhere else.
+//! *gate* ([`GateRule`]) weighs its innovation against what is expected, and the rest is *fused*. [`fuse`]
+//! makes the status of a measurement; without a measurement the control layer gives the reason.
 
 pub mod force_balance;
 pub mod force_window;
