@@ -52,7 +52,7 @@ extern "C" fn fmi3InstantiateScheduledExecution() -> Handle {
     null_mut()
 }
 
-/// Words are numbers of 64 bits in FMI 3.0.
+// words are numbers of 64 bits in FMI 3.0
 value_functions! {
     fmi3GetFloat64: get(*mut f64, real, |x| x, values);
     fmi3SetFloat64: set(*const f64, real, |x| x, values);
