@@ -6,65 +6,37 @@ use monorig_estimators::{Real, Time};
 /// Stamp of a sample that did not come.
 const NONE: i64 = i64::MIN;
 
+/// A measured value with its stamp.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct StampedValue<T> {
+    t_ns: i64,
+    value: T,
+}
+
 /// A measured value: `monorig_sample`.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct Value {
-    t_ns: i64,
-    value: f64,
-}
-
+pub type Value = StampedValue<f64>;
 /// Three measured values: `monorig_sample3`.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct Triple {
-    t_ns: i64,
-    value: [f64; 3],
-}
+pub type Triple = StampedValue<[f64; 3]>;
 
-impl Default for Value {
+impl<T: Default> Default for StampedValue<T> {
     fn default() -> Self {
         Self {
             t_ns: NONE,
-            value: 0.0,
+            value: T::default(),
         }
     }
 }
 
-impl Default for Triple {
-    fn default() -> Self {
-        Self {
-            t_ns: NONE,
-            value: [0.0; 3],
-        }
-    }
-}
-
-impl Value {
-    fn put(&mut self, sample: &Option<Sample<Real>>) {
+impl<T: Copy> StampedValue<T> {
+    fn put(&mut self, sample: &Option<Sample<T>>) {
         match sample {
             Some(s) => (self.t_ns, self.value) = (s.t.ns(), s.value),
             None => self.t_ns = NONE,
         }
     }
 
-    fn get(&self) -> Option<Sample<Real>> {
-        (self.t_ns != NONE).then(|| Sample {
-            t: Time::from_ns(self.t_ns),
-            value: self.value,
-        })
-    }
-}
-
-impl Triple {
-    fn put(&mut self, sample: &Option<Sample<[Real; 3]>>) {
-        match sample {
-            Some(s) => (self.t_ns, self.value) = (s.t.ns(), s.value),
-            None => self.t_ns = NONE,
-        }
-    }
-
-    fn get(&self) -> Option<Sample<[Real; 3]>> {
+    fn get(&self) -> Option<Sample<T>> {
         (self.t_ns != NONE).then(|| Sample {
             t: Time::from_ns(self.t_ns),
             value: self.value,

@@ -25,7 +25,7 @@ mod text;
 mod vehicle;
 
 pub use estimate::{Aid, Estimated, ValueOut};
-pub use input::{Input, Triple, Value};
+pub use input::{Input, StampedValue, Triple, Value};
 pub use parameter::{Parameter, SetParameter};
 pub use text::{Label, Reason, Text};
 pub use vehicle::{Mass, NominalVehicle};

@@ -58,6 +58,13 @@ fn known(x: f64) -> Option<f64> {
     (!x.is_nan()).then_some(x)
 }
 
+/// A struct with fields that other structs have under the same names, and then fields of its own.
+macro_rules! gathered {
+    ($to:ident: $($from:ident { $($field:ident),+ })+; $($own:tt)*) => {
+        $to { $($($field: $from.$field,)+)+ $($own)* }
+    };
+}
+
 impl From<&Vehicle> for NominalVehicle {
     fn from(v: &Vehicle) -> Self {
         let layout = v.layout.unwrap_or_default();
@@ -71,44 +78,25 @@ impl From<&Vehicle> for NominalVehicle {
             rear_cornering_npr: 0.0,
         };
         let road = v.road.unwrap_or(none);
-        Self {
+        gathered!(Self:
+            v {
+                tare_kg, wheel_radius_m, gear_ratio, efficiency, rotating_mass_kg, running_resistance, mass_range_kg,
+                tare_span_m, load_span_m, imu_arm_m
+            }
+            load { swinging_tare_kg, hook_depth_m, below_chains_m, chain_m }
+            layout { imu_depth_m, load_share_of_resistance }
+            road { drag_area_m2, air_density_kgpm3, front_axle_m, rear_axle_m, front_cornering_npr, rear_cornering_npr };
             size: size_of::<Self>() as u64,
             drives: v.drives as u64,
-            tare_kg: v.tare_kg,
-            wheel_radius_m: v.wheel_radius_m,
-            gear_ratio: v.gear_ratio,
-            efficiency: v.efficiency,
-            rotating_mass_kg: v.rotating_mass_kg,
-            running_resistance: v.running_resistance,
-            mass_range_kg: v.mass_range_kg,
             mass_guess_kg: v.mass_guess_kg.unwrap_or(f64::NAN),
-            tare_span_m: v.tare_span_m,
-            load_span_m: v.load_span_m,
-            imu_arm_m: v.imu_arm_m,
             accel_bias_sd_mps2: v.accel_bias_sd_mps2.unwrap_or(f64::NAN),
             gyro_bias_sd_radps: v.gyro_bias_sd_radps.unwrap_or(f64::NAN),
             has_layout: v.layout.is_some().into(),
-            masses: layout.masses.map(|m| Mass {
-                places_m: m.places_m,
-                mass_kg: m.mass_kg,
-                depth_m: m.depth_m,
-            }),
+            masses: layout.masses.map(|m| gathered!(Mass: m { places_m, mass_kg, depth_m };)),
             load_places_m: load.places_m,
-            swinging_tare_kg: load.swinging_tare_kg,
-            hook_depth_m: load.hook_depth_m,
-            below_chains_m: load.below_chains_m,
-            chain_m: load.chain_m,
             longitudinal_stiffness_npm: load.longitudinal_stiffness_npm.unwrap_or(f64::NAN),
-            imu_depth_m: layout.imu_depth_m,
-            load_share_of_resistance: layout.load_share_of_resistance,
             has_road: v.road.is_some().into(),
-            drag_area_m2: road.drag_area_m2,
-            air_density_kgpm3: road.air_density_kgpm3,
-            front_axle_m: road.front_axle_m,
-            rear_axle_m: road.rear_axle_m,
-            front_cornering_npr: road.front_cornering_npr,
-            rear_cornering_npr: road.rear_cornering_npr,
-        }
+        )
     }
 }
 
@@ -116,49 +104,30 @@ impl TryFrom<&NominalVehicle> for Vehicle {
     type Error = ParamError;
 
     fn try_from(v: &NominalVehicle) -> Result<Self, ParamError> {
-        let layout = MassLayout {
-            masses: v.masses.map(|m| CarriedMass {
-                places_m: m.places_m,
-                mass_kg: m.mass_kg,
-                depth_m: m.depth_m,
-            }),
-            load: SuspendedLoad {
-                places_m: v.load_places_m,
-                swinging_tare_kg: v.swinging_tare_kg,
-                hook_depth_m: v.hook_depth_m,
-                below_chains_m: v.below_chains_m,
-                chain_m: v.chain_m,
-                longitudinal_stiffness_npm: known(v.longitudinal_stiffness_npm),
-            },
-            imu_depth_m: v.imu_depth_m,
-            load_share_of_resistance: v.load_share_of_resistance,
-        };
-        let road = RoadVehicle {
-            drag_area_m2: v.drag_area_m2,
-            air_density_kgpm3: v.air_density_kgpm3,
-            front_axle_m: v.front_axle_m,
-            rear_axle_m: v.rear_axle_m,
-            front_cornering_npr: v.front_cornering_npr,
-            rear_cornering_npr: v.rear_cornering_npr,
-        };
-        Vehicle::new(VehicleData {
-            tare_kg: v.tare_kg,
-            // too many for this machine are too many for a train
+        let load = gathered!(SuspendedLoad:
+            v { swinging_tare_kg, hook_depth_m, below_chains_m, chain_m };
+            places_m: v.load_places_m,
+            longitudinal_stiffness_npm: known(v.longitudinal_stiffness_npm),
+        );
+        let layout = gathered!(MassLayout:
+            v { imu_depth_m, load_share_of_resistance };
+            masses: v.masses.map(|m| gathered!(CarriedMass: m { places_m, mass_kg, depth_m };)),
+            load,
+        );
+        let road = gathered!(RoadVehicle:
+            v { drag_area_m2, air_density_kgpm3, front_axle_m, rear_axle_m, front_cornering_npr, rear_cornering_npr };
+        );
+        Vehicle::new(gathered!(VehicleData:
+            v {
+                tare_kg, wheel_radius_m, gear_ratio, efficiency, rotating_mass_kg, running_resistance, mass_range_kg,
+                tare_span_m, load_span_m, imu_arm_m
+            };
             drives: usize::try_from(v.drives).unwrap_or(usize::MAX),
-            wheel_radius_m: v.wheel_radius_m,
-            gear_ratio: v.gear_ratio,
-            efficiency: v.efficiency,
-            rotating_mass_kg: v.rotating_mass_kg,
-            running_resistance: v.running_resistance,
-            mass_range_kg: v.mass_range_kg,
             mass_guess_kg: known(v.mass_guess_kg),
-            tare_span_m: v.tare_span_m,
-            load_span_m: v.load_span_m,
-            imu_arm_m: v.imu_arm_m,
             layout: (v.has_layout != 0).then_some(layout),
             accel_bias_sd_mps2: known(v.accel_bias_sd_mps2),
             gyro_bias_sd_radps: known(v.gyro_bias_sd_radps),
             road: (v.has_road != 0).then_some(road),
-        })
+        ))
     }
 }

@@ -4,6 +4,7 @@
 use crate::instance::{DISCARD, ERROR, Log, LogThree, OK};
 use crate::two::{
     self, Handle, References, TextIn, boolean, functions_without_use, get, make, real, set,
+    value_functions,
 };
 use crate::variable::{Kind, number};
 use std::ffi::c_void;
@@ -20,11 +21,6 @@ fn word(kind: Kind) -> bool {
 #[unsafe(no_mangle)]
 extern "C" fn fmi3GetVersion() -> TextIn {
     c"3.0".as_ptr()
-}
-
-#[unsafe(no_mangle)]
-extern "C" fn fmi3SetDebugLogging(_: Handle, _: bool, _: usize, _: *const TextIn) -> i32 {
-    OK
 }
 
 #[unsafe(no_mangle)]
@@ -56,160 +52,39 @@ extern "C" fn fmi3InstantiateScheduledExecution() -> Handle {
     null_mut()
 }
 
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3FreeInstance(handle: Handle) {
-    // SAFETY: an instance that is used no more, as the standard says.
-    unsafe { two::fmi2FreeInstance(handle) }
+// words are numbers of 64 bits in FMI 3.0
+value_functions! {
+    fmi3GetFloat64: get(*mut f64, real, |x| x, values);
+    fmi3SetFloat64: set(*const f64, real, |x| x, values);
+    fmi3GetInt32: get(*mut i32, integer, |x| x as i32, values);
+    fmi3SetInt32: set(*const i32, integer, f64::from, values);
+    fmi3GetInt64: get(*mut i64, word, |x| x as i64, values);
+    fmi3SetInt64: set(*const i64, word, |x| x as f64, values);
+    fmi3GetBoolean: get(*mut bool, boolean, |x| x != 0.0, values);
+    fmi3SetBoolean: set(*const bool, boolean, number, values);
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn fmi3EnterInitializationMode(
-    _: Handle,
-    _: bool,
-    _: f64,
-    _: f64,
-    _: bool,
-    _: f64,
-) -> i32 {
-    OK
+/// Functions that do what a function of FMI 2.0 does.
+macro_rules! same_as_two {
+    ($($name:ident = $two:ident($($argument:ident: $of:ty),+) -> $answer:ty;)+) => {
+        $(#[unsafe(no_mangle)]
+        unsafe extern "C" fn $name($($argument: $of),+) -> $answer {
+            // SAFETY: as the standard says.
+            unsafe { two::$two($($argument),+) }
+        })+
+    };
 }
 
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3ExitInitializationMode(handle: Handle) -> i32 {
-    // SAFETY: an instance, as the standard says.
-    unsafe { two::fmi2ExitInitializationMode(handle) }
-}
-
-#[unsafe(no_mangle)]
-extern "C" fn fmi3Terminate(_: Handle) -> i32 {
-    OK
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3Reset(handle: Handle) -> i32 {
-    // SAFETY: an instance, as the standard says.
-    unsafe { two::fmi2Reset(handle) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3GetFloat64(
-    h: Handle,
-    r: References,
-    count: usize,
-    to: *mut f64,
-    values: usize,
-) -> i32 {
-    match count == values {
-        // SAFETY: as the standard says.
-        true => unsafe { get(h, (r, count), to, real, |x| x) },
-        false => ERROR,
-    }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SetFloat64(
-    h: Handle,
-    r: References,
-    count: usize,
-    x: *const f64,
-    values: usize,
-) -> i32 {
-    match count == values {
-        // SAFETY: as the standard says.
-        true => unsafe { set(h, (r, count), x, real, |x| x) },
-        false => ERROR,
-    }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3GetInt32(
-    h: Handle,
-    r: References,
-    count: usize,
-    to: *mut i32,
-    values: usize,
-) -> i32 {
-    match count == values {
-        // SAFETY: as the standard says.
-        true => unsafe { get(h, (r, count), to, integer, |x| x as i32) },
-        false => ERROR,
-    }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SetInt32(
-    h: Handle,
-    r: References,
-    count: usize,
-    x: *const i32,
-    values: usize,
-) -> i32 {
-    match count == values {
-        // SAFETY: as the standard says.
-        true => unsafe { set(h, (r, count), x, integer, f64::from) },
-        false => ERROR,
-    }
-}
-
-/// Words are numbers of 64 bits in FMI 3.0.
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3GetInt64(
-    h: Handle,
-    r: References,
-    count: usize,
-    to: *mut i64,
-    values: usize,
-) -> i32 {
-    match count == values {
-        // SAFETY: as the standard says.
-        true => unsafe { get(h, (r, count), to, word, |x| x as i64) },
-        false => ERROR,
-    }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SetInt64(
-    h: Handle,
-    r: References,
-    count: usize,
-    x: *const i64,
-    values: usize,
-) -> i32 {
-    match count == values {
-        // SAFETY: as the standard says.
-        true => unsafe { set(h, (r, count), x, word, |x| x as f64) },
-        false => ERROR,
-    }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3GetBoolean(
-    h: Handle,
-    r: References,
-    count: usize,
-    to: *mut bool,
-    values: usize,
-) -> i32 {
-    match count == values {
-        // SAFETY: as the standard says.
-        true => unsafe { get(h, (r, count), to, boolean, |x| x != 0.0) },
-        false => ERROR,
-    }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SetBoolean(
-    h: Handle,
-    r: References,
-    count: usize,
-    x: *const bool,
-    values: usize,
-) -> i32 {
-    match count == values {
-        // SAFETY: as the standard says.
-        true => unsafe { set(h, (r, count), x, boolean, number) },
-        false => ERROR,
-    }
+same_as_two! {
+    fmi3FreeInstance = fmi2FreeInstance(handle: Handle) -> ();
+    fmi3ExitInitializationMode = fmi2ExitInitializationMode(handle: Handle) -> i32;
+    fmi3Reset = fmi2Reset(handle: Handle) -> i32;
+    fmi3GetFMUState = fmi2GetFMUstate(handle: Handle, to: *mut Handle) -> i32;
+    fmi3SetFMUState = fmi2SetFMUstate(handle: Handle, from: Handle) -> i32;
+    fmi3FreeFMUState = fmi2FreeFMUstate(handle: Handle, at: *mut Handle) -> i32;
+    fmi3SerializedFMUStateSize = fmi2SerializedFMUstateSize(handle: Handle, of: Handle, size: *mut usize) -> i32;
+    fmi3SerializeFMUState = fmi2SerializeFMUstate(handle: Handle, of: Handle, to: *mut u8, room: usize) -> i32;
+    fmi3DeserializeFMUState = fmi2DeSerializeFMUstate(handle: Handle, from: *const u8, size: usize, to: *mut Handle) -> i32;
 }
 
 #[unsafe(no_mangle)]
@@ -238,49 +113,11 @@ unsafe extern "C" fn fmi3DoStep(
     code
 }
 
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3GetFMUState(handle: Handle, to: *mut Handle) -> i32 {
-    // SAFETY: as the standard says.
-    unsafe { two::fmi2GetFMUstate(handle, to) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SetFMUState(handle: Handle, from: Handle) -> i32 {
-    // SAFETY: as the standard says.
-    unsafe { two::fmi2SetFMUstate(handle, from) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3FreeFMUState(handle: Handle, at: *mut Handle) -> i32 {
-    // SAFETY: as the standard says.
-    unsafe { two::fmi2FreeFMUstate(handle, at) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SerializedFMUStateSize(h: Handle, of: Handle, size: *mut usize) -> i32 {
-    // SAFETY: as the standard says.
-    unsafe { two::fmi2SerializedFMUstateSize(h, of, size) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SerializeFMUState(h: Handle, of: Handle, to: *mut u8, room: usize) -> i32 {
-    // SAFETY: as the standard says.
-    unsafe { two::fmi2SerializeFMUstate(h, of, to, room) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3DeserializeFMUState(
-    handle: Handle,
-    from: *const u8,
-    size: usize,
-    to: *mut Handle,
-) -> i32 {
-    // SAFETY: as the standard says.
-    unsafe { two::fmi2DeSerializeFMUstate(handle, from, size, to) }
-}
-
 functions_without_use! {
-    fmi3EnterEventMode, fmi3EnterConfigurationMode, fmi3ExitConfigurationMode, fmi3EnterStepMode,
+    OK => fmi3SetDebugLogging, fmi3EnterInitializationMode, fmi3Terminate,
+}
+functions_without_use! {
+    ERROR => fmi3EnterEventMode, fmi3EnterConfigurationMode, fmi3ExitConfigurationMode, fmi3EnterStepMode,
     fmi3EnterContinuousTimeMode, fmi3CompletedIntegratorStep, fmi3SetTime, fmi3SetContinuousStates,
     fmi3GetContinuousStateDerivatives, fmi3GetEventIndicators, fmi3GetContinuousStates,
     fmi3GetNominalsOfContinuousStates, fmi3GetNumberOfEventIndicators, fmi3GetNumberOfContinuousStates,

@@ -197,29 +197,9 @@ pub(crate) unsafe extern "C" fn fmi2FreeInstance(handle: Handle) {
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn fmi2SetDebugLogging(_: Handle, _: i32, _: usize, _: *const TextIn) -> i32 {
-    OK
-}
-
-#[unsafe(no_mangle)]
-extern "C" fn fmi2SetupExperiment(_: Handle, _: i32, _: f64, _: f64, _: i32, _: f64) -> i32 {
-    OK
-}
-
-#[unsafe(no_mangle)]
-extern "C" fn fmi2EnterInitializationMode(_: Handle) -> i32 {
-    OK
-}
-
-#[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn fmi2ExitInitializationMode(handle: Handle) -> i32 {
     // SAFETY: an instance, as the standard says.
     unsafe { act(handle, Instance::begin) }
-}
-
-#[unsafe(no_mangle)]
-extern "C" fn fmi2Terminate(_: Handle) -> i32 {
-    OK
 }
 
 #[unsafe(no_mangle)]
@@ -228,40 +208,35 @@ pub(crate) unsafe extern "C" fn fmi2Reset(handle: Handle) -> i32 {
     unsafe { act(handle, Instance::reset) }
 }
 
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2GetReal(h: Handle, r: References, count: usize, to: *mut f64) -> i32 {
-    // SAFETY: as the standard says.
-    unsafe { get(h, (r, count), to, real, |x| x) }
+/// Functions of a standard that get or set variables: the place of the values, their kind, and how they are converted.
+/// FMI 3.0 gives the number of values, too.
+macro_rules! value_functions {
+    ($($name:ident: $act:ident($at:ty, $kind:ident, $of:expr $(, $values:ident)?);)+) => {
+        $(#[unsafe(no_mangle)]
+        unsafe extern "C" fn $name(
+            handle: Handle,
+            references: References,
+            count: usize,
+            at: $at,
+            $($values: usize,)?
+        ) -> i32 {
+            $(if count != $values {
+                return ERROR;
+            })?
+            // SAFETY: as the standard says.
+            unsafe { $act(handle, (references, count), at, $kind, $of) }
+        })+
+    };
 }
+pub(crate) use value_functions;
 
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2SetReal(h: Handle, r: References, count: usize, x: *const f64) -> i32 {
-    // SAFETY: as the standard says.
-    unsafe { set(h, (r, count), x, real, |x| x) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2GetInteger(h: Handle, r: References, count: usize, to: *mut i32) -> i32 {
-    // SAFETY: as the standard says.
-    unsafe { get(h, (r, count), to, integer, |x| x as i32) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2SetInteger(h: Handle, r: References, count: usize, x: *const i32) -> i32 {
-    // SAFETY: as the standard says.
-    unsafe { set(h, (r, count), x, integer, f64::from) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2GetBoolean(h: Handle, r: References, count: usize, to: *mut i32) -> i32 {
-    // SAFETY: as the standard says.
-    unsafe { get(h, (r, count), to, boolean, |x| x as i32) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2SetBoolean(h: Handle, r: References, count: usize, x: *const i32) -> i32 {
-    // SAFETY: as the standard says.
-    unsafe { set(h, (r, count), x, boolean, |x| number(x != 0)) }
+value_functions! {
+    fmi2GetReal: get(*mut f64, real, |x| x);
+    fmi2SetReal: set(*const f64, real, |x| x);
+    fmi2GetInteger: get(*mut i32, integer, |x| x as i32);
+    fmi2SetInteger: set(*const i32, integer, f64::from);
+    fmi2GetBoolean: get(*mut i32, boolean, |x| x as i32);
+    fmi2SetBoolean: set(*const i32, boolean, |x| number(x != 0));
 }
 
 #[unsafe(no_mangle)]
@@ -382,19 +357,23 @@ pub(crate) unsafe extern "C" fn fmi2DeSerializeFMUstate(
     unsafe { act(handle, read) }
 }
 
-/// Functions of a standard for what these FMUs do not have. They take what the standard says and look at none of it.
+/// Functions of a standard with one answer, for what these FMUs do not have or need not do. They take what the standard
+/// says and look at none of it.
 macro_rules! functions_without_use {
-    ($($name:ident),+ $(,)?) => {
+    ($answer:expr => $($name:ident),+ $(,)?) => {
         $(#[unsafe(no_mangle)]
         extern "C" fn $name() -> i32 {
-            $crate::instance::ERROR
+            $answer
         })+
     };
 }
 pub(crate) use functions_without_use;
 
 functions_without_use! {
-    fmi2GetString, fmi2SetString, fmi2GetDirectionalDerivative, fmi2SetRealInputDerivatives,
+    OK => fmi2SetDebugLogging, fmi2SetupExperiment, fmi2EnterInitializationMode, fmi2Terminate,
+}
+functions_without_use! {
+    ERROR => fmi2GetString, fmi2SetString, fmi2GetDirectionalDerivative, fmi2SetRealInputDerivatives,
     fmi2GetRealOutputDerivatives, fmi2CancelStep, fmi2GetStatus, fmi2GetRealStatus, fmi2GetIntegerStatus,
     fmi2GetBooleanStatus, fmi2GetStringStatus,
 }

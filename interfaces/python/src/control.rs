@@ -1,7 +1,7 @@
 //! Input of a controller, and a controller written in Python.
 
 use crate::errors::Fault;
-use crate::foreign::instance;
+use crate::foreign::{instance, made};
 use crate::signals::{Command, Estimate};
 use crate::vehicle::Vehicle;
 use monorig_estimators::api::signals;
@@ -100,7 +100,7 @@ impl ForeignController {
         setup: &control::ControllerSetup,
         fault: &Fault,
     ) -> Result<BoxedController, Refusal> {
-        let built: PyResult<Self> = Python::attach(|py| {
+        let built = made(fault, |py| {
             let setup = ControllerSetup {
                 motor_torque_max_nm: setup.motor_torque_max_nm,
                 gravity_mps2: setup.gravity_mps2,
@@ -114,14 +114,7 @@ impl ForeignController {
                 fault: fault.clone(),
             })
         });
-        match built {
-            Ok(built) => Ok(Box::new(built)),
-            Err(e) => {
-                let told = e.to_string();
-                fault.keep(e);
-                Err(Refusal::new(told, "see the exception"))
-            }
-        }
+        Ok(Box::new(built?))
     }
 }
 

@@ -47,6 +47,18 @@ where
     }
 }
 
+/// What Python makes. An exception is kept as the fault of the run.
+pub(crate) fn made<T>(
+    fault: &Fault,
+    make: impl FnOnce(Python<'_>) -> PyResult<T>,
+) -> Result<T, Refusal> {
+    Python::attach(make).map_err(|e| {
+        let told = e.to_string();
+        fault.keep(e);
+        Refusal::new(told, "see the exception")
+    })
+}
+
 impl Foreign {
     /// Makes the estimator for a vehicle. An exception is kept as the fault of the run.
     pub(crate) fn build(
@@ -54,7 +66,7 @@ impl Foreign {
         vehicle: &monorig_estimators::Vehicle,
         fault: &Fault,
     ) -> Result<BoxedEstimator, Refusal> {
-        let built: PyResult<Self> = Python::attach(|py| {
+        let built = made(fault, |py| {
             let object = instance(object.bind(py), "step", (Vehicle(*vehicle),))?;
             Ok(Self {
                 step: object.getattr(intern!(py, "step"))?.unbind(),
@@ -64,14 +76,7 @@ impl Foreign {
                 fault: fault.clone(),
             })
         });
-        match built {
-            Ok(built) => Ok(Box::new(built)),
-            Err(e) => {
-                let told = e.to_string();
-                fault.keep(e);
-                Err(Refusal::new(told, "see the exception"))
-            }
-        }
+        Ok(Box::new(built?))
     }
 
     /// None if the step is refused without a reason.

@@ -3,6 +3,7 @@
 //!
 //! | file | what it holds |
 //! |---|---|
+//! | `class` | fields of a class that Python reads |
 //! | `errors` | errors as exceptions; the exception that ends a run |
 //! | `signals` | measurements, commands, estimates |
 //! | `vehicle` | the nominal vehicle |
@@ -17,6 +18,7 @@
 //! | `tuning` | studies of parameters, and their objective |
 
 mod batch;
+mod class;
 mod columns;
 mod control;
 mod errors;

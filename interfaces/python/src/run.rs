@@ -1,5 +1,6 @@
 //! A scenario or a log from begin to end.
 
+use crate::class::python_class;
 use crate::columns::{Columns, Kept};
 use crate::errors::{Fault, defect, of_rig};
 use crate::parts::Parts;
@@ -227,27 +228,14 @@ impl NativeRun {
     }
 }
 
-#[pymethods]
-impl NativeRun {
-    #[getter]
-    fn channels(&self) -> Table {
-        Table(self.batch.clone())
-    }
-    #[getter]
-    fn samples(&self) -> Option<Table> {
-        self.samples.clone().map(Table)
-    }
-    #[getter]
-    fn summary_json(&self) -> String {
-        self.summary.to_json()
-    }
-    #[getter]
-    fn good(&self) -> bool {
-        self.summary.good()
-    }
-    #[getter]
-    fn finished(&self) -> bool {
-        self.finished
+python_class! {
+    NativeRun, self => {
+        channels: Table = Table(self.batch.clone());
+        samples: Option<Table> = self.samples.clone().map(Table);
+        summary_json: String = self.summary.to_json();
+        good: bool = self.summary.good();
+        finished: bool = self.finished;
+        refusals: Vec<(String, u64, String)> = self.summary.refusals.clone();
     }
     #[getter]
     fn events(&self) -> Vec<(f64, String)> {
@@ -255,10 +243,6 @@ impl NativeRun {
         events
             .map(|(ns, text)| (*ns as f64 * 1e-9, text.clone()))
             .collect()
-    }
-    #[getter]
-    fn refusals(&self) -> Vec<(String, u64, String)> {
-        self.summary.refusals.clone()
     }
     /// Writes the folder of the run below `out`, as `monorig run` does, and returns it.
     fn save(&self, py: Python<'_>, out: PathBuf) -> PyResult<PathBuf> {

@@ -1,5 +1,6 @@
 //! Signals between the rig and an estimator, as Python sees them.
 
+use crate::class::python_class;
 use crate::errors::refused;
 use monorig_estimators::Time;
 use monorig_estimators::api::signals::{
@@ -47,8 +48,20 @@ fn put(to: &mut PerUnit, t: Time, from: Option<Vec<Option<f64>>>, what: &str) ->
     Ok(from.len())
 }
 
-#[pymethods]
-impl Measurements {
+python_class! {
+    Measurements, self => {
+        t_ns: i64 = self.z.t.ns();
+        t_s: f64 = self.z.t.s();
+        specific_force: Option<(f64, f64, f64)> = self.z.specific_force_mps2.map(|s| three(s.value));
+        angular_rate: Option<(f64, f64, f64)> = self.z.angular_rate_radps.map(|s| three(s.value));
+        motor_torque: Vec<Option<f64>> = values(&self.z.motor_torque_nm, self.drives);
+        wheel_speed: Vec<Option<f64>> = values(&self.z.wheel_speed_mps, self.drives);
+        clamp_pressure: Vec<Option<f64>> = values(&self.z.clamp_pressure_mpa, self.drives);
+        inclination: Option<f64> = self.z.inclination_rad.map(|s| s.value);
+        steering_angle: Option<f64> = self.z.steering_angle_rad.map(|s| s.value);
+        auxiliary: Vec<Option<f64>> = values(&self.z.auxiliary, MAX_AUXILIARY);
+        command: Command = Command::of(&self.u, self.drives);
+    }
     #[new]
     #[pyo3(signature = (t_ns, *, specific_force=None, angular_rate=None, motor_torque=None, wheel_speed=None,
         clamp_pressure=None, inclination=None, steering_angle=None, auxiliary=None, command=None))]
@@ -91,50 +104,6 @@ impl Measurements {
         });
         Ok(Self { z, u, drives })
     }
-    #[getter]
-    fn t_ns(&self) -> i64 {
-        self.z.t.ns()
-    }
-    #[getter]
-    fn t_s(&self) -> f64 {
-        self.z.t.s()
-    }
-    #[getter]
-    fn specific_force(&self) -> Option<(f64, f64, f64)> {
-        self.z.specific_force_mps2.map(|s| three(s.value))
-    }
-    #[getter]
-    fn angular_rate(&self) -> Option<(f64, f64, f64)> {
-        self.z.angular_rate_radps.map(|s| three(s.value))
-    }
-    #[getter]
-    fn motor_torque(&self) -> Vec<Option<f64>> {
-        values(&self.z.motor_torque_nm, self.drives)
-    }
-    #[getter]
-    fn wheel_speed(&self) -> Vec<Option<f64>> {
-        values(&self.z.wheel_speed_mps, self.drives)
-    }
-    #[getter]
-    fn clamp_pressure(&self) -> Vec<Option<f64>> {
-        values(&self.z.clamp_pressure_mpa, self.drives)
-    }
-    #[getter]
-    fn inclination(&self) -> Option<f64> {
-        self.z.inclination_rad.map(|s| s.value)
-    }
-    #[getter]
-    fn steering_angle(&self) -> Option<f64> {
-        self.z.steering_angle_rad.map(|s| s.value)
-    }
-    #[getter]
-    fn auxiliary(&self) -> Vec<Option<f64>> {
-        values(&self.z.auxiliary, MAX_AUXILIARY)
-    }
-    #[getter]
-    fn command(&self) -> Command {
-        Command::of(&self.u, self.drives)
-    }
     /// The instant at which the sample was taken, ns; None where there is no new one.
     #[pyo3(signature = (name, index=0))]
     fn stamp_ns(&self, name: &str, index: usize) -> PyResult<Option<i64>> {
@@ -171,8 +140,16 @@ fn triple(v: Value) -> Triple {
 
 const NONE: Triple = (0.0, 0.0, false);
 
-#[pymethods]
-impl Estimate {
+python_class! {
+    Estimate, self => {
+        t_ns: i64 = self.0.t.ns();
+        total_mass: Triple = triple(self.0.total_mass_kg);
+        grade: Triple = triple(self.0.grade_rad);
+        effective_grade: Triple = triple(self.0.effective_grade_rad);
+        speed: Triple = triple(self.0.speed_mps);
+        innovation: f64 = self.0.innovation;
+        nis: f64 = self.0.nis;
+    }
     #[new]
     #[pyo3(signature = (*, total_mass=NONE, grade=NONE, effective_grade=None, speed=NONE, innovation=0.0, nis=0.0))]
     fn new(
@@ -192,34 +169,6 @@ impl Estimate {
             nis,
             ..signals::Estimate::default()
         })
-    }
-    #[getter]
-    fn t_ns(&self) -> i64 {
-        self.0.t.ns()
-    }
-    #[getter]
-    fn total_mass(&self) -> Triple {
-        triple(self.0.total_mass_kg)
-    }
-    #[getter]
-    fn grade(&self) -> Triple {
-        triple(self.0.grade_rad)
-    }
-    #[getter]
-    fn effective_grade(&self) -> Triple {
-        triple(self.0.effective_grade_rad)
-    }
-    #[getter]
-    fn speed(&self) -> Triple {
-        triple(self.0.speed_mps)
-    }
-    #[getter]
-    fn innovation(&self) -> f64 {
-        self.0.innovation
-    }
-    #[getter]
-    fn nis(&self) -> f64 {
-        self.0.nis
     }
     fn __repr__(&self) -> String {
         let of = |v: Value| {

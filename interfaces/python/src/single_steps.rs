@@ -1,5 +1,6 @@
 //! A run that the user steps.
 
+use crate::class::python_class;
 use crate::control::{Perception, Reference};
 use crate::errors::{defect, of_rig, refused};
 use crate::parts::Parts;
@@ -132,8 +133,16 @@ impl NativeSimulation {
     }
 }
 
-#[pymethods]
-impl NativeSimulation {
+python_class! {
+    NativeSimulation, self => {
+        over: bool = self.outcome.is_some();
+        time_s: f64 = self.simulation.plant.truth().t_s;
+        dt_s: f64 = self.simulation.dt_s;
+        seed: u64 = self.simulation.seed;
+        vehicle: Vehicle = Vehicle(self.simulation.vehicle);
+        reference: Reference = (&self.seen.reference).into();
+        perception: Perception = Perception::of(&self.seen.perception, self.simulation.vehicle.drives);
+    }
     #[new]
     #[pyo3(signature = (path, seed, set, estimators, controller, in_loop))]
     fn new(
@@ -162,34 +171,6 @@ impl NativeSimulation {
         };
         made.look()?;
         Ok(made)
-    }
-    #[getter]
-    fn over(&self) -> bool {
-        self.outcome.is_some()
-    }
-    #[getter]
-    fn time_s(&self) -> f64 {
-        self.simulation.plant.truth().t_s
-    }
-    #[getter]
-    fn dt_s(&self) -> f64 {
-        self.simulation.dt_s
-    }
-    #[getter]
-    fn seed(&self) -> u64 {
-        self.simulation.seed
-    }
-    #[getter]
-    fn vehicle(&self) -> Vehicle {
-        Vehicle(self.simulation.vehicle)
-    }
-    #[getter]
-    fn reference(&self) -> Reference {
-        (&self.seen.reference).into()
-    }
-    #[getter]
-    fn perception(&self) -> Perception {
-        Perception::of(&self.seen.perception, self.simulation.vehicle.drives)
     }
     /// Makes a step under this command, or that of the scenario's controller.
     #[pyo3(signature = (command=None))]

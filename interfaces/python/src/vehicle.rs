@@ -1,5 +1,6 @@
 //! The nominal vehicle.
 
+use crate::class::python_class;
 use crate::errors::{of_rig, refused};
 use monorig_estimators::{Vehicle as Nominal, VehicleData};
 use monorig_sim::closed_loop::Simulation;
@@ -11,8 +12,20 @@ use std::path::PathBuf;
 #[derive(Clone)]
 pub(crate) struct Vehicle(pub(crate) Nominal);
 
-#[pymethods]
-impl Vehicle {
+python_class! {
+    Vehicle, self => {
+        tare_kg: f64 = self.0.tare_kg;
+        drives: usize = self.0.drives;
+        wheel_radius_m: f64 = self.0.wheel_radius_m;
+        gear_ratio: f64 = self.0.gear_ratio;
+        efficiency: f64 = self.0.efficiency;
+        rotating_mass_kg: f64 = self.0.rotating_mass_kg;
+        running_resistance: f64 = self.0.running_resistance;
+        mass_range_kg: (f64, f64) = (self.0.mass_range_kg[0], self.0.mass_range_kg[1]);
+        mass_guess_kg: Option<f64> = self.0.mass_guess_kg;
+        accel_bias_sd_mps2: Option<f64> = self.0.accel_bias_sd_mps2;
+        gyro_bias_sd_radps: Option<f64> = self.0.gyro_bias_sd_radps;
+    }
     #[new]
     #[pyo3(signature = (*, tare_kg, wheel_radius_m, mass_range_kg, drives=1, gear_ratio=1.0, efficiency=1.0,
         rotating_mass_kg=0.0, running_resistance=0.0, tare_span_m=[0.0; 2], load_span_m=[0.0; 2], imu_arm_m=0.0,
@@ -59,50 +72,6 @@ impl Vehicle {
     fn from_scenario(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let built = py.detach(|| Simulation::from_file(path)?.build(1).map(|s| s.vehicle));
         built.map(Self).map_err(of_rig)
-    }
-    #[getter]
-    fn tare_kg(&self) -> f64 {
-        self.0.tare_kg
-    }
-    #[getter]
-    fn drives(&self) -> usize {
-        self.0.drives
-    }
-    #[getter]
-    fn wheel_radius_m(&self) -> f64 {
-        self.0.wheel_radius_m
-    }
-    #[getter]
-    fn gear_ratio(&self) -> f64 {
-        self.0.gear_ratio
-    }
-    #[getter]
-    fn efficiency(&self) -> f64 {
-        self.0.efficiency
-    }
-    #[getter]
-    fn rotating_mass_kg(&self) -> f64 {
-        self.0.rotating_mass_kg
-    }
-    #[getter]
-    fn running_resistance(&self) -> f64 {
-        self.0.running_resistance
-    }
-    #[getter]
-    fn mass_range_kg(&self) -> (f64, f64) {
-        (self.0.mass_range_kg[0], self.0.mass_range_kg[1])
-    }
-    #[getter]
-    fn mass_guess_kg(&self) -> Option<f64> {
-        self.0.mass_guess_kg
-    }
-    #[getter]
-    fn accel_bias_sd_mps2(&self) -> Option<f64> {
-        self.0.accel_bias_sd_mps2
-    }
-    #[getter]
-    fn gyro_bias_sd_radps(&self) -> Option<f64> {
-        self.0.gyro_bias_sd_radps
     }
     fn __repr__(&self) -> String {
         format!(

@@ -1,9 +1,9 @@
 //! Faults of each instrument, and stretches of another adhesion, as lanes of states over time.
 
-use crate::stream::{MessageStream, entity, send, times};
+use crate::states::{send_changes, style};
+use crate::stream::{MessageStream, entity};
 use monorig_sim::error::Error;
 use monorig_sim::record::{Chunk, Layout, MarkedStretch, MarkedTime};
-use re_sdk_types::archetypes::{StateChange, StateConfiguration};
 use rerun::EntityPath;
 
 /// The state in which nothing acts, and the colours of the others.
@@ -74,13 +74,7 @@ impl ActingLanes {
                 }
             };
             let states = std::iter::once(NOTHING).chain(names.into_iter().map(|n| (n, colour)));
-            let (names, colours): (Vec<&str>, Vec<u32>) = states
-                .map(|(name, [r, g, b])| (name, u32::from_be_bytes([r, g, b, 255])))
-                .unzip();
-            let style = StateConfiguration::new()
-                .with_values(names)
-                .with_colors(colours);
-            stream.fixed(lane.entity.clone(), &style)?;
+            stream.fixed(lane.entity.clone(), &style(states))?;
         }
         Ok(Self(lanes))
     }
@@ -102,12 +96,7 @@ impl ActingLanes {
                     states.push(state);
                 }
             }
-            if !ns.is_empty() {
-                let columns = StateChange::update_fields()
-                    .with_state(states)
-                    .columns_of_unit_batches();
-                send(stream, lane.entity.clone(), times(ns), columns)?;
-            }
+            send_changes(stream, &lane.entity, ns, states)?;
         }
         Ok(())
     }

@@ -180,7 +180,7 @@ fn plots_of(b: &mut Builder, contents: &Contents<'_>, plots: &[Titled]) -> Vec<P
         .iter()
         .filter(|(p, ..)| contents.load || *p != Plot::Sway);
     let mut views = Vec::new();
-    for &(p, title, range) in shown {
+    for &(p, title) in shown {
         let mut lines = on(p);
         if p == Plot::Speed {
             // One measured wheel speed is enough to see what the estimators get.
@@ -190,7 +190,7 @@ fn plots_of(b: &mut Builder, contents: &Contents<'_>, plots: &[Titled]) -> Vec<P
         }
         let (lines, hidden): (Vec<_>, Vec<_>) =
             lines.into_iter().partition(|(s, _)| contents.is_shown(s));
-        let (range, off_scale) = match range {
+        let (range, off_scale) = match p.range() {
             Range::Data => (None, None),
             Range::Errors(ends) => errors_axis(&lines, ends),
         };

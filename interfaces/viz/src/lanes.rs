@@ -1,10 +1,10 @@
 //! Validity of each estimator as a lane of states over time: what is marked valid, and when that changed.
 
 use crate::series::estimators;
-use crate::stream::{MessageStream, entity, send, times};
+use crate::states::{send_changes, style};
+use crate::stream::{MessageStream, entity};
 use monorig_sim::error::Error;
 use monorig_sim::record::{Chunk, Emphasis, Layout};
-use re_sdk_types::archetypes::{StateChange, StateConfiguration};
 use rerun::EntityPath;
 
 /// The states of validity: neither, mass, slope, both; with the colour of the lane.
@@ -50,10 +50,7 @@ impl ValidityLanes {
         let channels = layout.channels;
         let names = estimators(channels);
         let shown = handful(&names, &layout.emphasis);
-        let colours = STATES.map(|(_, [r, g, b])| u32::from_be_bytes([r, g, b, 255]));
-        let style = StateConfiguration::new()
-            .with_values(STATES.map(|(name, _)| name))
-            .with_colors(colours);
+        let style = style(STATES);
         let mut lanes = Vec::new();
         for name in &names {
             let find = |leaf: &str| {
@@ -110,12 +107,7 @@ impl ValidityLanes {
                     changes.push((lane.since_ns, format!("{name}: {}", STATES[state].0)));
                 }
             }
-            if !ns.is_empty() {
-                let columns = StateChange::update_fields()
-                    .with_state(states)
-                    .columns_of_unit_batches();
-                send(stream, lane.entity.clone(), times(ns), columns)?;
-            }
+            send_changes(stream, &lane.entity, ns, states)?;
         }
         Ok(changes)
     }

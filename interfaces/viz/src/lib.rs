@@ -45,6 +45,7 @@ mod scene;
 mod series;
 pub mod sink;
 mod source;
+mod states;
 mod stream;
 mod thinning;
 mod track;

@@ -10,8 +10,7 @@ use monorig_sim::train::ConnectionKind;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use re_sdk_types::archetypes::{LineStrips3D, Points2D, Transform3D};
 use re_sdk_types::components::Color;
-use rerun::EntityPath;
-use rerun::log::TimeColumn;
+use rerun::{EntityPath, SerializationError, SerializedComponentColumn};
 
 const LINK: [u8; 3] = [200, 200, 210];
 /// m.
@@ -28,6 +27,11 @@ pub struct MovingBodies {
     /// Poses and wheel angles that are not yet sent.
     pending: Chunk,
 }
+
+/// Columns of an entity, or the error of the library.
+type BodyColumns = Result<Vec<SerializedComponentColumn>, SerializationError>;
+/// Sends columns of an entity at the times of the poses.
+type SendColumns<'a> = dyn FnMut(EntityPath, BodyColumns) -> Result<(), Error> + 'a;
 
 /// A line between two bodies.
 struct Link {
@@ -68,6 +72,10 @@ impl MovingBodies {
         })
     }
 
+    fn place(&self, place: &[f64; 3]) -> [f32; 3] {
+        self.origin.point(&Vector3::from(*place))
+    }
+
     /// Poses of the body the camera follows, in this chunk.
     pub fn followed<'a>(&self, chunk: &'a Chunk) -> Option<&'a [([f64; 3], [f64; 4])]> {
         let poses = chunk.poses.get(self.followed)?;
@@ -90,41 +98,32 @@ impl MovingBodies {
     pub fn flush(&mut self, stream: &mut MessageStream) -> Result<(), Error> {
         let mut chunk = std::mem::take(&mut self.pending);
         let pose_times = times(std::mem::take(&mut chunk.pose_time_ns));
-        self.poses(stream, &chunk, &pose_times)?;
-        self.wheels(stream, &chunk, &pose_times)?;
-        self.links(stream, &chunk, &pose_times)?;
-        self.follow(stream, &chunk, &pose_times)
+        let mut send = |entity: EntityPath, columns: BodyColumns| {
+            send(stream, entity, pose_times.clone(), columns)
+        };
+        self.poses(&chunk, &mut send)?;
+        self.wheels(&chunk, &mut send)?;
+        self.links(&chunk, &mut send)?;
+        self.follow(&chunk, &mut send)
     }
 
-    fn poses(
-        &self,
-        stream: &mut MessageStream,
-        chunk: &Chunk,
-        pose_times: &TimeColumn,
-    ) -> Result<(), Error> {
+    fn poses(&self, chunk: &Chunk, send: &mut SendColumns<'_>) -> Result<(), Error> {
         for (body, poses) in self.bodies.iter().zip(&chunk.poses) {
             if poses.is_empty() {
                 continue;
             }
+            let places = poses.iter().map(|(p, _)| self.place(p));
             let columns = Transform3D::update_fields()
-                .with_many_translation(
-                    poses
-                        .iter()
-                        .map(|(p, _)| self.origin.point(&Vector3::from(*p))),
-                )
+                .with_many_translation(places)
                 .with_many_quaternion(poses.iter().map(|(_, q)| xyzw(*q)))
-                .columns_of_unit_batches();
-            send(stream, body.clone(), pose_times.clone(), columns)?;
+                .columns_of_unit_batches()
+                .map(Iterator::collect);
+            send(body.clone(), columns)?;
         }
         Ok(())
     }
 
-    fn follow(
-        &self,
-        stream: &mut MessageStream,
-        chunk: &Chunk,
-        pose_times: &TimeColumn,
-    ) -> Result<(), Error> {
+    fn follow(&self, chunk: &Chunk, send: &mut SendColumns<'_>) -> Result<(), Error> {
         let Some(poses) = self.followed(chunk) else {
             return Ok(());
         };
@@ -133,33 +132,22 @@ impl MovingBodies {
             let half = ahead.y.atan2(ahead.x) / 2.0;
             xyzw([0.0, 0.0, half.sin(), half.cos()])
         };
+        let places = poses.iter().map(|(p, _)| self.place(p));
         let columns = Transform3D::update_fields()
-            .with_many_translation(
-                poses
-                    .iter()
-                    .map(|(p, _)| self.origin.point(&Vector3::from(*p))),
-            )
+            .with_many_translation(places)
             .with_many_quaternion(poses.iter().map(upright))
-            .columns_of_unit_batches();
-        send(stream, follow_entity(), pose_times.clone(), columns)?;
+            .columns_of_unit_batches()
+            .map(Iterator::collect);
+        send(follow_entity(), columns)?;
         let on_plan = poses.iter().map(|(p, _)| plan_point(&self.origin, p));
         let columns = Points2D::update_fields()
             .with_positions(on_plan)
-            .columns_of_unit_batches();
-        send(
-            stream,
-            entity(["plan", "train"]),
-            pose_times.clone(),
-            columns,
-        )
+            .columns_of_unit_batches()
+            .map(Iterator::collect);
+        send(entity(["plan", "train"]), columns)
     }
 
-    fn wheels(
-        &self,
-        stream: &mut MessageStream,
-        chunk: &Chunk,
-        pose_times: &TimeColumn,
-    ) -> Result<(), Error> {
+    fn wheels(&self, chunk: &Chunk, send: &mut SendColumns<'_>) -> Result<(), Error> {
         for wheel in &self.wheels {
             let (drive, side) = wheel.spins;
             let Some(angles) = chunk.wheel_angles.get(drive).filter(|a| !a.is_empty()) else {
@@ -169,18 +157,14 @@ impl MovingBodies {
             let angle = |pair: &[f64; 2]| pair[side.min(1)];
             let columns = Transform3D::update_fields()
                 .with_many_quaternion(angles.iter().map(|a| xyzw(about_z(angle(a)))))
-                .columns_of_unit_batches();
-            send(stream, wheel.entity.clone(), pose_times.clone(), columns)?;
+                .columns_of_unit_batches()
+                .map(Iterator::collect);
+            send(wheel.entity.clone(), columns)?;
         }
         Ok(())
     }
 
-    fn links(
-        &self,
-        stream: &mut MessageStream,
-        chunk: &Chunk,
-        pose_times: &TimeColumn,
-    ) -> Result<(), Error> {
+    fn links(&self, chunk: &Chunk, send: &mut SendColumns<'_>) -> Result<(), Error> {
         for link in &self.links {
             let [a, b] = link.bodies;
             let (Some(a), Some(b)) = (chunk.poses.get(a), chunk.poses.get(b)) else {
@@ -194,8 +178,10 @@ impl MovingBodies {
                 self.origin.point(&end.coords)
             };
             let strips = a.iter().zip(b).map(|(a, b)| vec![end(a, 0), end(b, 1)]);
-            let columns = LineStrips3D::new(strips).columns_of_unit_batches();
-            send(stream, link.entity.clone(), pose_times.clone(), columns)?;
+            let columns = LineStrips3D::new(strips)
+                .columns_of_unit_batches()
+                .map(Iterator::collect);
+            send(link.entity.clone(), columns)?;
         }
         Ok(())
     }

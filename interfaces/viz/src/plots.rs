@@ -40,35 +40,41 @@ pub enum Range {
     Errors([f64; 2]),
 }
 
-/// A plot in a tab: which, its title, and its axis.
-pub type Titled = (Plot, &'static str, Range);
+impl Plot {
+    /// How far its axis reaches.
+    pub fn range(self) -> Range {
+        match self {
+            Self::MassError => Range::Errors([2.0, 40.0]),
+            Self::SlopeError | Self::EffectiveSlopeError => Range::Errors([0.2, 6.0]),
+            _ => Range::Data,
+        }
+    }
+}
+
+/// A plot in a tab: which, and its title.
+pub type Titled = (Plot, &'static str);
 
 /// Plots of the overview: how good the estimates are.
 pub const OVERVIEW: [Titled; 5] = [
     (
         Plot::MassError,
         "Mass error, % (±2σ where valid; white: Cramér-Rao bound, ±2σ)",
-        Range::Errors([2.0, 40.0]),
     ),
     (
         Plot::SlopeError,
         "Slope error, ° (±2σ where valid; white: Cramér-Rao bound, ±2σ)",
-        Range::Errors([0.2, 6.0]),
     ),
     (
         Plot::MassDifference,
         "Mass error after less before, % (below zero: better)",
-        Range::Data,
     ),
     (
         Plot::SlopeDifference,
         "Slope error after less before, ° (below zero: better)",
-        Range::Data,
     ),
     (
         Plot::Speed,
         "Speed, m/s (truth white, reference violet, measured, estimates)",
-        Range::Data,
     ),
 ];
 /// Plots of the errors of one estimator.
@@ -78,63 +84,45 @@ pub const VALUES: [Titled; 5] = [
     (
         Plot::Mass,
         "Total mass, kg (truth, estimates ±2σ where valid)",
-        Range::Data,
     ),
     (
         Plot::Slope,
         "Slope at the IMU, ° (truth, estimates ±2σ where valid)",
-        Range::Data,
     ),
     (
         Plot::EffectiveSlope,
         "Effective slope of the whole train, ° (truth, estimates ±2σ where valid)",
-        Range::Data,
     ),
     (
         Plot::EffectiveSlopeError,
         "Error of the effective slope, ° (±2σ where valid; white: Cramér-Rao bound, ±2σ)",
-        Range::Errors([0.2, 6.0]),
     ),
     (
         Plot::Steering,
         "Steering, sideslip, heading off the road, °",
-        Range::Data,
     ),
 ];
 /// Plots of forces, and of what they move.
 pub const FORCES: [Titled; 8] = [
-    (
-        Plot::Traction,
-        "Traction, resistance, brake, N",
-        Range::Data,
-    ),
-    (
-        Plot::Balance,
-        "Balance of the forces along the rail, N",
-        Range::Data,
-    ),
-    (Plot::DriveForce, "Traction of each drive, N", Range::Data),
+    (Plot::Traction, "Traction, resistance, brake, N"),
+    (Plot::Balance, "Balance of the forces along the rail, N"),
+    (Plot::DriveForce, "Traction of each drive, N"),
     (
         Plot::MotorTorque,
         "Motor torque, N·m (acting, and the command)",
-        Range::Data,
     ),
-    (Plot::Slip, "Slip, m/s", Range::Data),
-    (Plot::WheelLoad, "Wheel loads, N", Range::Data),
-    (Plot::Sway, "Sway of the load, °", Range::Data),
-    (
-        Plot::Rail,
-        "Off the rail or the lane, clearance, m",
-        Range::Data,
-    ),
+    (Plot::Slip, "Slip, m/s"),
+    (Plot::WheelLoad, "Wheel loads, N"),
+    (Plot::Sway, "Sway of the load, °"),
+    (Plot::Rail, "Off the rail or the lane, clearance, m"),
 ];
 /// Plots of instruments: what they measured, and nothing else, so that a sample that is missing is seen.
 pub const SENSORS: [Titled; 5] = [
-    (Plot::SpecificForce, "Specific force, m/s²", Range::Data),
-    (Plot::AngularRate, "Angular rate, rad/s", Range::Data),
-    (Plot::Torque, "Motor torque, N·m", Range::Data),
-    (Plot::WheelSpeed, "Wheel speed, m/s", Range::Data),
-    (Plot::Clamp, "Clamp pressure, MPa", Range::Data),
+    (Plot::SpecificForce, "Specific force, m/s²"),
+    (Plot::AngularRate, "Angular rate, rad/s"),
+    (Plot::Torque, "Motor torque, N·m"),
+    (Plot::WheelSpeed, "Wheel speed, m/s"),
+    (Plot::Clamp, "Clamp pressure, MPa"),
 ];
 
 /// Place of a line outside the *Filters* tab.

@@ -98,7 +98,7 @@ pub(crate) fn integrity<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Opti
             i.worst
                 .map_or("–".to_owned(), |w| with_unit(w.error.abs()))
                 .into(),
-            Cell::number(i.worst.and_then(|w| w.nees).unwrap_or(f64::NAN)),
+            Cell::number(i.worst.and_then(|w| w.nees)),
         ]);
     }
     (!sums.is_empty()).then_some(table)

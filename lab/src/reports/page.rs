@@ -130,8 +130,8 @@ impl Section {
     }
 
     /// With a table.
-    pub fn table(mut self, table: Table) -> Self {
-        self.blocks.push(Block::Table(table));
+    pub fn table(mut self, table: impl Into<Option<Table>>) -> Self {
+        self.blocks.extend(table.into().map(Block::Table));
         self
     }
 

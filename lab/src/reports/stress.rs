@@ -120,8 +120,7 @@ impl QuantityTable {
         let mut table = Table::new(&["condition", "estimator"], &numbers);
         for cell in &file.cells {
             let f = (self.of)(cell);
-            let number =
-                |x: Option<f64>, factor: f64| Cell::number(x.map_or(f64::NAN, |x| x * factor));
+            let number = |x: Option<f64>, factor: f64| Cell::number(x.map(|x| x * factor));
             let judged = |x: Option<f64>| {
                 let shown = number(x, 100.0);
                 match x {

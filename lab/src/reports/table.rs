@@ -27,9 +27,9 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// A number; a dash if it is not finite.
-    pub fn number(x: f64) -> Self {
-        number(x).into()
+    /// A number; a dash if there is none or it is not finite.
+    pub fn number(x: impl Into<Option<f64>>) -> Self {
+        number(x.into().unwrap_or(f64::NAN)).into()
     }
 
     fn markup(&self) -> Markup {

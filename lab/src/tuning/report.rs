@@ -100,7 +100,7 @@ fn found(study: &TuningStudy, result: &TuningResult) -> Section {
             ("tuning runs", v.tuning_loss),
             ("validation runs", v.validation_loss),
         ] {
-            losses.row([name.into(), Cell::number(x.unwrap_or(f64::NAN))]);
+            losses.row([name.into(), Cell::number(x)]);
         }
     }
     Section::new("Found").table(table).table(losses)

@@ -119,7 +119,7 @@ impl ErrorRatio {
         let pairs = own.into_iter().zip(theirs);
         let pairs: Vec<(f64, f64)> = pairs.filter_map(|(a, b)| Some((a?, b?))).collect();
         let shares = runs.iter().filter_map(|run| {
-            let summary = run.summary.as_ref().filter(|s| s.finished)?;
+            let summary = run.whole()?;
             summary.common.get(estimator)?.share.get(&quantity).copied()
         });
         let shares: Vec<f64> = shares.collect();
@@ -272,7 +272,7 @@ pub fn compare(
                     .map(|q| {
                         let [own, _] = common(runs, estimator, metric);
                         let shares = |run: &RunResult| {
-                            let summary = run.summary.as_ref().filter(|s| s.finished)?;
+                            let summary = run.whole()?;
                             summary.common.get(estimator)?.share.get(&q).copied()
                         };
                         OnSamples::new(&own, &runs.iter().map(shares).collect::<Vec<_>>())
@@ -320,7 +320,7 @@ pub(crate) fn differences(
 fn common(runs: &[RunResult], estimator: &str, metric: &str) -> [Vec<Option<f64>>; 2] {
     let of = |i: usize| {
         let value = move |run: &RunResult| {
-            let summary = run.summary.as_ref().filter(|s| s.finished)?;
+            let summary = run.whole()?;
             summary.common.get(estimator)?.errors.get(metric)?[i]
         };
         runs.iter().map(value).collect()
@@ -331,7 +331,7 @@ fn common(runs: &[RunResult], estimator: &str, metric: &str) -> [Vec<Option<f64>
 /// A metric of an estimator run by run; none where the run did not finish or it could not be measured.
 pub(crate) fn values(runs: &[RunResult], estimator: &str, metric: &str) -> Vec<Option<f64>> {
     let value = |run: &RunResult| {
-        let summary = run.summary.as_ref().filter(|s| s.finished)?;
+        let summary = run.whole()?;
         summary.estimators.get(estimator)?.get(metric).copied()?
     };
     runs.iter().map(value).collect()

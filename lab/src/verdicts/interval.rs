@@ -61,53 +61,42 @@ impl Interval {
             above / below
         };
         let mut stream = Stream::new(1, "bootstrap of a ratio");
-        let n = pairs.len() as f64;
         let mut drawn = vec![(0.0, 0.0); pairs.len()];
-        let mut ratios: Vec<f64> = (0..RESAMPLES)
-            .map(|_| {
-                for pair in &mut drawn {
-                    let i = (stream.uniform() * n) as usize;
-                    *pair = pairs.get(i).copied().unwrap_or_default();
-                }
-                of(&drawn)
-            })
-            .filter(|x| x.is_finite())
-            .collect();
-        let mean = of(pairs);
-        if pairs.len() < 2 || !mean.is_finite() || ratios.is_empty() {
-            return None;
-        }
-        ratios.sort_unstable_by(f64::total_cmp);
-        let at = |share: f64| ratios.get((share * (ratios.len() - 1) as f64).round() as usize);
-        Some(Self {
-            mean,
-            low: *at(0.025)?,
-            high: *at(0.975)?,
-            n: pairs.len(),
+        Self::resampled(of(pairs), pairs.len(), || {
+            for pair in &mut drawn {
+                let i = (stream.uniform() * pairs.len() as f64) as usize;
+                *pair = pairs.get(i).copied().unwrap_or_default();
+            }
+            of(&drawn)
         })
     }
 
     /// With the percentile bootstrap (Efron & Tibshirani 1993, chapter 13), for values of any distribution; its draws
     /// are the same every time. None of fewer than two values.
     pub(crate) fn bootstrap(values: &[f64]) -> Option<Self> {
-        if values.len() < 2 {
-            return None;
-        }
         let n = values.len() as f64;
         let mut stream = Stream::new(1, "bootstrap");
-        let mut means: Vec<f64> = (0..RESAMPLES)
-            .map(|_| {
-                let draw = |_| values.get((stream.uniform() * n) as usize).copied();
-                (0..values.len()).filter_map(draw).sum::<f64>() / n
-            })
-            .collect();
-        means.sort_unstable_by(f64::total_cmp);
-        let at = |share: f64| means.get((share * (RESAMPLES - 1) as f64).round() as usize);
+        Self::resampled(values.iter().sum::<f64>() / n, values.len(), || {
+            let draw = |_| values.get((stream.uniform() * n) as usize).copied();
+            (0..values.len()).filter_map(draw).sum::<f64>() / n
+        })
+    }
+
+    /// The interval between percentiles of what is drawn of `n` values again and again; none of fewer than two.
+    fn resampled(mean: f64, n: usize, draw: impl FnMut() -> f64) -> Option<Self> {
+        if n < 2 || !mean.is_finite() {
+            return None;
+        }
+        let drawn = std::iter::repeat_with(draw).take(RESAMPLES);
+        let mut drawn: Vec<f64> = drawn.filter(|x| x.is_finite()).collect();
+        drawn.sort_unstable_by(f64::total_cmp);
+        let last = drawn.len().checked_sub(1)? as f64;
+        let at = |share: f64| drawn.get((share * last).round() as usize).copied();
         Some(Self {
-            mean: values.iter().sum::<f64>() / n,
-            low: *at(0.025)?,
-            high: *at(0.975)?,
-            n: values.len(),
+            mean,
+            low: at(0.025)?,
+            high: at(0.975)?,
+            n,
         })
     }
 }

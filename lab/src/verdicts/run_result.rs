@@ -42,8 +42,13 @@ impl RunResult {
         summary.check()
     }
 
+    /// The summary of a run that came to its end.
+    pub(crate) fn whole(&self) -> Option<&Summary> {
+        self.summary.as_ref().filter(|s| s.finished)
+    }
+
     /// True if the run came to its end.
     pub fn finished(&self) -> bool {
-        self.summary.as_ref().is_some_and(|s| s.finished)
+        self.whole().is_some()
     }
 }

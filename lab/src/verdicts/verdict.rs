@@ -30,7 +30,7 @@ pub struct ScenarioVerdict {
 }
 
 /// One thing asked of all runs of a scenario.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Check {
     /// Name, such as `dffrls_aekf_robust mass_error_rel_max from 10 s`.
     pub what: String,
@@ -196,11 +196,7 @@ impl Count {
             failing: self.failing.clone(),
             worst: self.worst.as_ref().map(|(_, text, _)| text.clone()),
             worst_seed: self.worst.as_ref().map(|(.., seed)| *seed),
-            known_failure: None,
-            is_finding: false,
-            not_judged: false,
-            beyond_known: false,
-            added: false,
+            ..Check::default()
         }
     }
 }

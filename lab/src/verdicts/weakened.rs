@@ -23,17 +23,10 @@ pub(crate) fn of_file(file: &ScenarioFile) -> Vec<String> {
             all.push(words);
         }
     };
-    let own = &file.integrity;
-    say(limits.k > usual.k, format!("integrity.k {}", limits.k));
-    say(
-        limits.max_share > usual.max_share,
-        format!("integrity.max_misleading_share {}", limits.max_share),
-    );
-    say(
-        limits.mass_rel > usual.mass_rel,
-        format!("integrity.mass_alert_rel {}", limits.mass_rel),
-    );
-    for (key, alert, limit) in [
+    for (key, limit, usual) in [
+        ("k", limits.k, usual.k),
+        ("max_misleading_share", limits.max_share, usual.max_share),
+        ("mass_alert_rel", limits.mass_rel, usual.mass_rel),
         ("slope_alert_deg", limits.slope_deg, usual.slope_deg),
         (
             "effective_slope_alert_deg",
@@ -41,9 +34,9 @@ pub(crate) fn of_file(file: &ScenarioFile) -> Vec<String> {
             usual.effective_slope_deg,
         ),
     ] {
-        say(alert > limit, format!("integrity.{key} {alert}"));
+        say(limit > usual, format!("integrity.{key} {limit}"));
     }
-    for name in &own.reference_only {
+    for name in &file.integrity.reference_only {
         say(
             true,
             format!("{name} is not judged (integrity.reference_only)"),

@@ -252,6 +252,18 @@ impl Drop for Instance {
     }
 }
 
+/// Calls a function of values: FMI 3.0 takes their number, too.
+macro_rules! of_values {
+    ($instance:ident.$function:ident($handle:expr, $references:expr, $count:expr, $values:expr)) => {
+        match &$instance.fmu.calls.differing {
+            Differing::Two { $function, .. } => $function($handle, $references, $count, $values),
+            Differing::Three { $function, .. } => {
+                $function($handle, $references, $count, $values, $count)
+            }
+        }
+    };
+}
+
 /// Most flags that are got at once.
 const MAX_FLAGS: usize = 16;
 
@@ -380,12 +392,8 @@ impl Instance {
     pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> i32 {
         let (h, r, v) = (self.handle, references.as_ptr(), values.as_ptr());
         let n = references.len().min(values.len());
-        let code = match &self.fmu.calls.differing {
-            // SAFETY: so many references and values.
-            Differing::Two { set_real, .. } => unsafe { set_real(h, r, n, v) },
-            // SAFETY: as above.
-            Differing::Three { set_real, .. } => unsafe { set_real(h, r, n, v, n) },
-        };
+        // SAFETY: so many references and values.
+        let code = unsafe { of_values!(self.set_real(h, r, n, v)) };
         self.status(code)
     }
 
@@ -394,15 +402,11 @@ impl Instance {
         let (h, small) = (self.handle, i32::try_from(value).unwrap_or(i32::MAX));
         let code = match &self.fmu.calls.differing {
             // SAFETY: one reference and one value.
-            Differing::Two { set_integer, .. } => unsafe { set_integer(h, &reference, 1, &small) },
-            // SAFETY: as above.
             Differing::Three { set_word, .. } if word => unsafe {
                 set_word(h, &reference, 1, &value, 1)
             },
             // SAFETY: as above.
-            Differing::Three { set_integer, .. } => unsafe {
-                set_integer(h, &reference, 1, &small, 1)
-            },
+            _ => unsafe { of_values!(self.set_integer(h, &reference, 1, &small)) },
         };
         self.status(code)
     }
@@ -410,16 +414,8 @@ impl Instance {
     /// Sets a flag.
     pub fn set_boolean(&mut self, reference: u32, value: bool) -> i32 {
         let h = self.handle;
-        let code = match &self.fmu.calls.differing {
-            // SAFETY: one reference and one value.
-            Differing::Two { set_boolean, .. } => unsafe {
-                set_boolean(h, &reference, 1, &value.into())
-            },
-            // SAFETY: as above.
-            Differing::Three { set_boolean, .. } => unsafe {
-                set_boolean(h, &reference, 1, &value, 1)
-            },
-        };
+        // SAFETY: one reference and one value.
+        let code = unsafe { of_values!(self.set_boolean(h, &reference, 1, &value.into())) };
         self.status(code)
     }
 
@@ -427,12 +423,8 @@ impl Instance {
     pub fn reals(&mut self, references: &[u32], values: &mut [f64]) -> i32 {
         let (h, r) = (self.handle, references.as_ptr());
         let (n, v) = (references.len().min(values.len()), values.as_mut_ptr());
-        let code = match &self.fmu.calls.differing {
-            // SAFETY: so many references and places.
-            Differing::Two { get_real, .. } => unsafe { get_real(h, r, n, v) },
-            // SAFETY: as above.
-            Differing::Three { get_real, .. } => unsafe { get_real(h, r, n, v, n) },
-        };
+        // SAFETY: so many references and places.
+        let code = unsafe { of_values!(self.get_real(h, r, n, v)) };
         self.status(code)
     }
 

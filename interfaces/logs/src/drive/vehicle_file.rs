@@ -87,6 +87,33 @@ struct RoadValues {
     rear_cornering_npr: f64,
 }
 
+/// A struct with fields that another struct has under the same names, and then fields of its own.
+macro_rules! gathered {
+    ($to:ident { $from:ident: $($field:ident),+; $($own:tt)* }) => {
+        $to { $($field: $from.$field,)+ $($own)* }
+    };
+}
+
+/// The values of a vehicle in `$to`, which have one name in a file and in the estimators.
+macro_rules! vehicle_values {
+    ($to:ident { $from:ident; $($own:tt)* }) => {
+        gathered!($to {
+            $from: tare_kg, drives, wheel_radius_m, gear_ratio, efficiency, rotating_mass_kg, running_resistance,
+                mass_range_kg, mass_guess_kg, tare_span_m, load_span_m, imu_arm_m, accel_bias_sd_mps2, gyro_bias_sd_radps;
+            $($own)*
+        })
+    };
+}
+
+/// The values of a road vehicle in `$to`.
+macro_rules! road_values {
+    ($to:ident { $from:ident }) => {
+        gathered!($to {
+            $from: drag_area_m2, air_density_kgpm3, front_axle_m, rear_axle_m, front_cornering_npr, rear_cornering_npr;
+        })
+    };
+}
+
 /// The values of a file; none of a file of another kind.
 pub(super) fn read(path: &Path) -> Result<Option<VehicleData>, Error> {
     let document = Document::read(path)?;
@@ -111,34 +138,13 @@ impl VehicleFile {
 
     /// The file of these values.
     pub fn of(v: &VehicleData) -> Self {
-        let road = v.road.map(|r| RoadValues {
-            drag_area_m2: r.drag_area_m2,
-            air_density_kgpm3: r.air_density_kgpm3,
-            front_axle_m: r.front_axle_m,
-            rear_axle_m: r.rear_axle_m,
-            front_cornering_npr: r.front_cornering_npr,
-            rear_cornering_npr: r.rear_cornering_npr,
-        });
         Self {
             version: Version1,
-            nominal_vehicle: NominalValues {
-                tare_kg: v.tare_kg,
-                drives: v.drives,
-                wheel_radius_m: v.wheel_radius_m,
-                gear_ratio: v.gear_ratio,
-                efficiency: v.efficiency,
-                rotating_mass_kg: v.rotating_mass_kg,
-                running_resistance: v.running_resistance,
-                mass_range_kg: v.mass_range_kg,
-                mass_guess_kg: v.mass_guess_kg,
-                tare_span_m: v.tare_span_m,
-                load_span_m: v.load_span_m,
-                imu_arm_m: v.imu_arm_m,
+            nominal_vehicle: vehicle_values!(NominalValues {
+                v;
                 layout: v.layout.map(|layout| layout.numbers().collect()),
-                accel_bias_sd_mps2: v.accel_bias_sd_mps2,
-                gyro_bias_sd_radps: v.gyro_bias_sd_radps,
-                road,
-            },
+                road: v.road.map(|r| road_values!(RoadValues { r })),
+            }),
         }
     }
 
@@ -152,31 +158,11 @@ impl VehicleFile {
                 Some(MassLayout::from_numbers(|| numbers.next())?)
             }
         };
-        Some(VehicleData {
-            tare_kg: v.tare_kg,
-            drives: v.drives,
-            wheel_radius_m: v.wheel_radius_m,
-            gear_ratio: v.gear_ratio,
-            efficiency: v.efficiency,
-            rotating_mass_kg: v.rotating_mass_kg,
-            running_resistance: v.running_resistance,
-            mass_range_kg: v.mass_range_kg,
-            mass_guess_kg: v.mass_guess_kg,
-            tare_span_m: v.tare_span_m,
-            load_span_m: v.load_span_m,
-            imu_arm_m: v.imu_arm_m,
+        Some(vehicle_values!(VehicleData {
+            v;
             layout,
-            accel_bias_sd_mps2: v.accel_bias_sd_mps2,
-            gyro_bias_sd_radps: v.gyro_bias_sd_radps,
-            road: v.road.as_ref().map(|r| RoadVehicle {
-                drag_area_m2: r.drag_area_m2,
-                air_density_kgpm3: r.air_density_kgpm3,
-                front_axle_m: r.front_axle_m,
-                rear_axle_m: r.rear_axle_m,
-                front_cornering_npr: r.front_cornering_npr,
-                rear_cornering_npr: r.rear_cornering_npr,
-            }),
-        })
+            road: v.road.as_ref().map(|r| road_values!(RoadVehicle { r })),
+        }))
     }
 }
 

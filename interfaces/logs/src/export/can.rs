@@ -3,7 +3,7 @@
 //! microseconds and its values in 24 bits each.
 
 use super::tables::{Instants, Table};
-use super::writer::{LogWriter, RowWriter};
+use super::writer::{LogWriter, NewLog, RowWriter};
 use crate::io;
 use monorig_estimators::api::signals::{Measurand, Shape};
 use monorig_sim::error::Error;
@@ -12,7 +12,7 @@ use monorig_wire::signal::Numbers;
 use monorig_wire::{candump, dbc};
 use serde_json::Value;
 use std::io::{BufWriter, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Numbers of the signals.
 const NUMBERS: Numbers = Numbers::Fixed;
@@ -33,13 +33,9 @@ impl LogWriter for CanWriter {
         true
     }
 
-    fn create(
-        &self,
-        folder: &Path,
-        name: &str,
-        tables: &[Table],
-    ) -> Result<Box<dyn RowWriter>, Error> {
-        let messages: Vec<Vec<Message>> = tables.iter().map(messages).collect();
+    fn create(&self, log: NewLog<'_>) -> Result<Box<dyn RowWriter>, Error> {
+        let NewLog { name, folder, .. } = log;
+        let messages: Vec<Vec<Message>> = log.tables.iter().map(messages).collect();
         let path = folder.join(format!("{name}.dbc"));
         let mut text = String::new();
         // a text takes everything

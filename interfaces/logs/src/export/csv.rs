@@ -1,11 +1,11 @@
 //! CSV: a file a table; numbers as the shortest decimal that is read back to the same bits.
 
-use super::tables::{Instants, Table};
-use super::writer::{LogWriter, RowWriter, failed};
+use super::tables::Instants;
+use super::writer::{LogWriter, NewLog, RowWriter, failed};
 use monorig_sim::error::Error;
 use serde_json::Value;
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The writer of CSV.
 pub(super) struct CsvWriter;
@@ -19,19 +19,14 @@ impl LogWriter for CsvWriter {
         "A file of text for each instrument"
     }
 
-    fn create(
-        &self,
-        folder: &Path,
-        _: &str,
-        tables: &[Table],
-    ) -> Result<Box<dyn RowWriter>, Error> {
+    fn create(&self, log: NewLog<'_>) -> Result<Box<dyn RowWriter>, Error> {
         let mut files = Vec::new();
-        for table in tables {
+        for table in log.tables {
             if table.columns.is_empty() {
                 files.push(None);
                 continue;
             }
-            let path = folder.join(format!("{}.csv", table.name));
+            let path = log.folder.join(format!("{}.csv", table.name));
             let mut file = ::csv::Writer::from_path(&path).map_err(|e| failed(&path)(&e))?;
             let times = ["arrival_ns", "stamp_ns"].into_iter();
             let title = times.chain(table.columns.iter().map(String::as_str));

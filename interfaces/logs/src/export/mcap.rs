@@ -2,7 +2,7 @@
 //! message too because a stamp before the start of the run cannot be a time of publication.
 
 use super::tables::{Instants, Table};
-use super::writer::{LogWriter, RowWriter, failed};
+use super::writer::{LogWriter, NewLog, RowWriter, failed};
 use crate::io;
 use ::mcap::records::MessageHeader;
 use ::mcap::{WriteOptions, Writer};
@@ -10,7 +10,7 @@ use monorig_sim::error::Error;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The writer of MCAP.
 pub(super) struct McapWriter;
@@ -24,13 +24,8 @@ impl LogWriter for McapWriter {
         "One MCAP file, JSON"
     }
 
-    fn create(
-        &self,
-        folder: &Path,
-        name: &str,
-        tables: &[Table],
-    ) -> Result<Box<dyn RowWriter>, Error> {
-        let path = folder.join(format!("{name}.mcap"));
+    fn create(&self, log: NewLog<'_>) -> Result<Box<dyn RowWriter>, Error> {
+        let path = log.folder.join(format!("{}.mcap", log.name));
         let failed = |e: &dyn std::fmt::Display| failed(&path)(e);
         let file = std::fs::File::create(&path).map_err(|e| io(&path, e))?;
         let options = WriteOptions::new().compression(None).library("monorig");
@@ -38,7 +33,7 @@ impl LogWriter for McapWriter {
             .create(BufWriter::new(file))
             .map_err(|e| failed(&e))?;
         let mut channels = Vec::new();
-        for table in tables {
+        for table in log.tables {
             if table.columns.is_empty() {
                 channels.push(None);
                 continue;

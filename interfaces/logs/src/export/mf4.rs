@@ -2,10 +2,10 @@
 //! called `TABLE.COLUMN`. The library writes a file as a whole, so that all values are kept until then.
 
 use super::tables::{Instants, Table};
-use super::writer::{LogWriter, RowWriter, failed};
+use super::writer::{LogWriter, NewLog, RowWriter, failed};
 use falcon_mdf::{Mf4Writer, SignalValues};
 use monorig_sim::error::Error;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The writer of MDF 4.
 pub(super) struct MdfWriter;
@@ -19,12 +19,7 @@ impl LogWriter for MdfWriter {
         "One MDF 4 file"
     }
 
-    fn create(
-        &self,
-        folder: &Path,
-        name: &str,
-        tables: &[Table],
-    ) -> Result<Box<dyn RowWriter>, Error> {
+    fn create(&self, log: NewLog<'_>) -> Result<Box<dyn RowWriter>, Error> {
         let group = |table: &Table| Group {
             table: table.clone(),
             arrivals_s: Vec::new(),
@@ -32,8 +27,8 @@ impl LogWriter for MdfWriter {
             columns: vec![Vec::new(); table.columns.len()],
         };
         Ok(Box::new(MdfFile {
-            path: folder.join(format!("{name}.mf4")),
-            tables: tables.iter().map(group).collect(),
+            path: log.folder.join(format!("{}.mf4", log.name)),
+            tables: log.tables.iter().map(group).collect(),
         }))
     }
 

@@ -29,7 +29,7 @@ use monorig_sim::record::manifest::Manifest;
 use monorig_sim::record::whole;
 use std::path::{Path, PathBuf};
 use tables::Tables;
-use writer::LogWriter;
+use writer::{LogWriter, NewLog};
 
 /// All formats that a run can be written as, a line each.
 const FORMATS: &[&dyn LogWriter] = &[
@@ -139,7 +139,11 @@ pub fn export(run: &Path, format: ExportFormat, out: &Path) -> Result<Exported, 
 
     let name = format!("{}_{}", manifest.scenario, manifest.seed);
     let used = tables.used();
-    let mut writer = format.0.create(&partial.0, &name, &used)?;
+    let mut writer = format.0.create(NewLog {
+        folder: &partial.0,
+        name: &name,
+        tables: &used,
+    })?;
     let mut rows = 0;
     samples.each(&mut |step| {
         tables.rows(step, &mut |table, at, values| {

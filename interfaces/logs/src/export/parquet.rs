@@ -1,7 +1,7 @@
 //! Parquet: a file a table, `arrival_ns` and `stamp_ns` as whole numbers, units in the metadata of the columns.
 
 use super::tables::{Instants, Table};
-use super::writer::{LogWriter, RowWriter, failed};
+use super::writer::{LogWriter, NewLog, RowWriter, failed};
 use crate::io;
 use ::parquet::arrow::ArrowWriter;
 use ::parquet::basic::{Compression, ZstdLevel};
@@ -30,17 +30,12 @@ impl LogWriter for ParquetWriter {
         "A Parquet file for each instrument"
     }
 
-    fn create(
-        &self,
-        folder: &Path,
-        _: &str,
-        tables: &[Table],
-    ) -> Result<Box<dyn RowWriter>, Error> {
+    fn create(&self, log: NewLog<'_>) -> Result<Box<dyn RowWriter>, Error> {
         let file = |table: &Table| match table.columns.is_empty() {
             true => Ok(None),
-            false => TableFile::create(folder, table).map(Some),
+            false => TableFile::create(log.folder, table).map(Some),
         };
-        let files: Result<_, Error> = tables.iter().map(file).collect();
+        let files: Result<_, Error> = log.tables.iter().map(file).collect();
         Ok(Box::new(ParquetFiles(files?)))
     }
 

@@ -1,6 +1,7 @@
 //! `samples.parquet` of a run: the samples that the estimators were given and the truth beside them, for each step in
 //! which a sample arrived or the command changed. Written while the run goes on, read step by step.
 
+use super::writer::failed;
 use crate::drive::VehicleFile;
 use crate::notation::NS;
 use crate::{io, wrong};
@@ -202,13 +203,9 @@ impl SampleRecorder {
     }
 }
 
-fn broken_write(path: &Path) -> impl Fn(&dyn std::fmt::Display) -> Error {
-    move |e| io(path, std::io::Error::other(e.to_string()))
-}
-
 impl Observer for SampleRecorder {
     fn begin(&mut self, simulation: &Simulation) -> Result<(), Error> {
-        let broken = broken_write(&self.path);
+        let broken = failed(&self.path);
         let columns = columns(simulation.vehicle.drives);
         let field = |c: &Column| {
             let kind = if c.is_whole() {
@@ -245,7 +242,7 @@ impl Observer for SampleRecorder {
     }
 
     fn on_step(&mut self, f: &StepFrame<'_>) -> Result<(), Error> {
-        let broken = broken_write(&self.path);
+        let broken = failed(&self.path);
         let Some(open) = &mut self.open else {
             return Ok(());
         };
@@ -269,7 +266,7 @@ impl Observer for SampleRecorder {
     }
 
     fn finish(&mut self) -> Result<(), Error> {
-        let broken = broken_write(&self.path);
+        let broken = failed(&self.path);
         let Some(mut open) = self.open.take() else {
             return Ok(());
         };
@@ -429,6 +426,7 @@ fn broken_read(path: &Path, what: &dyn std::fmt::Display) -> Error {
 
 #[cfg(test)]
 mod tests {
+    use super::writer::failed;
     use super::*;
 
     /// Every number of a step is in one column: what is got is set again.

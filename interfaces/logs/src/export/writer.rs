@@ -5,6 +5,14 @@ use crate::io;
 use monorig_sim::error::Error;
 use std::path::Path;
 
+/// A log that is to be written.
+#[derive(Clone, Copy)]
+pub(super) struct NewLog<'a> {
+    pub folder: &'a Path,
+    pub name: &'a str,
+    pub tables: &'a [Table],
+}
+
 /// Writes logs of one format. A further format is a file with an `impl` of this trait, and a line in `FORMATS`.
 pub(super) trait LogWriter: Sync {
     /// The name on the command line.
@@ -18,13 +26,8 @@ pub(super) trait LogWriter: Sync {
         false
     }
 
-    /// Creates the files of a log of this name in a folder.
-    fn create(
-        &self,
-        folder: &Path,
-        name: &str,
-        tables: &[Table],
-    ) -> Result<Box<dyn RowWriter>, Error>;
+    /// Creates the files of a log.
+    fn create(&self, log: NewLog<'_>) -> Result<Box<dyn RowWriter>, Error>;
 
     /// The file of all tables; none if each table has a file of its own, `TABLE.FORMAT`.
     fn only_file(&self, _name: &str) -> Option<String> {

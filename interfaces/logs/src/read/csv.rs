@@ -4,7 +4,7 @@
 //! Lines that begin with `#` are comments. Lines before the names in which nothing is separated are skipped, and so is
 //! a line of units behind them.
 
-use super::{LogColumn, LogReader, Out, ReadOptions, Row, Section, text, time_column};
+use super::{Asked, LogColumn, LogReader, Out, ReadOptions, Row, text, time_column};
 use crate::notation::{TimeUnit, Title};
 use crate::{io, wrong};
 use ::csv::{ByteRecord, ErrorKind, Position, ReaderBuilder, Trim};
@@ -41,13 +41,8 @@ impl LogReader for CsvReader {
         "CSV"
     }
 
-    fn read(
-        &self,
-        path: &Path,
-        options: &ReadOptions,
-        _: Section,
-        out: &mut Out<'_>,
-    ) -> Result<(), Error> {
+    fn read(&self, asked: Asked<'_>, out: &mut Out<'_>) -> Result<(), Error> {
+        let Asked { path, options, .. } = asked;
         let mut file = File::open(path).map_err(|e| io(path, e))?;
         let (delimiter, skipped) = prepare(path, &mut file)?;
         let mut reader = ReaderBuilder::new()

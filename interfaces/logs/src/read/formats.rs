@@ -1,6 +1,6 @@
 //! The formats of logs, and which of them a file is of: by its first bytes, else by its name.
 
-use super::{LogReader, Out, ReadOptions, Section};
+use super::{Asked, LogReader, Out};
 use crate::{io, wrong};
 use monorig_sim::error::Error;
 use std::fs::File;
@@ -138,9 +138,9 @@ impl LogReader for Absent {
         Some(self.feature)
     }
 
-    fn read(&self, path: &Path, _: &ReadOptions, _: Section, _: &mut Out<'_>) -> Result<(), Error> {
+    fn read(&self, asked: Asked<'_>, _: &mut Out<'_>) -> Result<(), Error> {
         Err(wrong(
-            path,
+            asked.path,
             None,
             format!(
                 "this is a log of the format {}, which this program was built without",
@@ -157,6 +157,7 @@ impl LogReader for Absent {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::read::ReadOptions;
 
     /// A file of a format that the program was built without is recognised by its first bytes or its ending, and the
     /// error names the feature.

@@ -1,7 +1,7 @@
 //! MDF 4, by `falcon_mdf`: a table a channel group, read in windows of rows. The stamp is the start of the recording
 //! plus the master channel.
 
-use super::{LogColumn, LogReader, Out, ReadOptions, Row, Section};
+use super::{Asked, LogColumn, LogReader, Out, ReadOptions, Row, Section};
 use crate::notation::TimeUnit;
 use crate::wrong;
 use falcon_mdf::{Channel, ChannelGroup, Mf4File, OpenOptions};
@@ -68,13 +68,12 @@ impl LogReader for MdfReader {
         Ok(wanted.map(|(d, c, _)| Section::Group(d, c)).collect())
     }
 
-    fn read(
-        &self,
-        path: &Path,
-        options: &ReadOptions,
-        section: Section,
-        out: &mut Out<'_>,
-    ) -> Result<(), Error> {
+    fn read(&self, asked: Asked<'_>, out: &mut Out<'_>) -> Result<(), Error> {
+        let Asked {
+            path,
+            options,
+            section,
+        } = asked;
         let file = open(path)?;
         for (d, c, group) in groups(&file) {
             let is_read = section == Section::Whole || section == Section::Group(d, c);

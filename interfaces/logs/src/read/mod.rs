@@ -32,7 +32,7 @@ mod time_column;
 pub use crate::notation::TimeUnit;
 #[cfg(feature = "can")]
 pub use can::dbc::Database;
-pub(crate) use reader::{LogReader, Section};
+pub(crate) use reader::{Asked, LogReader, Section};
 pub use reader::{ReadOptions, full_name};
 pub(crate) use rows::Out;
 pub use rows::{Chunk, LogColumn, LogTable, Row};
@@ -87,12 +87,12 @@ impl Part {
 
     /// Reads it, chunk by chunk, until its end or until `sink` returns false.
     pub fn scan(&self, sink: &mut dyn FnMut(Chunk) -> bool) -> Result<(), Error> {
-        let Self {
+        let path = &self.path;
+        let asked = Asked {
             path,
-            options,
-            section,
-            ..
-        } = self;
+            options: &self.options,
+            section: self.section,
+        };
         let (mut plausible, mut implausible) = (plausible::Plausible::default(), None);
         let mut checked = |chunk: Chunk| match plausible.check(path, &chunk) {
             Ok(()) => sink(chunk),
@@ -102,7 +102,7 @@ impl Part {
             }
         };
         let mut out = Out::new(&mut checked);
-        let done = self.guarded(|| self.format.read(path, options, *section, &mut out));
+        let done = self.guarded(|| self.format.read(asked, &mut out));
         out.flush();
         match implausible {
             Some(e) => Err(e),

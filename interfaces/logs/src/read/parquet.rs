@@ -1,7 +1,7 @@
 //! Parquet: columns of numbers beside a column of time, by batches.
 
 use super::arrays::{floats, integers, words};
-use super::{LogColumn, LogReader, Out, ReadOptions, Row, Section, time_column};
+use super::{Asked, LogColumn, LogReader, Out, Row, time_column};
 use crate::notation::TimeUnit;
 use crate::{io, wrong};
 use ::parquet::arrow::ProjectionMask;
@@ -39,13 +39,8 @@ impl LogReader for ParquetReader {
         &["parquet"]
     }
 
-    fn read(
-        &self,
-        path: &Path,
-        options: &ReadOptions,
-        _: Section,
-        out: &mut Out<'_>,
-    ) -> Result<(), Error> {
+    fn read(&self, asked: Asked<'_>, out: &mut Out<'_>) -> Result<(), Error> {
+        let Asked { path, options, .. } = asked;
         let file = File::open(path).map_err(|e| io(path, e))?;
         let builder =
             ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| broken(path, &e))?;

@@ -48,6 +48,15 @@ pub(crate) enum Section {
     Group(usize, usize),
 }
 
+/// The part of a file that is asked for.
+#[derive(Clone, Copy)]
+pub(crate) struct Asked<'a> {
+    /// The file.
+    pub path: &'a Path,
+    pub options: &'a ReadOptions,
+    pub section: Section,
+}
+
 /// Reads logs of one format. A further format is a file with an `impl` of this trait, and a line in `formats.rs`.
 pub(crate) trait LogReader: Sync {
     /// The name of the format, for messages.
@@ -75,7 +84,7 @@ pub(crate) trait LogReader: Sync {
 
     /// True if the rows of a section stand in the order of their time.
     fn is_in_order(&self) -> bool {
-        true
+        !self.is_can()
     }
 
     /// True if the columns of a file are known before it is read to its end.
@@ -95,11 +104,5 @@ pub(crate) trait LogReader: Sync {
     }
 
     /// Reads a section of a file. Errors name the file and the place in it.
-    fn read(
-        &self,
-        path: &Path,
-        options: &ReadOptions,
-        section: Section,
-        out: &mut Out<'_>,
-    ) -> Result<(), Error>;
+    fn read(&self, asked: Asked<'_>, out: &mut Out<'_>) -> Result<(), Error>;
 }

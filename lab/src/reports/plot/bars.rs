@@ -2,7 +2,7 @@
 
 use crate::reports::plot::axis::{Axis, common_range, without_outliers};
 use crate::reports::plot::canvas;
-use crate::reports::plot::{Figure, LegendEntry, Look, ValueGroup};
+use crate::reports::plot::{Figure, Look, ValueGroup, legend};
 
 /// A histogram.
 #[derive(Clone, Debug)]
@@ -44,19 +44,12 @@ impl Histogram {
                 c.line(outline, *ink, 3, 1.0);
             }
         });
-        let keys = self
-            .groups
-            .iter()
-            .map(|g| LegendEntry::new(&g.name, Look::Line(g.ink)));
-        Figure {
-            svg,
-            legend: keys.collect(),
-            title: self.title,
-            note: match common {
-                Some((_, true)) => "Values beyond the axis are counted and not drawn.".into(),
-                _ => String::new(),
-            },
-        }
+        let keys = legend(&self.groups, Look::Line);
+        let note = match common {
+            Some((_, true)) => "Values beyond the axis are counted and not drawn.",
+            _ => "",
+        };
+        Figure::new(self.title, note, svg, keys)
     }
 }
 

@@ -26,6 +26,21 @@ const FEW: usize = 200;
 const FARTHEST: f64 = 3.0;
 
 impl Boxes {
+    /// Boxes without references and bounds.
+    pub(crate) fn new(
+        title: impl Into<String>,
+        y: Axis,
+        groups: impl IntoIterator<Item = ValueGroup<f64>>,
+    ) -> Self {
+        Self {
+            title: title.into(),
+            y,
+            groups: groups.into_iter().collect(),
+            references: Vec::new(),
+            bounds: Vec::new(),
+        }
+    }
+
     /// Draw them.
     pub fn figure(self) -> Figure {
         let sorted: Vec<Vec<f64>> = self
@@ -107,18 +122,16 @@ impl Boxes {
         let bound = (!bounds.is_empty()).then(|| LegendEntry::new("bound", Look::Line(Ink::Bad)));
         let mut named: Vec<&str> = self.references.iter().map(|r| r.0.as_str()).collect();
         named.dedup();
-        let references = named
-            .into_iter()
-            .map(|n| LegendEntry::new(n, Look::Cross(Ink::Text)));
-        Figure {
-            svg,
-            legend: groups.chain(bound).chain(references).collect(),
-            note: match common {
-                Some(_) => "Thick line: median; box: quartiles; whiskers: 5 % and 95 %. Cut where the axis ends.".into(),
-                None => "Thick line: median; box: quartiles; whiskers: 5 % and 95 %.".into(),
-            },
-            title: self.title,
-        }
+        let references = named.into_iter();
+        let references = references.map(|n| LegendEntry::new(n, Look::Cross(Ink::Text)));
+        let keys = groups.chain(bound).chain(references);
+        let note = match common {
+            Some(_) => {
+                "Thick line: median; box: quartiles; whiskers: 5 % and 95 %. Cut where the axis ends."
+            }
+            None => "Thick line: median; box: quartiles; whiskers: 5 % and 95 %.",
+        };
+        Figure::new(self.title, note, svg, keys)
     }
 }
 

@@ -6,6 +6,7 @@ use crate::reports::plot::thin;
 use plotters::chart::ChartContext;
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint};
+use plotters::element::{CoordMapper, Drawable, PointCollection};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -134,9 +135,18 @@ fn axes<'a>(
     Ok(chart.plotting_area().clone())
 }
 
-impl Canvas<'_> {
-    fn done(&mut self, result: Result<(), Failure>) {
-        self.failed |= result.is_err();
+impl<'a> Canvas<'a> {
+    fn draw<'e, E, B: CoordMapper>(&mut self, element: &'e E)
+    where
+        &'e E: PointCollection<'e, (f64, f64), B>,
+        E: Drawable<SVGBackend<'a>, B>,
+    {
+        self.failed |= self.area.draw(element).is_err();
+    }
+
+    fn is_inside(&self, (x, y): (f64, f64)) -> bool {
+        let [x_low, x_high, low, high] = self.bounds();
+        (x_low..=x_high).contains(&x) && (low..=high).contains(&y)
     }
 
     /// Ranges of both axes, on their scales.
@@ -155,61 +165,45 @@ impl Canvas<'_> {
         let short = thin::line(&points, (x_low, x_high), COLUMNS);
         let style = ink.rgb().mix(opacity).stroke_width(width);
         for piece in thin::inside(&short, low, high) {
-            let result = match piece.as_slice() {
+            match piece.as_slice() {
                 // a lone sample between gaps is a dot, not nothing
-                [one] => self.area.draw(&Circle::new(*one, width, style.filled())),
-                _ => self.area.draw(&PathElement::new(piece, style)),
-            };
-            self.done(result);
+                [one] => self.draw(&Circle::new(*one, width, style.filled())),
+                _ => self.draw(&PathElement::new(piece, style)),
+            }
         }
     }
 
     /// The area between two lines: rows of x, low, high.
     pub(crate) fn band(&mut self, rows: &[(f64, f64, f64)], ink: Ink, opacity: f64) {
         let [x_low, x_high, low, high] = self.bounds();
-        let rows: Vec<_> = rows
-            .iter()
-            .map(|r| {
-                let y = |y: f64| {
-                    if y.is_finite() {
-                        self.y.at(y).clamp(low, high)
-                    } else {
-                        y
-                    }
-                };
-                (self.x.at(r.0), y(r.1), y(r.2))
-            })
-            .collect();
-        for part in thin::band(&rows, (x_low, x_high), COLUMNS) {
-            let above = part.iter().map(|r| (r.0, r.2));
-            let below = part.iter().rev().map(|r| (r.0, r.1));
-            let outline: Vec<_> = above.chain(below).collect();
-            let result = self
-                .area
-                .draw(&Polygon::new(outline, ink.rgb().mix(opacity).filled()));
-            self.done(result);
+        let y = |y: f64| match y.is_finite() {
+            true => self.y.at(y).clamp(low, high),
+            false => y,
+        };
+        let rows = rows.iter().map(|r| (self.x.at(r.0), y(r.1), y(r.2)));
+        for part in thin::band(&rows.collect::<Vec<_>>(), (x_low, x_high), COLUMNS) {
+            self.polygon(outline(&part).collect(), ink, opacity);
         }
     }
 
     /// The area under steps, column by column: rows of x, low, high, two a step. It is not thinned.
     pub(crate) fn steps(&mut self, rows: &[(f64, f64, f64)], ink: Ink, opacity: f64) {
-        let above = rows.iter().map(|r| (r.0, r.2));
-        let below = rows.iter().rev().map(|r| (r.0, r.1));
-        let outline: Vec<_> = above.chain(below).map(|p| self.scaled(p)).collect();
+        let outline = outline(rows).map(|p| self.scaled(p)).collect();
+        self.polygon(outline, ink, opacity);
+    }
+
+    fn polygon(&mut self, outline: Vec<(f64, f64)>, ink: Ink, opacity: f64) {
         let style = ink.rgb().mix(opacity).filled();
-        let result = self.area.draw(&Polygon::new(outline, style));
-        self.done(result);
+        self.draw(&Polygon::new(outline, style));
     }
 
     /// Dots; those outside of the axes are left out.
     pub(crate) fn dots(&mut self, points: &[(f64, f64)], ink: Ink, radius: u32, opacity: f64) {
-        let [x_low, x_high, low, high] = self.bounds();
         let style = ink.rgb().mix(opacity).filled();
         for p in points {
-            let (x, y) = self.scaled(*p);
-            if (x_low..=x_high).contains(&x) && (low..=high).contains(&y) {
-                let result = self.area.draw(&Circle::new((x, y), radius, style));
-                self.done(result);
+            let at = self.scaled(*p);
+            if self.is_inside(at) {
+                self.draw(&Circle::new(at, radius, style));
             }
         }
     }
@@ -220,9 +214,7 @@ impl Canvas<'_> {
         let cut = |(x, y): (f64, f64)| (x.clamp(x_low, x_high), y.clamp(low, high));
         let corners = [cut(self.scaled(a)), cut(self.scaled(b))];
         if corners.iter().all(|(x, y)| x.is_finite() && y.is_finite()) {
-            let style = ink.rgb().mix(opacity).filled();
-            let result = self.area.draw(&Rectangle::new(corners, style));
-            self.done(result);
+            self.filled(corners, ink, opacity);
         }
     }
 
@@ -231,12 +223,13 @@ impl Canvas<'_> {
         let [x_low, x_high, low, high] = self.bounds();
         let (from, to) = (self.x.at(from).max(x_low), self.x.at(to).min(x_high));
         if from < to {
-            let style = ink.rgb().mix(opacity).filled();
-            let result = self
-                .area
-                .draw(&Rectangle::new([(from, low), (to, high)], style));
-            self.done(result);
+            self.filled([(from, low), (to, high)], ink, opacity);
         }
+    }
+
+    fn filled(&mut self, corners: [(f64, f64); 2], ink: Ink, opacity: f64) {
+        let style = ink.rgb().mix(opacity).filled();
+        self.draw(&Rectangle::new(corners, style));
     }
 
     /// A line over the whole height at `x`.
@@ -244,11 +237,7 @@ impl Canvas<'_> {
         let [x_low, x_high, low, high] = self.bounds();
         let x = self.x.at(x);
         if (x_low..=x_high).contains(&x) {
-            let style = ink.rgb().stroke_width(width);
-            let result = self
-                .area
-                .draw(&PathElement::new(vec![(x, low), (x, high)], style));
-            self.done(result);
+            self.straight([(x, low), (x, high)], ink, width);
         }
     }
 
@@ -258,21 +247,19 @@ impl Canvas<'_> {
         let y = self.y.at(y);
         let (from, to) = (self.x.at(from).max(x_low), self.x.at(to).min(x_high));
         if (low..=high).contains(&y) && from < to {
-            let style = ink.rgb().stroke_width(width);
-            let result = self
-                .area
-                .draw(&PathElement::new(vec![(from, y), (to, y)], style));
-            self.done(result);
+            self.straight([(from, y), (to, y)], ink, width);
         }
     }
 
+    fn straight(&mut self, ends: [(f64, f64); 2], ink: Ink, width: u32) {
+        let style = ink.rgb().stroke_width(width);
+        self.draw(&PathElement::new(ends, style));
+    }
+
     pub(crate) fn cross(&mut self, at: (f64, f64), ink: Ink) {
-        let [x_low, x_high, low, high] = self.bounds();
-        let (x, y) = self.scaled(at);
-        if (x_low..=x_high).contains(&x) && (low..=high).contains(&y) {
-            let style = ink.rgb().stroke_width(5);
-            let result = self.area.draw(&Cross::new((x, y), 13, style));
-            self.done(result);
+        let at = self.scaled(at);
+        if self.is_inside(at) {
+            self.draw(&Cross::new(at, 13, ink.rgb().stroke_width(5)));
         }
     }
 
@@ -282,9 +269,12 @@ impl Canvas<'_> {
             .into_font()
             .color(&ink.rgb())
             .pos(Pos::new(HPos::Center, VPos::Center));
-        let result = self
-            .area
-            .draw(&Text::new(text.to_owned(), self.scaled(at), style));
-        self.done(result);
+        self.draw(&Text::new(text.to_owned(), self.scaled(at), style));
     }
+}
+
+/// The outline of the area between two lines: rows of x, low, high.
+fn outline(rows: &[(f64, f64, f64)]) -> impl Iterator<Item = (f64, f64)> {
+    let above = rows.iter().map(|r| (r.0, r.2));
+    above.chain(rows.iter().rev().map(|r| (r.0, r.1)))
 }

@@ -3,7 +3,7 @@
 use crate::reports::plot::axis::Axis;
 use crate::reports::plot::canvas;
 use crate::reports::plot::theme::Ink;
-use crate::reports::plot::{Figure, LegendEntry, Look, ValueGroup};
+use crate::reports::plot::{Figure, Look, ValueGroup, legend};
 
 /// Bars in groups.
 #[derive(Clone, Debug)]
@@ -42,16 +42,8 @@ impl GroupedBars {
             }
             c.level(0.0, canvas::across(), Ink::Text, 2);
         });
-        let legend = self
-            .series
-            .iter()
-            .map(|s| LegendEntry::new(&s.name, Look::Area(s.ink)));
-        Figure {
-            svg,
-            legend: legend.collect(),
-            title: self.title,
-            note: self.note,
-        }
+        let keys = legend(&self.series, Look::Area);
+        Figure::new(self.title, self.note, svg, keys)
     }
 }
 

@@ -33,10 +33,7 @@ impl HeatMap {
         all.retain(|s| s.is_finite());
         all.sort_unstable_by(f64::total_cmp);
         let (Some(&best), Some(&high)) = (all.first(), all.get(all.len() * 9 / 10)) else {
-            return Figure {
-                title: self.title,
-                ..Figure::default()
-            };
+            return Figure::empty(self.title);
         };
         let (x_edges, y_edges) = (edges(&self.xs, &self.x), edges(&self.ys, &self.y));
         let ends = |axis: &Axis, edges: &[f64]| match (edges.first(), edges.last()) {
@@ -60,14 +57,9 @@ impl HeatMap {
         });
         let marks = self.marks.iter().enumerate();
         let marks = marks.map(|(i, m)| LegendEntry::new(&m.0, Look::Cross(Ink::series(i + 1))));
-        Figure {
-            svg,
-            legend: std::iter::once(LegendEntry::new(&self.score, Look::Scale(best, high)))
-                .chain(marks)
-                .collect(),
-            title: self.title,
-            note: String::new(),
-        }
+        let scale = LegendEntry::new(&self.score, Look::Scale(best, high));
+        let keys = std::iter::once(scale).chain(marks);
+        Figure::new(self.title, "", svg, keys)
     }
 }
 

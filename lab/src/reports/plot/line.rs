@@ -203,12 +203,8 @@ impl LineChart {
                 }
             }
         });
-        Figure {
-            svg,
-            legend: self.legend(),
-            title: self.title,
-            note: self.note,
-        }
+        let keys = self.legend();
+        Figure::new(self.title, self.note, svg, keys)
     }
 
     /// Names of the faults and events.
@@ -230,30 +226,19 @@ impl LineChart {
 
     fn legend(&self) -> Vec<LegendEntry> {
         let lines = self.lines.iter().map(|l| {
-            let look = if l.dots {
-                Look::Dot(l.ink)
-            } else {
-                Look::Line(l.ink)
-            };
-            LegendEntry::new(&l.name, look)
+            let look = if l.dots { Look::Dot } else { Look::Line };
+            LegendEntry::new(&l.name, look(l.ink))
         });
-        let bands = self
-            .bands
-            .iter()
-            .map(|b| LegendEntry::new(&b.name, Look::Area(b.ink)));
-        let levels = self
-            .levels
-            .iter()
-            .map(|l| LegendEntry::new(&l.name, Look::Line(self.level_ink(&l.name))));
-        let marks = self
-            .marks
-            .iter()
-            .map(|m| LegendEntry::new(&m.0, Look::Line(m.2)));
+        let key = |name: &str, look: Look| LegendEntry::new(name, look);
+        let bands = self.bands.iter();
+        let bands = bands.map(|b| key(&b.name, Look::Area(b.ink)));
+        let levels = self.levels.iter();
+        let levels = levels.map(|l| key(&l.name, Look::Line(self.level_ink(&l.name))));
+        let marks = self.marks.iter().map(|m| key(&m.0, Look::Line(m.2)));
         let shades = self.shades.iter().filter(|s| !s.1.is_empty());
-        let shades = shades.map(|s| LegendEntry::new(&s.0, Look::Area(Ink::Muted)));
-        let happened = self
-            .happened()
-            .map(|name| LegendEntry::new(name, Look::Area(HAPPENING)));
+        let shades = shades.map(|s| key(&s.0, Look::Area(Ink::Muted)));
+        let happened = self.happened();
+        let happened = happened.map(|name| key(&name, Look::Area(HAPPENING)));
         let mut keys: Vec<LegendEntry> = Vec::new();
         let all = lines.chain(bands).chain(levels).chain(marks).chain(shades);
         for key in all.chain(happened) {

@@ -80,6 +80,16 @@ pub(crate) enum Look {
     Scale(f64, f64),
 }
 
+/// An entry of the legend for each group.
+pub(crate) fn legend<T>(
+    groups: &[ValueGroup<T>],
+    look: fn(Ink) -> Look,
+) -> impl Iterator<Item = LegendEntry> {
+    groups
+        .iter()
+        .map(move |g| LegendEntry::new(&g.name, look(g.ink)))
+}
+
 impl LegendEntry {
     /// An entry.
     pub(crate) fn new(name: impl Into<String>, look: Look) -> Self {
@@ -114,6 +124,26 @@ impl LegendEntry {
 }
 
 impl Figure {
+    /// A figure of a drawing, if there is one, and its legend.
+    pub(crate) fn new(
+        title: impl Into<String>,
+        note: impl Into<String>,
+        svg: Option<String>,
+        legend: impl IntoIterator<Item = LegendEntry>,
+    ) -> Self {
+        Self {
+            title: title.into(),
+            note: note.into(),
+            legend: legend.into_iter().collect(),
+            svg,
+        }
+    }
+
+    /// A figure without data.
+    pub(crate) fn empty(title: String) -> Self {
+        Self::new(title, "", None, [])
+    }
+
     /// The figure as HTML. The legend stands above the drawing.
     pub(crate) fn markup(&self) -> Markup {
         html! {

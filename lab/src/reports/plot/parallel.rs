@@ -28,10 +28,7 @@ impl Parallel {
         good.sort_by(|a, b| a.1.total_cmp(&b.1));
         good.truncate(self.most);
         let (Some(best), Some(worst)) = (good.first(), good.last()) else {
-            return Figure {
-                title: self.title,
-                ..Figure::default()
-            };
+            return Figure::empty(self.title);
         };
         let n = self.parameters.len() as f64;
         let names = self.parameters.iter().map(|p| p.0.clone()).collect();
@@ -61,18 +58,15 @@ impl Parallel {
                 c.text((i as f64, 1.05), &number(*high), Ink::Text);
             }
         });
-        Figure {
-            svg,
-            legend: vec![
-                LegendEntry::new(&self.score, Look::Scale(best.1, worst.1)),
-                LegendEntry::new("best", Look::Line(Ink::Series(1))),
-            ],
-            note: match self.candidates.len() {
-                all if all > good.len() => format!("The {} best of {all}.", good.len()),
-                _ => String::new(),
-            },
-            title: self.title,
-        }
+        let keys = [
+            LegendEntry::new(&self.score, Look::Scale(best.1, worst.1)),
+            LegendEntry::new("best", Look::Line(Ink::Series(1))),
+        ];
+        let note = match self.candidates.len() {
+            all if all > good.len() => format!("The {} best of {all}.", good.len()),
+            _ => String::new(),
+        };
+        Figure::new(self.title, note, svg, keys)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::reports::plot::axis::Axis;
 use crate::reports::plot::canvas;
-use crate::reports::plot::{Figure, LegendEntry, Look, ValueGroup};
+use crate::reports::plot::{Figure, Look, ValueGroup, legend};
 
 /// A scatter plot.
 #[derive(Clone, Debug)]
@@ -58,19 +58,8 @@ impl Scatter {
                 c.line(values, *ink, 4, 1.0);
             }
         });
-        let groups = self
-            .groups
-            .iter()
-            .map(|g| LegendEntry::new(&g.name, Look::Dot(g.ink)));
-        let lines = self
-            .lines
-            .iter()
-            .map(|l| LegendEntry::new(&l.name, Look::Line(l.ink)));
-        Figure {
-            svg,
-            legend: groups.chain(lines).filter(|k| !k.name.is_empty()).collect(),
-            title: self.title,
-            note: self.note,
-        }
+        let keys = legend(&self.groups, Look::Dot).chain(legend(&self.lines, Look::Line));
+        let keys = keys.filter(|k| !k.name.is_empty());
+        Figure::new(self.title, self.note, svg, keys)
     }
 }

@@ -64,10 +64,7 @@ impl Stanford {
             .filter(|(e, p)| e.is_finite() && p.is_finite())
             .collect();
         if finite.is_empty() {
-            return Figure {
-                title: self.title,
-                ..Figure::default()
-            };
+            return Figure::empty(self.title);
         }
         let largest = finite.iter().fold(0.0, |m: f64, (e, p)| m.max(*e).max(*p));
         let end = (1.05 * largest).clamp(REACH.0 * self.alert, REACH.1 * self.alert);

@@ -56,10 +56,8 @@ pub(crate) fn section(run: &Recorded, link: &str) -> Section {
     if !summary.estimators.is_empty() {
         section = section.table(verdicts::all_metrics(summary));
     }
-    if let Some(table) = parameters::table(&run.estimator_settings()) {
-        section = section.table(table);
-    }
-    section = section.table(about).table(inputs);
+    let settings = parameters::table(&run.estimator_settings());
+    section = section.table(settings).table(about).table(inputs);
     let folded = "The scenario with all defaults filled in".to_owned();
     section.blocks.push(Block::Folded(folded, resolved));
     section

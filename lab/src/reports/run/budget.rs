@@ -83,7 +83,7 @@ fn table(budget: &Budget, metric: &str) -> Table {
     }
     for error in budget.of(metric) {
         let values = std::iter::once(error.with_all).chain(error.without.iter().copied());
-        let values = values.map(|x| Cell::number(x.unwrap_or(f64::NAN)));
+        let values = values.map(Cell::number);
         table.row(std::iter::once(error.estimator.clone().into()).chain(values));
     }
     table

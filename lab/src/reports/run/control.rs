@@ -1,7 +1,6 @@
 //! The closed loop: what was asked for, what came of it, and what happened on the way.
 
 use crate::reports::page::Section;
-use crate::reports::plot::Figure;
 use crate::reports::plot::axis::Axis;
 use crate::reports::plot::line::Line;
 use crate::reports::plot::theme::Ink;
@@ -14,108 +13,57 @@ const MIN_SLIP_MPS: f64 = 0.05;
 
 /// Plots of the control, and events.
 pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
-    let at = |name: &str, factor: f64| run.over_time(name, factor);
-    let mut section = Section::new("Control and events")
-        .figure(chart(
-            run,
-            "Speed",
-            "speed, m/s",
-            vec![
-                Line::new(
-                    "reference",
-                    Ink::Series(1),
-                    at("control/reference_speed", 1.0)?,
-                ),
-                Line::new("true", Ink::Text, at("truth/speed", 1.0)?),
-            ],
-        ))
-        .figure(chart(
-            run,
-            "Speed minus reference",
-            "speed error, m/s",
-            vec![speed_error(run)?],
-        ))
-        .figure(chart(
-            run,
-            "Motor torque",
-            "torque at a motor shaft, N·m",
-            vec![
-                Line::new("acting, mean of the motors", Ink::Text, torque(run)?),
-                Line::new("command", Ink::Series(0), at("control/motor_torque", 1.0)?),
-            ],
-        ));
-    let swing = ["truth/sway_longitudinal", "truth/sway_lateral"];
-    let [forward, left] = swing;
+    let line = |name: &str, ink: u8, column: &str, factor: f64| {
+        run.line((name, Ink::Series(ink)), column, factor)
+    };
+    let speeds = vec![
+        line("reference", 1, "control/reference_speed", 1.0)?,
+        run.line(("true", Ink::Text), "truth/speed", 1.0)?,
+    ];
+    let torques = vec![
+        Line::new("acting, mean of the motors", Ink::Text, torque(run)?),
+        line("command", 0, "control/motor_torque", 1.0)?,
+    ];
+    let mut figures = Vec::new();
+    let mut add = |title, y, lines| figures.push(run.figure(title, y, lines));
+    let y = |title: &str| Axis::linear(title);
+    add("Speed", y("speed, m/s"), speeds);
+    let error = vec![speed_error(run)?];
+    add("Speed minus reference", y("speed error, m/s"), error);
+    add("Motor torque", y("torque at a motor shaft, N·m"), torques);
+    let [forward, left] = ["truth/sway_longitudinal", "truth/sway_lateral"];
     if run.exceeds(forward, 0.0)? || run.exceeds(left, 0.0)? {
         let lines = vec![
-            Line::new("forward", Ink::Series(0), at(forward, DEGREES)?),
-            Line::new("left", Ink::Series(1), at(left, DEGREES)?),
+            line("forward", 0, forward, DEGREES)?,
+            line("left", 1, left, DEGREES)?,
         ];
-        section = section.figure(chart(run, "Swing of the load", "angle, °", lines));
+        add("Swing of the load", y("angle, °"), lines);
     }
     if run.find("truth/road/offset").is_some() {
-        let offset = at("truth/road/offset", 1.0)?;
-        let steering = at("truth/road/steering_angle", DEGREES)?;
-        let steering = vec![Line::new("", Ink::Series(2), steering)];
-        let offset = vec![Line::new("", Ink::Series(2), offset)];
-        section = section
-            .figure(chart(
-                run,
-                "Steering",
-                "angle of the front wheels, °",
-                steering,
-            ))
-            .figure(chart(
-                run,
-                "Beside the lane's middle",
-                "offset, + left, m",
-                offset,
-            ));
+        let offset = vec![line("", 2, "truth/road/offset", 1.0)?];
+        let steering = vec![line("", 2, "truth/road/steering_angle", DEGREES)?];
+        add("Steering", y("angle of the front wheels, °"), steering);
+        add("Beside the lane's middle", y("offset, + left, m"), offset);
     }
     if run.exceeds("control/brake", 0.0)? {
-        let brake = vec![Line::new(
-            "command",
-            Ink::Series(1),
-            at("control/brake", 100.0)?,
-        )];
-        let axis = Axis::linear("share of the brake force, %").between(-2.0, 105.0);
-        let mut chart = run.chart("Brake", axis);
-        chart.lines = brake;
-        section = section.figure(chart.figure());
+        let brake = vec![line("command", 1, "control/brake", 100.0)?];
+        let share = y("share of the brake force, %").between(-2.0, 105.0);
+        add("Brake", share, brake);
     }
     if run.exceeds("truth/largest_slip", MIN_SLIP_MPS)? {
-        let slip = vec![Line::new(
-            "",
-            Ink::Series(1),
-            at("truth/largest_slip", 1.0)?,
-        )];
-        section = section.figure(chart(
-            run,
-            "Slip of the wheel that slips most",
-            "slip, m/s",
-            slip,
-        ));
+        let slip = vec![line("", 1, "truth/largest_slip", 1.0)?];
+        add("Slip of the wheel that slips most", y("slip, m/s"), slip);
     }
-    let clearance = at("truth/clearance", 1.0)?;
-    if clearance.iter().any(|c| c.1.is_finite()) {
-        let line = vec![Line::new("", Ink::Series(2), clearance)];
-        section = section.figure(chart(
-            run,
-            "Clearance",
-            "least distance to obstacles, m",
-            line,
-        ));
+    let clearance = line("", 2, "truth/clearance", 1.0)?;
+    if clearance.points.iter().any(|c| c.1.is_finite()) {
+        let least = y("least distance to obstacles, m");
+        add("Clearance", least, vec![clearance]);
     }
+    let section = Section::new("Control and events").figures(figures);
     Ok(match run.events.as_slice() {
         [] => section.text("No events."),
         all => section.table(events(all)),
     })
-}
-
-fn chart(run: &Recorded, title: &str, y: &str, lines: Vec<Line>) -> Figure {
-    let mut chart = run.chart(title, Axis::linear(y));
-    chart.lines = lines;
-    chart.figure()
 }
 
 fn speed_error(run: &Recorded) -> Result<Line, Error> {

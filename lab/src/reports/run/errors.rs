@@ -200,16 +200,8 @@ fn distributions(what: &str, errors: &ErrorGroups, after_s: f64) -> Vec<Figure> 
         .figure(),
     ];
     if groups.len() > 1 {
-        figures.push(
-            Boxes {
-                title: title("side by side"),
-                y: Axis::linear(what),
-                groups,
-                references: vec![],
-                bounds: vec![],
-            }
-            .figure(),
-        );
+        let (title, y) = (title("side by side"), Axis::linear(what));
+        figures.push(Boxes::new(title, y, groups).figure());
     }
     figures
 }

@@ -13,25 +13,22 @@ pub(crate) fn section(run: &Recorded) -> Result<Option<Section>, Error> {
     if run.find("ghost/traction").is_none() {
         return Ok(None);
     }
-    let section = Section::new("Beside the ghost")
-        .figure(chart(
-            run,
-            "Traction",
-            "force at the rims, N",
-            "ghost/traction",
-        )?)
-        .figure(chart(
-            run,
+    let mut section = Section::new("Beside the ghost");
+    for (title, axis, path) in [
+        ("Traction", "force at the rims, N", "traction"),
+        (
             "Motor torque, mean of the motors",
             "torque, N·m",
-            "ghost/motor_torque",
-        )?)
-        .figure(chart(
-            run,
+            "motor_torque",
+        ),
+        (
             "Specific force forward",
             "specific force, m/s²",
-            "ghost/specific_force_x",
-        )?);
+            "specific_force_x",
+        ),
+    ] {
+        section = section.figure(chart(run, title, axis, &format!("ghost/{path}"))?);
+    }
     Ok(Some(section))
 }
 
@@ -39,11 +36,10 @@ fn chart(run: &Recorded, title: &str, axis: &str, path: &str) -> Result<Figure, 
     let ghost = run.over_time(path, 1.0)?;
     let off = run.over_time(&format!("{path}_difference"), 1.0)?;
     let measured = ghost.iter().zip(&off).map(|(g, d)| (g.0, g.1 + d.1));
-    let mut chart = run.chart(title, Axis::linear(axis));
-    chart.lines = vec![
+    let lines = vec![
         Line::new("measured, mean of a second", Ink::Text, measured.collect()),
         Line::new("ghost", Ink::Series(0), ghost),
         Line::new("measured minus ghost", Ink::Series(1), off),
     ];
-    Ok(chart.figure())
+    Ok(run.figure(title, Axis::linear(axis), lines))
 }

@@ -13,15 +13,13 @@ use monorig_sim::error::Error;
 /// Table and diagrams.
 pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     let limits = run.summary.limits;
-    let mut section = Section::new("Integrity").text(format!(
+    let section = Section::new("Integrity").text(format!(
         "Is what is marked valid right? A valid sample is misleading when its error exceeds the protection level, {} reported standard \
          deviations, and the alert limit. Right of the diagonal of a Stanford diagram the error is beyond the protection level. Counted \
          from the start of the run, and in every step of the estimator; drawn are the recorded rows.",
         limits.k
     ));
-    if let Some(table) = integrity([&run.summary]) {
-        section = section.table(table);
-    }
+    let mut section = section.table(integrity([&run.summary]));
     for quantity in Quantity::ALL {
         for (name, ink) in run.estimators() {
             section = section.figures(diagram(run, quantity, name, ink, &limits)?);

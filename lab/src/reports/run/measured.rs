@@ -1,7 +1,6 @@
 //! The measurements of a replayed log, in place of the closed loop of a simulation.
 
 use crate::reports::page::Section;
-use crate::reports::plot::Figure;
 use crate::reports::plot::axis::Axis;
 use crate::reports::plot::line::Line;
 use crate::reports::plot::theme::Ink;
@@ -17,8 +16,7 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
         let there = columns.iter().enumerate();
         let there = there.filter(|(_, (_, column))| run.find(column).is_some());
         let line = |(i, (name, column)): (usize, &(String, String))| {
-            let rows = run.over_time(column, factor)?;
-            Ok(Line::new(name.as_str(), Ink::series(i), rows))
+            run.line((name, Ink::series(i)), column, factor)
         };
         there.map(line).collect()
     };
@@ -43,35 +41,16 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
             ("z", "about up"),
         ],
     );
-    Ok(Section::new("Measured")
-        .figure(chart(
-            run,
-            "Wheel speed",
-            "speed, m/s",
-            lines(of_drives("wheel_speed"), 1.0)?,
-        ))
-        .figure(chart(
-            run,
-            "Specific force",
-            "specific force, m/s²",
-            lines(force, 1.0)?,
-        ))
-        .figure(chart(
-            run,
-            "Angular rate",
-            "angular rate, °/s",
-            lines(rate, DEGREES)?,
-        ))
-        .figure(chart(
-            run,
-            "Motor torque",
-            "torque at a motor shaft, N·m",
-            lines(of_drives("motor_torque"), 1.0)?,
-        )))
-}
-
-fn chart(run: &Recorded, title: &str, y: &str, lines: Vec<Line>) -> Figure {
-    let mut chart = run.chart(title, Axis::linear(y));
-    chart.lines = lines;
-    chart.figure()
+    let torques = of_drives("motor_torque");
+    let mut section = Section::new("Measured");
+    for (title, y, columns, factor) in [
+        ("Wheel speed", "speed, m/s", of_drives("wheel_speed"), 1.0),
+        ("Specific force", "specific force, m/s²", force, 1.0),
+        ("Angular rate", "angular rate, °/s", rate, DEGREES),
+        ("Motor torque", "torque at a motor shaft, N·m", torques, 1.0),
+    ] {
+        let lines = lines(columns, factor)?;
+        section = section.figure(run.figure(title, Axis::linear(y), lines));
+    }
+    Ok(section)
 }

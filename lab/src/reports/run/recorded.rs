@@ -1,7 +1,8 @@
 //! The files in the folder of a run, read back.
 
+use crate::reports::plot::Figure;
 use crate::reports::plot::axis::Axis;
-use crate::reports::plot::line::{Happening, LineChart, stretches_without};
+use crate::reports::plot::line::{Happening, Line, LineChart, stretches_without};
 use crate::reports::plot::theme::Ink;
 use crate::verdicts::summary::Summary;
 use monorig_sim::config::file::{input_error, read_result};
@@ -139,6 +140,23 @@ impl Recorded {
         let mut chart = LineChart::new(title, Axis::linear("time, s"), y);
         chart.happenings = self.happenings();
         chart
+    }
+
+    /// A figure of lines over time.
+    pub(crate) fn figure(&self, title: &str, y: Axis, lines: Vec<Line>) -> Figure {
+        let mut chart = self.chart(title, y);
+        chart.lines = lines;
+        chart.figure()
+    }
+
+    /// A column over time, times a factor, as a line.
+    pub(crate) fn line(
+        &self,
+        (name, ink): (&str, Ink),
+        column: &str,
+        factor: f64,
+    ) -> Result<Line, Error> {
+        Ok(Line::new(name, ink, self.over_time(column, factor)?))
     }
 
     /// Faults, slippery stretches and events, each with the times at which it began and ended, s.

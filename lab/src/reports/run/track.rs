@@ -10,30 +10,24 @@ use monorig_sim::error::Error;
 
 /// Plots of the track, as far as the vehicle went.
 pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
-    let at = |name: &str, factor: f64| -> Result<Vec<(f64, f64)>, Error> {
-        let rows = run.column("truth/chainage")?.iter().zip(run.column(name)?);
-        Ok(rows.map(|(s, x)| (*s, x * factor)).collect())
+    let line = |name: &str, ink: Ink, column: &str, factor: f64| -> Result<Line, Error> {
+        let rows = run
+            .column("truth/chainage")?
+            .iter()
+            .zip(run.column(column)?);
+        let rows = rows.map(|(s, x)| (*s, x * factor)).collect();
+        Ok(Line::new(name, ink, rows))
     };
-    let effective = at("truth/grade_effective", DEGREES)?;
+    let [first, second] = [Ink::Series(0), Ink::Series(1)];
+    let whole = "of the whole vehicle";
     let slope = vec![
-        Line::new("of the whole vehicle", Ink::Muted, effective),
-        Line::new(
-            "at the IMU",
-            Ink::Series(0),
-            at("truth/grade_at_imu", DEGREES)?,
-        ),
+        line(whole, Ink::Muted, "truth/grade_effective", DEGREES)?,
+        line("at the IMU", first, "truth/grade_at_imu", DEGREES)?,
     ];
+    let [across, up] = ["truth/curvature_horizontal", "truth/curvature_vertical"];
     let curvature = vec![
-        Line::new(
-            "horizontal, + left",
-            Ink::Series(0),
-            at("truth/curvature_horizontal", 1.0)?,
-        ),
-        Line::new(
-            "vertical, + sag",
-            Ink::Series(1),
-            at("truth/curvature_vertical", 1.0)?,
-        ),
+        line("horizontal, + left", first, across, 1.0)?,
+        line("vertical, + sag", second, up, 1.0)?,
     ];
     let height = vec![Line::new("", Ink::Series(0), heights(run)?)];
     Ok(Section::new("Track")

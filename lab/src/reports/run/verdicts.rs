@@ -1,6 +1,6 @@
 //! Expectations with their verdicts, and the main figures.
 
-use crate::metrics::{estimator_metrics, run_metrics};
+use crate::metrics::{Metric, estimator_metrics, run_metrics};
 use crate::reports::findings;
 use crate::reports::page::Section;
 use crate::reports::table::{Cell, Table};
@@ -8,6 +8,7 @@ use crate::text::number;
 use crate::verdicts::findings::of_summaries;
 use crate::verdicts::judgement::Grade;
 use crate::verdicts::summary::{MAIN, Summary};
+use std::collections::BTreeMap;
 
 /// The outcome in a sentence.
 pub(crate) fn banner(summary: &Summary) -> (String, Grade) {
@@ -77,6 +78,11 @@ fn verdicts(summary: &Summary) -> Table {
     table
 }
 
+/// The value of a metric, a dash where it was not measured.
+fn of_metric(values: &BTreeMap<String, Option<f64>>, metric: &Metric) -> Cell {
+    Cell::number(values.get(metric.name).copied().flatten())
+}
+
 fn key_figures(summary: &Summary) -> Table {
     let mut table = Table::new(&["estimator"], &[]);
     table.caption = format!(
@@ -88,10 +94,7 @@ fn key_figures(summary: &Summary) -> Table {
         table.columns.push((metric.name.to_owned(), true));
     }
     for (name, values) in &summary.estimators {
-        let numbers = shown.clone().map(|m| {
-            let value = values.get(m.name).copied().flatten();
-            Cell::number(value.unwrap_or(f64::NAN))
-        });
+        let numbers = shown.clone().map(|m| of_metric(values, m));
         table.row(std::iter::once(name.clone().into()).chain(numbers));
     }
     table
@@ -100,12 +103,8 @@ fn key_figures(summary: &Summary) -> Table {
 fn of_the_run(summary: &Summary) -> Table {
     let mut table = Table::new(&["vehicle and controller", ""], &["value"]);
     for metric in run_metrics() {
-        let value = summary.run.get(metric.name).copied().flatten();
-        table.row([
-            metric.name.into(),
-            metric.doc.into(),
-            Cell::number(value.unwrap_or(f64::NAN)),
-        ]);
+        let value = of_metric(&summary.run, metric);
+        table.row([metric.name.into(), metric.doc.into(), value]);
     }
     table
 }
@@ -118,12 +117,9 @@ pub(crate) fn all_metrics(summary: &Summary) -> Table {
         table.columns.push((name.clone(), true));
     }
     for metric in estimator_metrics() {
-        let values = summary.estimators.values().map(|values| {
-            let value = values.get(metric.name).copied().flatten();
-            Cell::number(value.unwrap_or(f64::NAN))
-        });
-        let name = metric.name.into();
-        table.row(std::iter::once(name).chain(values));
+        let values = summary.estimators.values();
+        let values = values.map(|values| of_metric(values, metric));
+        table.row(std::iter::once(metric.name.into()).chain(values));
     }
     table
 }

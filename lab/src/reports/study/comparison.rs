@@ -115,12 +115,12 @@ fn overview(all: &Comparison) -> Section {
             let mut of_both = all.table.iter();
             let figures = of_both.find(|c| c.estimator == estimator && c.metric == *metric);
             let mean = figures.and_then(|c| c.mean);
-            row.push(Cell::number(mean.map_or(f64::NAN, |i| i.mean)));
+            row.push(Cell::number(mean.map(|i| i.mean)));
             if is_error(metric) {
                 row.push(on_samples(figures.and_then(|c| c.valid.as_ref()))[1].clone());
             }
             if published(metric) {
-                row.push(figures.map_or(Cell::number(f64::NAN), theirs));
+                row.push(figures.map_or(Cell::number(None), theirs));
             }
         }
         table.row(row);
@@ -130,11 +130,8 @@ fn overview(all: &Comparison) -> Section {
         .iter()
         .filter_map(|c| Some(c.published.as_ref()?.source.as_str()))
         .collect();
-    let mut section = Section::new("Overview").table(table);
-    if let Some(table) = parameters::table(&all.estimators) {
-        section = section.table(table);
-    }
-    let section = section.text(
+    let section = Section::new("Overview").table(table);
+    let section = section.table(parameters::table(&all.estimators)).text(
         "Errors of all samples from 5 s on, and below each metric by itself: of all samples, of those that the estimator marks valid, and \
          of those that it and the reference both mark valid, with their shares of all. Intervals are of the mean, by the percentile \
          bootstrap over the runs. A difference is taken run by run, that of an error on common samples only, and coloured where zero is \
@@ -148,8 +145,7 @@ fn overview(all: &Comparison) -> Section {
 }
 
 fn theirs(c: &ComparedMetric) -> Cell {
-    let value = c.published.as_ref().map(|p| p.value.get());
-    Cell::number(value.unwrap_or(f64::NAN))
+    Cell::number(c.published.as_ref().map(|p| p.value.get()))
 }
 
 /// One metric: table, distribution over the runs, differences run by run.
@@ -174,13 +170,13 @@ fn section(all: &Comparison, metric: &str) -> Section {
             row.push(theirs(c));
         }
         let [mean, range] = words(c.mean);
-        row.extend([mean, range, Cell::number(c.median.unwrap_or(f64::NAN))]);
+        row.extend([mean, range, Cell::number(c.median)]);
         if error {
             row.extend(on_samples(c.valid.as_ref()));
             row.extend(on_samples(c.common.as_ref()));
         }
         row.extend([
-            c.difference.map_or(Cell::number(f64::NAN), |i| {
+            c.difference.map_or(Cell::number(None), |i| {
                 difference(metric, i.mean, i.low, i.high)
             }),
             words(c.difference)[1].clone(),
@@ -203,20 +199,15 @@ fn on_samples(of: Option<&OnSamples>) -> [Cell; 2] {
     let [mean, _] = words(of.and_then(|o| o.mean));
     [
         mean,
-        share.map_or(Cell::number(f64::NAN), |s| {
-            format!("{:.1} %", 100.0 * s).into()
-        }),
+        share.map_or(Cell::number(None), |s| format!("{:.1} %", 100.0 * s).into()),
     ]
 }
 
 /// Effect size of the differences to the reference; not a number where there is none.
-fn effect(all: &Comparison, estimator: &str, metric: &str) -> f64 {
+fn effect(all: &Comparison, estimator: &str, metric: &str) -> Option<f64> {
     let differences = run_by_run(&all.runs, estimator, metric, &all.reference);
     let both: Vec<f64> = differences.into_iter().flatten().collect();
-    match estimator == all.reference {
-        true => f64::NAN,
-        false => effect_size(&both).unwrap_or(f64::NAN),
-    }
+    effect_size(&both).filter(|_| estimator != all.reference)
 }
 
 fn words(interval: Option<Interval>) -> [Cell; 2] {
@@ -225,7 +216,7 @@ fn words(interval: Option<Interval>) -> [Cell; 2] {
             Cell::number(i.mean),
             format!("{} … {}", number(i.low), number(i.high)).into(),
         ],
-        None => [Cell::number(f64::NAN), Cell::number(f64::NAN)],
+        None => [Cell::number(None), Cell::number(None)],
     }
 }
 
@@ -242,27 +233,22 @@ fn inks(all: &Comparison) -> impl Iterator<Item = (&str, Ink)> {
 }
 
 fn distribution(all: &Comparison, metric: &str) -> Figure {
-    let groups: Vec<ValueGroup<f64>> = inks(all)
-        .map(|(name, ink)| {
-            let values = values(&all.runs, name, metric);
-            ValueGroup::new(name, ink, values.into_iter().flatten().collect())
-        })
-        .filter(|g| !g.values.is_empty())
-        .collect();
+    let groups = inks(all).map(|(name, ink)| {
+        let values = values(&all.runs, name, metric);
+        ValueGroup::new(name, ink, values.into_iter().flatten().collect())
+    });
+    let groups = groups.filter(|g| !g.values.is_empty());
+    let y = Axis::linear(with_unit(metric, unit(metric)));
+    let mut boxes = Boxes::new("Over the runs", y, groups);
     let place = |c: &ComparedMetric| {
-        let group = groups.iter().position(|g| g.name == c.estimator)?;
+        let mut groups = boxes.groups.iter();
+        let group = groups.position(|g| g.name == c.estimator)?;
         let value = c.published.as_ref()?.value.get();
         Some(("published".to_owned(), group, value))
     };
     let of_metric = all.table.iter().filter(|c| c.metric == metric);
-    Boxes {
-        title: "Over the runs".into(),
-        y: Axis::linear(with_unit(metric, unit(metric))),
-        references: of_metric.filter_map(place).collect(),
-        bounds: Vec::new(),
-        groups,
-    }
-    .figure()
+    boxes.references = of_metric.filter_map(place).collect();
+    boxes.figure()
 }
 
 fn differences(all: &Comparison, metric: &str) -> Figure {
@@ -271,14 +257,10 @@ fn differences(all: &Comparison, metric: &str) -> Figure {
         let both = run_by_run(&all.runs, name, metric, &all.reference);
         ValueGroup::new(name, ink, both.into_iter().flatten().collect())
     });
-    Boxes {
-        title: format!("Run by run, minus {}", all.reference),
-        y: Axis::linear(with_unit("difference", unit(metric))),
-        groups: groups.filter(|g| !g.values.is_empty()).collect(),
-        references: Vec::new(),
-        bounds: Vec::new(),
-    }
-    .figure()
+    let groups = groups.filter(|g| !g.values.is_empty());
+    let title = format!("Run by run, minus {}", all.reference);
+    let y = Axis::linear(with_unit("difference", unit(metric)));
+    Boxes::new(title, y, groups).figure()
 }
 
 /// Why runs are not in any figure.

@@ -21,10 +21,8 @@ pub(crate) fn section(runs: &[RunResult]) -> Option<Section> {
         return None;
     }
     let mut section = Section::new("Against what varied")
-        .text("Each dot is a run: a metric of an estimator over the value that was drawn.");
-    if let Some(table) = ranks::correlations(runs) {
-        section = section.table(table);
-    }
+        .text("Each dot is a run: a metric of an estimator over the value that was drawn.")
+        .table(ranks::correlations(runs));
     for name in names {
         for metric in estimator_metrics().filter(|m| MAIN.contains(&m.name)) {
             let figure = plot(runs, name, metric.name, metric.unit);

@@ -48,7 +48,7 @@ pub(crate) fn differences(runs: &[RunResult]) -> Option<Table> {
                 metric.name.into(),
                 mean,
                 all.interval_text().into(),
-                Cell::number(effect_size(&all.measured).unwrap_or(f64::NAN)),
+                Cell::number(effect_size(&all.measured)),
                 format!("{:.0} %", 100.0 * larger as f64 / n as f64).into(),
                 n.to_string().into(),
             ]);

@@ -26,10 +26,9 @@ pub(crate) fn verdicts(section: Section, all: &[Check], runs: &[RunResult]) -> S
 
 /// Availability and integrity of the estimators over the runs.
 pub(crate) fn integrity(section: Section, runs: &[RunResult]) -> Section {
-    match findings::integrity(runs.iter().filter_map(|r| r.summary.as_ref())) {
-        Some(table) => section.table(table),
-        None => section,
-    }
+    section.table(findings::integrity(
+        runs.iter().filter_map(|r| r.summary.as_ref()),
+    ))
 }
 
 /// Metrics over the runs: distributions, differences, and all numbers.
@@ -39,11 +38,7 @@ pub(crate) fn metrics(section: Section, runs: &[RunResult]) -> Section {
     }
     let shown = estimator_metrics().filter(|m| MAIN.contains(&m.name));
     let section = section.figures(shown.map(|m| distribution(runs, m.name, m.unit)));
-    let section = match paired::differences(runs) {
-        Some(table) => section.table(table),
-        None => section,
-    };
-    numbers(section, runs)
+    numbers(section.table(paired::differences(runs)), runs)
 }
 
 fn checks(checks: &[Check]) -> Table {
@@ -77,14 +72,9 @@ fn distribution(runs: &[RunResult], metric: &str, unit: &str) -> Figure {
         let values = MetricValues::of(runs, Some(&name), metric).measured;
         ValueGroup::new(name, Ink::series(i), values)
     });
-    Boxes {
-        title: metric.to_owned(),
-        y: Axis::linear(with_unit(metric, unit)),
-        groups: groups.filter(|g| !g.values.is_empty()).collect(),
-        references: Vec::new(),
-        bounds: Vec::new(),
-    }
-    .figure()
+    let y = Axis::linear(with_unit(metric, unit));
+    let groups = groups.filter(|g| !g.values.is_empty());
+    Boxes::new(metric, y, groups).figure()
 }
 
 /// Every metric of every estimator and of the run over the seeds, a table each.

@@ -3,13 +3,13 @@
 
 use super::frames::{Frame, Frames, read};
 use crate::notation::TimeUnit;
-use crate::read::{LogReader, Out, ReadOptions, Section};
+use crate::read::{Asked, LogReader, Out};
 use crate::{io, wrong};
 use monorig_sim::error::Error;
 use monorig_wire::candump;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Longest line.
 const MAX_LINE: u64 = 4096;
@@ -30,17 +30,8 @@ impl LogReader for CandumpReader {
         true
     }
 
-    fn is_in_order(&self) -> bool {
-        false
-    }
-
-    fn read(
-        &self,
-        path: &Path,
-        options: &ReadOptions,
-        _: Section,
-        out: &mut Out<'_>,
-    ) -> Result<(), Error> {
+    fn read(&self, asked: Asked<'_>, out: &mut Out<'_>) -> Result<(), Error> {
+        let Asked { path, options, .. } = asked;
         let file = File::open(path).map_err(|e| io(path, e))?;
         let lines = Lines {
             path: path.into(),

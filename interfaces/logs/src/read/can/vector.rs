@@ -1,7 +1,7 @@
 //! BLF and ASC of Vector, by `blf_asc`.
 
 use super::frames::{Frame, Frames, read};
-use crate::read::{LogReader, Out, ReadOptions, Section};
+use crate::read::{Asked, LogReader, Out};
 use crate::wrong;
 use blf_asc::{BlfError, Message};
 use monorig_sim::error::Error;
@@ -25,17 +25,8 @@ impl LogReader for AscReader {
         true
     }
 
-    fn is_in_order(&self) -> bool {
-        false
-    }
-
-    fn read(
-        &self,
-        path: &Path,
-        options: &ReadOptions,
-        _: Section,
-        out: &mut Out<'_>,
-    ) -> Result<(), Error> {
+    fn read(&self, asked: Asked<'_>, out: &mut Out<'_>) -> Result<(), Error> {
+        let Asked { path, options, .. } = asked;
         let mut reader = blf_asc::AscReader::open(path).map_err(|e| broken(path, 0, &e))?;
         let messages = Messages::of(path, Box::new(move || reader.next_message()));
         read(path, options, messages, out)
@@ -62,17 +53,8 @@ impl LogReader for BlfReader {
         true
     }
 
-    fn is_in_order(&self) -> bool {
-        false
-    }
-
-    fn read(
-        &self,
-        path: &Path,
-        options: &ReadOptions,
-        _: Section,
-        out: &mut Out<'_>,
-    ) -> Result<(), Error> {
+    fn read(&self, asked: Asked<'_>, out: &mut Out<'_>) -> Result<(), Error> {
+        let Asked { path, options, .. } = asked;
         lengths_fit(path)?;
         let mut reader = blf_asc::BlfReader::open(path).map_err(|e| broken(path, 0, &e))?;
         let messages = Messages::of(path, Box::new(move || reader.next_message()));

@@ -4,7 +4,7 @@
 mod cdr;
 mod json;
 
-use crate::read::{LogColumn, LogReader, Out, ReadOptions, Row, Section};
+use crate::read::{Asked, LogColumn, LogReader, Out, ReadOptions, Row};
 use crate::{io, wrong};
 use ::mcap::records::op;
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -62,13 +62,8 @@ impl LogReader for McapReader {
         false
     }
 
-    fn read(
-        &self,
-        path: &Path,
-        options: &ReadOptions,
-        _: Section,
-        out: &mut Out<'_>,
-    ) -> Result<(), Error> {
+    fn read(&self, asked: Asked<'_>, out: &mut Out<'_>) -> Result<(), Error> {
+        let Asked { path, options, .. } = asked;
         let mut file =
             BufReader::with_capacity(1 << 16, File::open(path).map_err(|e| io(path, e))?);
         let limits = LinearReaderOptions::default()
