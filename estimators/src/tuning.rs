@@ -54,8 +54,8 @@ groups! {
         /// Chosen.
         max_behind_m: Real = 0.3,
         /// Sharpest vertical curvature, rad/m: a faster turn of a slope over the way is that of an accelerometer, of
-        /// wheels or of a load that jump. Chosen: a radius of 5 m.
-        max_turn_radpm: Real = 0.2,
+        /// wheels or of a load that jump. Chosen: a radius of 8 m.
+        max_turn_radpm: Real = 0.13,
         /// Sharpest bend that a vehicle may have gone round while the gyro was out of use, 1/m. Chosen: a radius of 4
         /// m.
         max_bend_per_m: Real = 0.25,

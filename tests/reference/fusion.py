@@ -247,7 +247,7 @@ class Attitude:
         if force is not None and w is not None:
             self.across_and_up(force, w)
         self.standstill(w, used)
-        limits = np.array([100.0, math.pi / 3, math.pi / 3, *[np.inf] * 6, 0.2, np.inf])
+        limits = np.array([100.0, math.pi / 3, math.pi / 3, *[np.inf] * 6, 0.13, np.inf])
         b.x = np.clip(b.x, -limits, limits)
         most = np.array([10.0, 0.6, 0.6, 2.0, 2.0, 2.0, 0.1, 0.1, 0.3, 0.3, 0.1])
         shrink = np.minimum(1.0, most / np.sqrt(np.maximum(np.diag(b.P), 1e-300)))
@@ -365,10 +365,10 @@ class Attitude:
         self.pitch_rate = pitch
         self.v = b.x[V] - BELOW * pitch
         if w is None:
-            self.curvature = clip(b.x[KA], -0.2, 0.2)
+            self.curvature = clip(b.x[KA], -0.13, 0.13)
         elif abs(self.v) > 0.06:
             way = abs(self.v) * DT / 0.05
-            self.curvature = clip(self.curvature + way / (1.0 + way) * (pitch / self.v - self.curvature), -0.2, 0.2)
+            self.curvature = clip(self.curvature + way / (1.0 + way) * (pitch / self.v - self.curvature), -0.13, 0.13)
         self.arm_error(self.v * DT, math.sqrt(b.P[TH, TH]) < 0.003)
         _, q, r = body if body is not None else (0.0, 0.0, 0.0)
         self.yaw = (q * math.sin(b.x[PH]) + r * math.cos(b.x[PH])) / math.cos(b.x[TH])
@@ -622,7 +622,7 @@ class Balance:
         L, x = self.length(b.x), b.x
         amplitude = x[AN] ** 2 + x[RA] ** 2 * L / G
         grade = (means.deep + x[ML] * means.load_deep) / M
-        turn = min(abs(grade - self.grade) / (v * T), 0.2) if v > 0.06 else 0.0
+        turn = min(abs(grade - self.grade) / (v * T), 0.13) if v > 0.06 else 0.0
         behind = (means.behind + x[ML] * means.load_behind) / M
         onto, self.grade, self.behind = max(behind - self.behind, 0.0), grade, behind
         Q = np.zeros(10)

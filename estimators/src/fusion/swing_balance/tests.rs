@@ -165,7 +165,7 @@ fn largest_jump(span_m: [Real; 2], speed_mps: Real) -> Real {
 
 /// A force may jump from one block to the next by eight standard deviations of the balance, which is of 1.6 mm/s²
 /// on the mass, and by as much as the masses ahead of what was read may weigh more on a rail that turns as sharply
-/// as one can: it turns by 0.2 rad/m of the way of a block, and what was read is taken to go on by that.
+/// as one can: it turns by 0.13 rad/m of the way of a block, and what was read is taken to go on by that.
 #[test]
 fn a_jump_of_the_force_that_no_rail_explains_takes_the_mark() {
     let balance = 8.0 * (2.0 as Real).sqrt() * 0.0016 * 15_000.0;
@@ -174,7 +174,7 @@ fn a_jump_of_the_force_that_no_rail_explains_takes_the_mark() {
     for (front_m, speed_mps) in [(2.0, 0.5), (4.0, 0.5), (4.0, 0.25)] {
         let found = largest_jump([-front_m, 12.0 - front_m], speed_mps);
         let ahead_kg = 5_000.0 * front_m / 12.0;
-        let turn = 0.2 * speed_mps * 0.5 * (1.0 + front_m);
+        let turn = 0.13 * speed_mps * 0.5 * (1.0 + front_m);
         let expected = balance + GRAVITY * ahead_kg * turn;
         assert!(
             (found / expected - 1.0).abs() < 0.15,
