@@ -63,7 +63,7 @@ impl Interval {
         let mut stream = Stream::new(1, "bootstrap of a ratio");
         let n = pairs.len() as f64;
         let mut drawn = vec![(0.0, 0.0); pairs.len()];
-        let mut ratios: Vec<f64> = (0..RESAMPLES)
+        let ratios: Vec<f64> = (0..RESAMPLES)
             .map(|_| {
                 for pair in &mut drawn {
                     let i = (stream.uniform() * n) as usize;
@@ -77,14 +77,7 @@ impl Interval {
         if pairs.len() < 2 || !mean.is_finite() || ratios.is_empty() {
             return None;
         }
-        ratios.sort_unstable_by(f64::total_cmp);
-        let at = |share: f64| ratios.get((share * (ratios.len() - 1) as f64).round() as usize);
-        Some(Self {
-            mean,
-            low: *at(0.025)?,
-            high: *at(0.975)?,
-            n: pairs.len(),
-        })
+        Self::of_resamples(mean, ratios, pairs.len())
     }
 
     /// With the percentile bootstrap (Efron & Tibshirani 1993, chapter 13), for values of any distribution; its draws
@@ -95,20 +88,22 @@ impl Interval {
         }
         let n = values.len() as f64;
         let mut stream = Stream::new(1, "bootstrap");
-        let mut means: Vec<f64> = (0..RESAMPLES)
+        let means = (0..RESAMPLES)
             .map(|_| {
                 let draw = |_| values.get((stream.uniform() * n) as usize).copied();
                 (0..values.len()).filter_map(draw).sum::<f64>() / n
             })
             .collect();
-        means.sort_unstable_by(f64::total_cmp);
-        let at = |share: f64| means.get((share * (RESAMPLES - 1) as f64).round() as usize);
-        Some(Self {
-            mean: values.iter().sum::<f64>() / n,
-            low: *at(0.025)?,
-            high: *at(0.975)?,
-            n: values.len(),
-        })
+        Self::of_resamples(values.iter().sum::<f64>() / n, means, values.len())
+    }
+
+    /// The percentiles of resamples as its ends.
+    fn of_resamples(mean: f64, mut all: Vec<f64>, n: usize) -> Option<Self> {
+        all.sort_unstable_by(f64::total_cmp);
+        let last = all.len().checked_sub(1)? as f64;
+        let at = |share: f64| all.get((share * last).round() as usize).copied();
+        let (low, high) = (at(0.025)?, at(0.975)?);
+        Some(Self { mean, low, high, n })
     }
 }
 

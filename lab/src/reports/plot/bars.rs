@@ -44,13 +44,9 @@ impl Histogram {
                 c.line(outline, *ink, 3, 1.0);
             }
         });
-        let keys = self
-            .groups
-            .iter()
-            .map(|g| LegendEntry::new(&g.name, Look::Line(g.ink)));
         Figure {
             svg,
-            legend: keys.collect(),
+            legend: LegendEntry::of_groups(&self.groups, Look::Line),
             title: self.title,
             note: match common {
                 Some((_, true)) => "Values beyond the axis are counted and not drawn.".into(),

@@ -42,13 +42,9 @@ impl GroupedBars {
             }
             c.level(0.0, canvas::across(), Ink::Text, 2);
         });
-        let legend = self
-            .series
-            .iter()
-            .map(|s| LegendEntry::new(&s.name, Look::Area(s.ink)));
         Figure {
             svg,
-            legend: legend.collect(),
+            legend: LegendEntry::of_groups(&self.series, Look::Area),
             title: self.title,
             note: self.note,
         }

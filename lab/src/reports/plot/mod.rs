@@ -89,6 +89,12 @@ impl LegendEntry {
         }
     }
 
+    /// An entry for each group of values.
+    pub(crate) fn of_groups<T>(groups: &[ValueGroup<T>], look: fn(Ink) -> Look) -> Vec<Self> {
+        let entry = |g: &ValueGroup<T>| Self::new(&g.name, look(g.ink));
+        groups.iter().map(entry).collect()
+    }
+
     fn markup(&self) -> Markup {
         let key = |shape: Markup| html! { li { svg viewBox="0 0 26 12" { (shape) } span { (self.name) } } };
         match self.look {

@@ -58,17 +58,12 @@ impl Scatter {
                 c.line(values, *ink, 4, 1.0);
             }
         });
-        let groups = self
-            .groups
-            .iter()
-            .map(|g| LegendEntry::new(&g.name, Look::Dot(g.ink)));
-        let lines = self
-            .lines
-            .iter()
-            .map(|l| LegendEntry::new(&l.name, Look::Line(l.ink)));
+        let mut legend = LegendEntry::of_groups(&self.groups, Look::Dot);
+        legend.extend(LegendEntry::of_groups(&self.lines, Look::Line));
+        legend.retain(|k| !k.name.is_empty());
         Figure {
             svg,
-            legend: groups.chain(lines).filter(|k| !k.name.is_empty()).collect(),
+            legend,
             title: self.title,
             note: self.note,
         }

@@ -53,9 +53,8 @@ pub(crate) fn page(all: &Comparison) -> Page {
             Grade::Failed,
         ),
     });
-    let findings = findings::of_runs(&all.runs).into_iter();
-    let findings: Vec<_> = findings.map(|f| (String::new(), f)).collect();
-    page.sections.extend(report_findings::section(&findings));
+    let findings = findings::of_runs(&all.runs);
+    page.sections.extend(report_findings::of_one(findings));
     page.sections.push(overview(all));
     for metric in names(all, |c| &c.metric) {
         page.sections.push(section(all, metric));
@@ -101,7 +100,7 @@ fn overview(all: &Comparison) -> Section {
         "Means over the runs, all samples; beside an error the share that is valid".into();
     let shown = names(all, |c| &c.metric);
     for metric in &shown {
-        table.columns.push((with_unit(metric, unit(metric)), true));
+        table.columns.push((metrics::with_unit(metric), true));
         if is_error(metric) {
             table.columns.push(("valid".into(), true));
         }
@@ -190,7 +189,7 @@ fn section(all: &Comparison, metric: &str) -> Section {
         table.row(row);
     }
     let doc = metrics::find(metric);
-    Section::new(with_unit(metric, unit(metric)))
+    Section::new(metrics::with_unit(metric))
         .text(doc.map_or(String::new(), |m| format!("{}.", capital(m.doc))))
         .table(table)
         .figure(distribution(all, metric))
@@ -257,7 +256,7 @@ fn distribution(all: &Comparison, metric: &str) -> Figure {
     let of_metric = all.table.iter().filter(|c| c.metric == metric);
     Boxes {
         title: "Over the runs".into(),
-        y: Axis::linear(with_unit(metric, unit(metric))),
+        y: Axis::linear(metrics::with_unit(metric)),
         references: of_metric.filter_map(place).collect(),
         bounds: Vec::new(),
         groups,
