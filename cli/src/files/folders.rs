@@ -1,4 +1,4 @@
-//! What is in a folder.
+//! Paths and YAML files in a folder.
 
 use monorig_sim::error::Error;
 use std::path::{Path, PathBuf};

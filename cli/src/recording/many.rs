@@ -11,8 +11,8 @@ use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::record::inputs;
 use std::path::{Path, PathBuf};
 
-/// Does `work` on each of the items with a bar called `name`; `take` gets the results in the order of the items, and the
-/// bar. So many of all are done already.
+/// Does `work` on each of the items with a bar called `name`; `take` gets the results in the order of the items, and
+/// the bar. So many of all are done already.
 pub fn many<I: Send, T: Send, E: Into<CliError> + Send>(
     name: &str,
     jobs: Jobs,
@@ -46,8 +46,8 @@ pub fn all_of<I: Send, T: Send, E: Into<CliError> + Send>(
     Ok(results)
 }
 
-/// Makes the runs of a campaign that its file in `folder` does not have yet, and returns the path of the file. Copies of
-/// the inputs go beside it. `there` gets the rows that are there already, and those that are made.
+/// Makes the runs of a campaign that its file in `folder` does not have yet, and returns the path of the file. Copies
+/// of the inputs go beside it. `there` gets the rows that are there already, and those that are made.
 pub fn resumed<R: CampaignRow + Send>(
     campaign: &Campaign,
     folder: &Path,

@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use std::marker::PhantomData;
 use std::path::Path;
 
-/// What came of a run: a line of JSON.
+/// Result of a run: a line of JSON.
 pub trait CampaignRow: Serialize + DeserializeOwned {
     /// Values of the campaign that rows are checked by.
     type Plan;

@@ -1,7 +1,6 @@
 //! The file of a matrix: its runs and its cells as JSON.
 
-use crate::campaign::Campaign;
-use crate::stress::stress_run::BatteryPlan;
+use crate::campaign::{Campaign, CampaignRow};
 use crate::stress::{ConditionRow, Matrix, MatrixCell, StressRun};
 use monorig_sim::config::file::{input_error, read_result};
 use monorig_sim::error::Error;
@@ -71,5 +70,41 @@ impl StressFile {
     /// The row of a condition.
     pub fn row(&self, condition: &str) -> Option<&ConditionRow> {
         self.rows.iter().find(|r| r.condition == condition)
+    }
+}
+
+/// Values of a battery that stand in the header of its results.
+#[derive(Default, Deserialize)]
+struct BatteryPlan {
+    /// Names of the estimators.
+    estimators: Vec<String>,
+    /// Rows of the matrix.
+    rows: Vec<ConditionRow>,
+}
+
+impl BatteryPlan {
+    /// Reads them.
+    fn of(campaign: &Campaign) -> Result<Self, String> {
+        let plan = serde_json::from_value(campaign.resolved.clone());
+        plan.map_err(|e| format!("its header has no battery of ours: {e}"))
+    }
+}
+
+impl CampaignRow for StressRun {
+    type Plan = ();
+
+    fn plan(campaign: &Campaign) -> Result<(), String> {
+        BatteryPlan::of(campaign).map(drop)
+    }
+
+    fn check(&self, campaign: &Campaign, (): &(), index: u64) -> Result<(), String> {
+        let run = campaign.is_run(index, &self.scenario, self.seed)?;
+        match self.index == index && run.list.condition.as_ref() == Some(&self.condition) {
+            true => Ok(()),
+            false => Err(format!(
+                "this is not the result of run {index}, but that of run {} under {}",
+                self.index, self.condition
+            )),
+        }
     }
 }

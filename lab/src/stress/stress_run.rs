@@ -1,8 +1,6 @@
 //! One run of a battery, as a line of JSON.
 
-use crate::campaign::{Campaign, CampaignRow};
 use crate::metrics::Quantity;
-use crate::stress::ConditionRow;
 use crate::verdicts::run_result::RunResult;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -68,41 +66,5 @@ impl StressRun {
     /// Description for messages, such as `oil, whole_train seed 2`.
     pub fn words(&self) -> String {
         format!("{}, {} seed {}", self.condition, self.scenario, self.seed)
-    }
-}
-
-/// Values of a battery that stand in the header of its results.
-#[derive(Default, Deserialize)]
-pub(crate) struct BatteryPlan {
-    /// Names of the estimators.
-    pub(crate) estimators: Vec<String>,
-    /// Rows of the matrix.
-    pub(crate) rows: Vec<ConditionRow>,
-}
-
-impl BatteryPlan {
-    /// Reads them.
-    pub(crate) fn of(campaign: &Campaign) -> Result<Self, String> {
-        let plan = serde_json::from_value(campaign.resolved.clone());
-        plan.map_err(|e| format!("its header has no battery of ours: {e}"))
-    }
-}
-
-impl CampaignRow for StressRun {
-    type Plan = ();
-
-    fn plan(campaign: &Campaign) -> Result<(), String> {
-        BatteryPlan::of(campaign).map(drop)
-    }
-
-    fn check(&self, campaign: &Campaign, (): &(), index: u64) -> Result<(), String> {
-        let run = campaign.is_run(index, &self.scenario, self.seed)?;
-        match self.index == index && run.list.condition.as_ref() == Some(&self.condition) {
-            true => Ok(()),
-            false => Err(format!(
-                "this is not the result of run {index}, but that of run {} under {}",
-                self.index, self.condition
-            )),
-        }
     }
 }
