@@ -3,7 +3,7 @@
 use crate::command::CommandOutcome;
 use crate::ui::errors::CliError;
 use crate::ui::output;
-use monorig_lab::batch::Shard;
+use monorig_lab::campaign::Shard;
 use monorig_lab::metrics;
 use monorig_sim::config::scenario::ParameterValue;
 use monorig_wire::signal::Numbers;
@@ -38,6 +38,26 @@ const SLURM_CPUS: &str = "SLURM_CPUS_PER_TASK";
 fn at_most(cores: NonZeroUsize, variable: Option<&str>) -> NonZeroUsize {
     let limit = variable.and_then(|n| n.trim().parse::<NonZeroUsize>().ok());
     limit.map_or(cores, |limit| limit.min(cores))
+}
+
+/// Changes to scenarios.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Changes {
+    /// Run these seeds instead of those that a scenario has: `7`, `1..50` or `1,5,9`
+    #[arg(long, value_name = "SEEDS", value_parser = seeds)]
+    pub seeds: Option<String>,
+    /// Change a value of every scenario; may be given several times
+    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
+    pub sets: Vec<(String, String)>,
+}
+
+impl Changes {
+    /// All of them as paths and values.
+    pub fn all(&self) -> Vec<(String, String)> {
+        let seeds = self.seeds.iter();
+        let seeds = seeds.map(|seeds| ("seeds".to_owned(), seeds.clone()));
+        self.sets.iter().cloned().chain(seeds).collect()
+    }
 }
 
 /// Which process judges the figures of shards.
@@ -105,11 +125,19 @@ impl Json {
 
     /// Writes the results, made only if they were asked for.
     pub fn write(&self, make: impl FnOnce() -> serde_json::Value) -> Result<(), CliError> {
-        let Some(path) = self.path() else {
-            return Ok(());
-        };
-        let text = serde_json::to_string_pretty(&make()).map_err(CliError::json)?;
-        output::write(path, &(text + "\n"))
+        let text = || serde_json::to_string_pretty(&make()).map_err(CliError::json);
+        self.write_text(|| Ok(text()? + "\n"))
+    }
+
+    /// Writes a text, made only if a file was asked for.
+    pub fn write_text(
+        &self,
+        make: impl FnOnce() -> Result<String, CliError>,
+    ) -> Result<(), CliError> {
+        match self.path() {
+            Some(path) => output::write(path, &make()?),
+            None => Ok(()),
+        }
     }
 }
 

@@ -27,6 +27,16 @@ pub enum CommandOutcome {
     Failed,
 }
 
+impl CommandOutcome {
+    /// The end of a task whose expectations held, or did not.
+    pub fn of(held: bool) -> Self {
+        match held {
+            true => Self::Held,
+            false => Self::Failed,
+        }
+    }
+}
+
 /// The program that a command belongs to.
 #[derive(Clone, Copy, Debug)]
 pub struct Program<'a> {

@@ -8,7 +8,8 @@
 //! | [`bound`] | the error that no estimator can fall below |
 //! | [`metrics`] | errors of every estimator, sample by sample, and the numbers that sum them up |
 //! | [`verdicts`] | a run in numbers, its expectations, estimators side by side |
-//! | [`batch`] | many runs on several threads: studies, shards, results that survive a kill |
+//! | [`campaign`] | lists of runs and their files: results that survive a kill, shards put together |
+//! | [`batch`] | many runs on several threads; studies |
 //! | [`stress`] | a battery of conditions for estimators, one at a time |
 //!
 //! The extras stand on the core.
@@ -25,6 +26,7 @@
 
 pub mod batch;
 pub mod bound;
+pub mod campaign;
 pub mod draw;
 pub mod explain;
 pub mod mapping;

@@ -1,6 +1,6 @@
 //! The one error type of this crate.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// An error between a file on disk and a finished run.
 #[derive(Debug, thiserror::Error)]
@@ -46,6 +46,17 @@ pub enum Error {
         /// Its reason.
         what: String,
     },
+}
+
+impl Error {
+    /// Makes errors of the operating system about this file or folder.
+    pub fn at(path: &Path) -> impl Fn(std::io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::Io {
+            path: path.clone(),
+            source,
+        }
+    }
 }
 
 fn of_seed(seed: Option<u64>) -> String {

@@ -1,16 +1,15 @@
 //! `monorig bound`: the posterior Cramér-Rao bound of a scenario, and the errors of its estimators beside it.
 
-use crate::arguments::{Jobs, assignment, seeds};
+use crate::arguments::{Changes, Jobs};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::{csv, prepare};
+use crate::recording::many::all_of;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
-use crate::ui::progress::ProgressDisplay;
 use crate::ui::prose::{counted, paragraph};
 use crate::ui::tables::{grouped, number};
-use monorig_lab::batch::in_order;
 use monorig_lab::bound::{AFTER_S, BoundObserver, MeanSquares, RunBound, SheetNoise};
 use monorig_sim::closed_loop::builder::SimulationBuilder;
 use monorig_sim::closed_loop::registry::Registry;
@@ -37,12 +36,8 @@ mass in the last second.";
 pub struct BoundArgs {
     /// Scenario file
     pub file: PathBuf,
-    /// Run these seeds instead of the scenario's own: `7`, `1..50` or `1,5,9`
-    #[arg(long, value_name = "SEEDS", value_parser = seeds)]
-    pub seeds: Option<String>,
-    /// Change a value of the scenario; may be given several times
-    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
-    pub sets: Vec<(String, String)>,
+    #[command(flatten)]
+    pub changes: Changes,
     #[command(flatten)]
     pub jobs: Jobs,
     /// Write the bound of the first seed over time as CSV
@@ -58,24 +53,12 @@ impl Command for BoundArgs {
 
 /// Run the scenario over its seeds, and print bound and errors.
 fn bound(task: &BoundArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
-    let mut overrides = task.sets.clone();
-    if let Some(seeds) = &task.seeds {
-        overrides.push(("seeds".into(), seeds.clone()));
-    }
-    let scenario = prepare::simulation(&task.file, &overrides, registry)?.scenario;
+    let scenario = prepare::simulation(&task.file, &task.changes.all(), registry)?.scenario;
     bounded(&scenario)?;
     interrupt::listen();
     scenario.inputs().seal();
-    let mut progress = ProgressDisplay::new(&scenario.name);
-    let seeds = scenario.seeds();
-    let mut runs = Vec::new();
-    let one = |seed: u64| of_seed(&scenario, registry, seed);
-    in_order(task.jobs.get(), seeds.iter().copied(), one, |done| {
-        runs.push(done?.ok_or(CliError::Interrupted)?);
-        progress.at(runs.len() as f64 / seeds.len() as f64);
-        Ok::<(), CliError>(())
-    })?;
-    drop(progress);
+    let one = |seed: &u64| of_seed(&scenario, registry, *seed);
+    let runs = all_of(&scenario.name, task.jobs, scenario.seeds().iter(), one)?;
     if let (Some(path), Some(first)) = (&task.csv, runs.first()) {
         output::write(path, &csv_text(first)?)?;
         note(&format!("bound over time in {}", path.display()));
@@ -101,14 +84,17 @@ fn bounded(scenario: &Scenario) -> Result<(), Error> {
     }
 }
 
-/// The bound of a run; none if it was interrupted.
-fn of_seed(scenario: &Scenario, registry: &Registry, seed: u64) -> Result<Option<RunBound>, Error> {
+/// The bound of a run.
+fn of_seed(scenario: &Scenario, registry: &Registry, seed: u64) -> Result<RunBound, CliError> {
     let mut simulation = Simulation::build(scenario.clone(), registry, seed)?;
     let mut observer = BoundObserver::default();
     let outcome = run::run(&mut simulation, &mut [&mut observer], &mut |_| {
         interrupt::go_on()
     })?;
-    Ok((!outcome.interrupted).then(|| observer.into_run()))
+    match outcome.interrupted {
+        true => Err(CliError::Interrupted),
+        false => Ok(observer.into_run()),
+    }
 }
 
 /// Root mean squares over the runs: of each estimator, beside the bound, and their ratio.

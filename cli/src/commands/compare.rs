@@ -1,18 +1,18 @@
 //! `monorig compare`: estimators side by side on the same runs.
 
-use crate::arguments::{Jobs, Json, NamedEstimator, assignment, metric, named, seeds};
+use crate::arguments::{Changes, Jobs, Json, NamedEstimator, metric, named};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::{csv, prepare};
 use crate::identity::identity;
+use crate::recording::many::all_of;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::output;
-use crate::ui::progress::ProgressDisplay;
 use crate::ui::prose::paragraph;
-use crate::ui::tables::{grouped, lines, number, right, table};
+use crate::ui::tables::{grouped, lines, number, right, shown, table};
 use crate::ui::terminal;
 use clap::CommandFactory;
-use monorig_lab::batch::{RunSpec, in_order, run_one};
+use monorig_lab::batch::{RunSpec, run_one};
 use monorig_lab::metrics;
 use monorig_lab::verdicts::compare::{
     ComparedMetric, Comparison, ErrorRatio, OnSamples, compare as cells, sentences, usual_metrics,
@@ -51,12 +51,8 @@ pub struct CompareArgs {
     pub file: PathBuf,
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = named, help = ESTIMATORS)]
     pub estimators: Vec<NamedEstimator>,
-    /// Run these seeds instead of the scenario's own: `7`, `1..50` or `1,5,9`
-    #[arg(long, value_name = "SEEDS", value_parser = seeds)]
-    pub seeds: Option<String>,
-    /// Change a value of the scenario; may be given several times
-    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
-    pub sets: Vec<(String, String)>,
+    #[command(flatten)]
+    pub changes: Changes,
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = metric, help = METRICS)]
     pub metrics: Vec<String>,
     /// Estimator that the others are held against; without it the first
@@ -143,10 +139,7 @@ impl Command for CompareArgs {
 /// Run a scenario over its seeds with all estimators side by side, and print their metrics beside each other.
 fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let mut overrides = additions(&Scenario::load(&task.file, &[])?, &task.estimators)?;
-    overrides.extend(task.sets.iter().cloned());
-    if let Some(seeds) = &task.seeds {
-        overrides.push(("seeds".into(), seeds.clone()));
-    }
+    overrides.extend(task.changes.all());
     let simulation = prepare::simulation(&task.file, &overrides, registry)?;
     let scenario = &simulation.scenario;
     let shown: Vec<String> = match task.estimators.as_slice() {
@@ -221,10 +214,7 @@ fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome, Cl
     parts.push(end.join("\n"));
     let programs = [task.json.path(), task.csv.as_deref()];
     output::result(&(parts.join("\n\n") + "\n"), &programs)?;
-    Ok(match unfinished.len() {
-        0 => CommandOutcome::Held,
-        _ => CommandOutcome::Failed,
-    })
+    Ok(CommandOutcome::of(unfinished.is_empty()))
 }
 
 fn run(
@@ -234,25 +224,23 @@ fn run(
     reference: &str,
     registry: &Registry,
 ) -> Result<Vec<RunResult>, CliError> {
-    let mut progress = ProgressDisplay::new(&scenario.name);
-    let seeds = scenario.seeds();
-    let specs = (0..).zip(seeds).map(|(index, seed)| RunSpec {
-        index,
-        scenario: task.file.clone(),
-        changes: Sets::new(overrides),
-        inputs: scenario.inputs().clone(),
-        seed: *seed,
-        draws: Default::default(),
-        reference: Some(reference.to_owned()),
-    });
-    let mut runs = Vec::new();
+    let (changes, reference) = (Sets::new(overrides), Some(reference.to_owned()));
+    let specs = scenario
+        .seeds()
+        .iter()
+        .enumerate()
+        .map(|(index, seed)| RunSpec {
+            reference: reference.clone(),
+            ..RunSpec::new(
+                index as u64,
+                &task.file,
+                *seed,
+                changes.clone(),
+                scenario.inputs(),
+            )
+        });
     let work = |spec: RunSpec| run_one(&spec, registry, &interrupt::go_on);
-    in_order(task.jobs.get(), specs, work, |done| {
-        runs.push(done.map_err(|_| CliError::Interrupted)?);
-        progress.at(runs.len() as f64 / seeds.len() as f64);
-        Ok::<(), CliError>(())
-    })?;
-    Ok(runs)
+    all_of(&scenario.name, task.jobs, specs, work)
 }
 
 /// The metrics of the overview unless others are asked for.
@@ -348,7 +336,7 @@ fn overview(
                 false => name.clone(),
             }];
             for metric in chunk {
-                row.push(of(name, metric).map_or("-".to_owned(), number));
+                row.push(shown(of(name, metric)));
                 if is_error(metric) {
                     let ratio = match name == reference {
                         true => Some("1".to_owned()),
@@ -358,7 +346,7 @@ fn overview(
                 }
             }
             if i == 0 {
-                row.push(misleads(name).map_or("-".to_owned(), |x| number(100.0 * x)));
+                row.push(shown(misleads(name).map(|x| 100.0 * x)));
             }
             table.add_row(row);
         }
@@ -389,10 +377,6 @@ fn detail(cells: &[ComparedMetric], metrics: &[String], reference: &str) -> Stri
     let titles = ["", "mean", "95 %", "of all", "differs", "95 %"];
     let mut parts = Vec::new();
     for metric in metrics {
-        let unit = match metrics::unit(metric) {
-            Some("1") | None => String::new(),
-            Some(unit) => format!(", {unit}"),
-        };
         let of_metric = cells.iter().filter(|c| c.metric == *metric);
         let groups: Vec<_> = of_metric
             .map(|c| {
@@ -400,7 +384,11 @@ fn detail(cells: &[ComparedMetric], metrics: &[String], reference: &str) -> Stri
                 (name, rows(c))
             })
             .collect();
-        parts.push(format!("{metric}{unit}\n{}", grouped(&titles, &groups)));
+        parts.push(format!(
+            "{}\n{}",
+            metrics::with_unit(metric),
+            grouped(&titles, &groups)
+        ));
     }
     let about = format!(
         "all samples: from {} s on; own valid, common valid: those that the estimator, or it and {reference} both, mark valid, and \
@@ -424,7 +412,7 @@ fn rows(c: &ComparedMetric) -> Vec<Vec<String>> {
     let [mean, range] = words(c.mean);
     let [difference, between] = words(c.difference);
     let row = |cells: &[&str]| cells.iter().map(|&c| c.to_owned()).collect::<Vec<String>>();
-    let median = c.median.map_or("-".to_owned(), number);
+    let median = shown(c.median);
     let mut rows = match (&c.valid, &c.common) {
         (None, _) => vec![row(&["mean", &mean, &range, "", &difference, &between])],
         (Some(valid), common) => {

@@ -1,7 +1,7 @@
 //! `monorig draw`: scenarios drawn at random.
 
 use crate::command::{Command, CommandOutcome, Program};
-use crate::files::prepare;
+use crate::files::{out, prepare};
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
@@ -50,10 +50,7 @@ impl Command for DrawArgs {
 fn draw(task: &DrawArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let ranges = RangesFile::load(&task.file)?;
     ranges.check(&task.file, registry)?;
-    std::fs::create_dir_all(&task.out).map_err(|source| CliError::Out {
-        path: task.out.clone(),
-        source,
-    })?;
+    out::make(&task.out)?;
     for seed in (task.seed..=u64::MAX).take(task.count as usize) {
         let course = draw::course(&ranges, &task.file, &task.out, seed)?;
         let mut places = course.files.iter().map(|f| task.out.join(&f.path));

@@ -4,13 +4,13 @@ use crate::arguments::{Jobs, seeds};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::{prepare, report};
 use crate::identity::identity;
+use crate::recording::many::all_of;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::{detail, note};
 use crate::ui::output;
-use crate::ui::progress::ProgressDisplay;
-use crate::ui::tables::{lines, number, right, table, within_terminal};
-use monorig_lab::batch::{RunSpec, in_order, run_one};
+use crate::ui::tables::{lines, right, shown, table, within_terminal};
+use monorig_lab::batch::{RunSpec, run_one};
 use monorig_lab::explain::{self, Budget, METRICS, Source};
 use monorig_lab::verdicts::run_result::RunResult;
 use monorig_lab::verdicts::summary::AFTER_S;
@@ -134,10 +134,8 @@ fn nothing(task: &ExplainArgs, runs: &[RunResult]) -> CliError {
             "a run of a scenario with `estimators`",
         ),
     };
-    CliError::Refused {
-        message: format!("{run}: there are no errors to explain: {message}"),
-        help: help.into(),
-    }
+    let message = format!("{run}: there are no errors to explain: {message}");
+    CliError::refused(message, help)
 }
 
 /// Changes to the scenario file in this run.
@@ -163,10 +161,8 @@ fn asked_seeds(task: &ExplainArgs, first: u64) -> Result<Vec<u64>, CliError> {
     let Some(text) = &task.seeds else {
         return Ok((first..first.saturating_add(SEEDS)).collect());
     };
-    let parsed = Seeds::parse(text).map_err(|message| CliError::Refused {
-        message,
-        help: "--seeds 7, 1..20 or 1,5,9".into(),
-    })?;
+    let help = "--seeds 7, 1..20 or 1,5,9";
+    let parsed = Seeds::parse(text).map_err(|message| CliError::refused(message, help))?;
     Ok(parsed.as_slice().to_vec())
 }
 
@@ -189,11 +185,10 @@ fn scenario_file(task: &ExplainArgs, manifest: &Manifest) -> Result<PathBuf, Cli
         .into_iter()
         .flat_map(|f| below(f, &name));
     let mut same = candidates.filter(|file| sum(file).ok().as_ref() == wanted);
-    let found = same.next().ok_or_else(|| CliError::Refused {
-        message: format!(
-            "there is no {name} as it was in this run, here or in the folder scenarios"
-        ),
-        help: "name the scenario file with --scenario".into(),
+    let found = same.next().ok_or_else(|| {
+        let message =
+            format!("there is no {name} as it was in this run, here or in the folder scenarios");
+        CliError::refused(message, "name the scenario file with --scenario")
     })?;
     detail(&format!("the scenario is {}", found.display()));
     Ok(found)
@@ -228,26 +223,13 @@ fn runs(
         let all = Sets::new(&[changes, off.as_slice()].concat());
         seeds.iter().map(move |seed| (all.clone(), *seed))
     });
-    let specs = (0..).zip(specs).map(|(index, (changes, seed))| RunSpec {
-        index,
-        scenario: scenario.path().to_owned(),
-        changes,
-        inputs: scenario.inputs().clone(),
-        seed,
-        draws: Default::default(),
-        reference: None,
+    let specs = (0..).zip(specs).map(|(index, (changes, seed))| {
+        RunSpec::new(index, scenario.path(), seed, changes, scenario.inputs())
     });
     let specs: Vec<RunSpec> = specs.collect();
     scenario.inputs().seal();
-    let mut progress = ProgressDisplay::new(&scenario.name);
-    let (mut done, all) = (Vec::new(), specs.len() as f64);
     let work = |spec: RunSpec| run_one(&spec, registry, &interrupt::go_on);
-    in_order(task.jobs.get(), specs.into_iter(), work, |result| {
-        done.push(result.map_err(|_| CliError::Interrupted)?);
-        progress.at(done.len() as f64 / all);
-        Ok::<(), CliError>(())
-    })?;
-    Ok(done)
+    all_of(&scenario.name, task.jobs, specs.into_iter(), work)
 }
 
 /// A table for each error: a row for each source, a column for each estimator; as many tables as fit 80 columns.
@@ -266,7 +248,6 @@ fn text(budget: &Budget) -> String {
                 let cells = (0..some.len()).flat_map(value);
                 std::iter::once(name).chain(cells).collect::<Vec<_>>()
             };
-            let shown = |x: Option<f64>| x.map_or("-".to_owned(), number);
             table.add_row(row("as it is".into(), &|i| {
                 [shown(some.get(i).and_then(|e| e.with_all)), String::new()]
             }));

@@ -1,6 +1,7 @@
 //! `monorig inspect`: what is in a recorded log.
 
 use crate::command::{Command, CommandOutcome, Program};
+use crate::files::folders::entries;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::{output, tables};
@@ -116,19 +117,11 @@ const ENDINGS: [&str; 9] = [
 
 /// The logs in a folder, in the order of their names.
 fn logs_in(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
-    let io = |source| Error::Io {
-        path: folder.into(),
-        source,
-    };
-    let mut all = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(io)? {
-        let path = entry.map_err(io)?.path();
-        let ending = name(&path, Path::extension).to_lowercase();
-        if path.is_file() && ENDINGS.contains(&ending.as_str()) {
-            all.push(path);
-        }
-    }
-    all.sort();
+    let mut all = entries(folder)?;
+    all.retain(|path| {
+        let ending = name(path, Path::extension).to_lowercase();
+        path.is_file() && ENDINGS.contains(&ending.as_str())
+    });
     match all.is_empty() {
         true => Err(input_error(
             folder,

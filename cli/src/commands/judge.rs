@@ -1,18 +1,16 @@
 //! `monorig judge`: estimates made elsewhere, judged beside ours.
 
-use crate::arguments::{Json, Out, VIEWER, address, assignment};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::out::prepare_out;
-use crate::recording::play::{Playing, play};
+use crate::recording::play::{PlayArgs, Playing, play};
 use crate::ui::errors::CliError;
 use monorig_logs::export::{ExportFormat, export};
 use monorig_logs::map::Map;
 use monorig_logs::replay::{EstimatesFile, ReplayOptions};
 use monorig_sim::closed_loop::registry::Registry;
-use monorig_sim::error::{Error, InputError};
+use monorig_sim::config::file::input_error;
 use monorig_sim::record::manifest::{self, Manifest};
 use monorig_sim::record::whole;
-use std::net::SocketAddr;
 use std::path::PathBuf;
 
 const JUDGE_EXAMPLES: &str = "\
@@ -46,22 +44,7 @@ pub struct JudgeArgs {
     #[arg(long, value_name = "NAME", default_value = "judged")]
     pub name: String,
     #[command(flatten)]
-    pub out: Out,
-    /// Also stream to a Rerun viewer; without an address to the one that is open on this machine
-    #[arg(long, value_name = "HOST:PORT", conflicts_with = "no_rerun", num_args = 0..=1, require_equals = true,
-        default_missing_value = VIEWER, value_parser = address)]
-    pub live: Option<SocketAddr>,
-    /// Do not write run.rrd
-    #[arg(long)]
-    pub no_rerun: bool,
-    /// Write the verdicts as JUnit XML, as CI servers read it
-    #[arg(long, value_name = "FILE")]
-    pub junit: Option<PathBuf>,
-    /// Change a value of the map, such as `expect=[…]`; may be given several times
-    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
-    pub sets: Vec<(String, String)>,
-    #[command(flatten)]
-    pub json: Json,
+    pub play: PlayArgs,
 }
 
 impl Command for JudgeArgs {
@@ -77,39 +60,27 @@ fn judge(task: &JudgeArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
         judged: vec![(task.name.clone(), file)],
         ..ReplayOptions::default()
     };
-    let out = task.out.get();
+    let out = task.play.out.get();
     let playing = Playing {
         options: &options,
-        out: &out,
-        live: task.live,
-        no_rerun: task.no_rerun,
+        args: &task.play,
         full_rate: false,
-        junit: task.junit.as_deref(),
-        json: &task.json,
-        sets: &task.sets,
     };
     if let Some(map) = &task.map {
-        let map = Map::load_with(map, task.what.as_deref(), &task.sets)?;
+        let map = Map::load_with(map, task.what.as_deref(), &task.play.sets)?;
         return play(&map, &playing, registry);
     }
     let what = task.what.clone().unwrap_or_default();
     let run = what.join(manifest::NAME);
     if !run.is_file() {
-        let wrong = InputError {
-            file: what,
-            line: None,
-            column: None,
-            key: String::new(),
-            message: "this is no folder of a run".into(),
-            help: "a run of `monorig run --keep-samples`, or a log with --map".into(),
-        };
-        return Err(Error::from(wrong).into());
+        let help = "a run of `monorig run --keep-samples`, or a log with --map";
+        return Err(input_error(&what, "", "this is no folder of a run", help).into());
     }
     let manifest = Manifest::of_run(&what)?;
     prepare_out(&out)?;
     let folder = Temporary(out.join(format!(".judge-{}", whole::unique())));
     let log = export(&what, ExportFormat::PARQUET, &folder.0)?;
-    let mut map = Map::load_with(&log.map, None, &task.sets)?;
+    let mut map = Map::load_with(&log.map, None, &task.play.sets)?;
     map.name = format!("{}_{}_{}", manifest.scenario, manifest.seed, task.name);
     play(&map, &playing, registry)
 }

@@ -1,6 +1,7 @@
 //! `monorig list`: the names there are, each with its unit, its range and one sentence.
 
 use crate::command::{Command, CommandOutcome, Program};
+use crate::files::folders::yaml_files;
 use crate::files::formats::{self, FileKind};
 use crate::ui::errors::CliError;
 use crate::ui::output;
@@ -12,10 +13,9 @@ use monorig_logs::map::faults_of_logs;
 use monorig_sim::closed_loop::registry::{Refusal, Registry};
 use monorig_sim::config::file::{Document, input_error};
 use monorig_sim::config::scenario::{FaultKind, Scenario};
-use monorig_sim::error::Error;
 use monorig_sim::record::descriptions;
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 const LIST_EXAMPLES: &str = "\
 Examples:
@@ -112,15 +112,13 @@ fn list(task: &ListArgs, registry: &Registry) -> Result<CommandOutcome, CliError
 }
 
 fn parameters(of: Option<&str>, registry: &Registry) -> Result<Vec<Entry>, CliError> {
-    let refused = |refusal: Refusal| CliError::Refused {
-        message: refusal.message,
-        help: refusal.help,
-    };
+    let refused = |refusal: Refusal| CliError::refused(refusal.message, refusal.help);
     let Some(name) = of else {
-        return Err(CliError::Refused {
-            message: "of which estimator, controller, instrument or plant?".into(),
-            help: "name one, such as `monorig list parameters dffrls_aekf_robust`; `monorig list estimators` has their names".into(),
-        });
+        let help = "name one, such as `monorig list parameters dffrls_aekf_robust`; `monorig list estimators` has their names";
+        return Err(CliError::refused(
+            "of which estimator, controller, instrument or plant?",
+            help,
+        ));
     };
     let controllers = registry.controllers().iter();
     let instruments = registry.instruments().iter();
@@ -202,13 +200,8 @@ fn sensors(registry: &Registry) -> Vec<Entry> {
 /// The scenarios in a folder and the folders in it, each with why it exists.
 fn scenarios(folder: &Path) -> Result<Vec<Entry>, CliError> {
     if !folder.is_dir() {
-        return Err(input_error(
-            folder,
-            "",
-            "this is not a folder",
-            "name a folder of scenarios: `monorig list scenarios DIR`",
-        )
-        .into());
+        let help = "name a folder of scenarios: `monorig list scenarios DIR`";
+        return Err(input_error(folder, "", "this is not a folder", help).into());
     }
     let mut entries = Vec::new();
     for file in yaml_files(folder)? {
@@ -225,28 +218,6 @@ fn scenarios(folder: &Path) -> Result<Vec<Entry>, CliError> {
         }
     }
     Ok(entries)
-}
-
-fn yaml_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    let failed = |source| Error::Io {
-        path: folder.into(),
-        source,
-    };
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        let entry = entry.map_err(failed)?;
-        let path = entry.path();
-        let kind = entry.file_type().map_err(failed)?;
-        let hidden = entry.file_name().as_encoded_bytes().starts_with(b".");
-        // a link to a folder could lead round in a circle
-        if kind.is_dir() && !hidden {
-            files.extend(yaml_files(&path)?);
-        } else if path.extension().is_some_and(|e| e == "yaml" || e == "yml") {
-            files.push(path);
-        }
-    }
-    files.sort();
-    Ok(files)
 }
 
 fn named(name: &str, sentence: &str) -> Entry {

@@ -45,10 +45,7 @@ fn write(folder: &Path, name: &str, command: clap::Command) -> Result<(), CliErr
     let path = folder.join(format!("{name}.1"));
     let mut page = Vec::new();
     let rendered = clap_mangen::Man::new(command).render(&mut page);
-    rendered.map_err(|source| Error::Io {
-        path: path.clone(),
-        source,
-    })?;
+    rendered.map_err(Error::at(&path))?;
     output::write(&path, &String::from_utf8_lossy(&page))
 }
 

@@ -2,27 +2,29 @@
 
 use crate::arguments::Json;
 use crate::command::{Command, CommandOutcome, Program};
-use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::terminal;
-use crate::verdicts::lines;
 use crate::verdicts::stress::print_matrix;
 use crate::verdicts::study::print_results;
-use monorig_lab::batch::{self, test_shards};
-use monorig_lab::stress::{StressFile, merge_stress};
+use crate::verdicts::{self, lines};
+use monorig_lab::batch::judged;
+use monorig_lab::campaign::{self, Campaign, CampaignKind, Shards};
+use monorig_lab::stress::{StressFile, StressRun};
+use monorig_lab::verdicts::run_result::RunResult;
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
+use monorig_sim::error::Error;
 use std::path::PathBuf;
 
-/// Put the shards of a study together.
+/// Put the shards of a study, a test or a stress battery together.
 #[derive(Debug, clap::Parser)]
 #[command(
     name = "merge",
     after_help = "Examples:
   monorig merge runs/spread/results.*-of-5.jsonl --into runs/spread/results.jsonl      shards of a study
-  monorig merge shard-*.json --into verdicts.json                                      shards of `monorig test --shard K/N --json FILE`
-  monorig merge shard-*.json --into stress.json                                        shards of `monorig stress --shard K/N --json FILE`
+  monorig merge shard-*.jsonl --into verdicts.json                                     shards of `monorig test --shard K/N --json FILE`
+  monorig merge shard-*.jsonl --into stress.json                                       shards of `monorig stress --shard K/N --json FILE`
 
 Shards of another program, of other files, or made on a machine that computes other bits are refused."
 )]
@@ -43,32 +45,38 @@ impl Command for MergeArgs {
 
 /// Put the shards together, and print what all runs have come to.
 fn merge(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
-    let of_test = |path: &PathBuf| {
-        path.extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("json"))
+    let (parts, into) = (&task.parts, &task.into);
+    let kind = match parts.first() {
+        Some(first) => Campaign::read(first)?.kind,
+        None => CampaignKind::Study,
     };
-    let first = task.parts.first();
-    if first.is_some_and(|path| StressFile::is_one(path)) {
-        let file = merge_stress(&task.parts, &task.into)?;
-        output::write(&task.into, &file.to_json())?;
-        print_matrix(&file, terminal::verbose())?;
-        return Ok(CommandOutcome::Held);
+    match kind {
+        CampaignKind::Test => merge_tests(task),
+        CampaignKind::Stress => {
+            let mut shards = Shards::<StressRun>::open(parts, kind)?;
+            let runs: Result<_, Error> = shards.by_ref().map(|row| Ok(row?.1)).collect();
+            let file = StressFile::new(shards.campaign(), runs?);
+            output::write(into, &file.to_json())?;
+            print_matrix(&file, terminal::verbose())?;
+            Ok(CommandOutcome::Held)
+        }
+        CampaignKind::Study | CampaignKind::Tune => {
+            let shards = Shards::<RunResult>::open(parts, CampaignKind::Study)?;
+            let runs = campaign::merge(shards, into)?;
+            note(&format!("{runs} runs in {}", into.display()));
+            print_results(into, &Json::default())
+        }
     }
-    if first.is_some_and(of_test) {
-        return merge_tests(task);
-    }
-    let runs = batch::merge(&task.parts, &task.into)?;
-    note(&format!("{runs} runs in {}", task.into.display()));
-    print_results(&task.into, &Json::default())
 }
 
 /// Judge the shards of a test together, and write what `monorig test --json` would have written for the whole.
 fn merge_tests(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
-    let verdicts = test_shards::merge_tests(&task.parts, &task.into)?;
+    let shards = Shards::<RunResult>::open(&task.parts, CampaignKind::Test)?;
+    let campaign = shards.campaign().clone();
+    let verdicts = judged(&campaign, shards)?;
     let all: Vec<&ScenarioVerdict> = verdicts.iter().collect();
-    let json = test_shards::json(&all, &identity(), None);
-    let text = serde_json::to_string_pretty(&json).map_err(CliError::json)?;
-    output::write(&task.into, &(text + "\n"))?;
+    let json = serde_json::to_string_pretty(&verdicts::json(verdicts.iter()));
+    output::write(&task.into, &(json.map_err(CliError::json)? + "\n"))?;
     let programs = [Some(task.into.as_path())];
     let width = all.iter().map(|v| v.scenario.chars().count()).max();
     for verdict in &verdicts {
@@ -78,8 +86,5 @@ fn merge_tests(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
     let details = verdicts.iter().map(|v| lines::detail(v, None, &[]));
     let details: Vec<String> = details.filter(|d| !d.is_empty()).collect();
     output::result(&lines::end(&all, &details.join("\n"), 0), &programs)?;
-    Ok(match verdicts.iter().filter(|v| !v.held).count() {
-        0 => CommandOutcome::Held,
-        _ => CommandOutcome::Failed,
-    })
+    Ok(CommandOutcome::of(verdicts.iter().all(|v| v.held)))
 }

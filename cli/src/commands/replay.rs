@@ -1,8 +1,7 @@
 //! `monorig replay`: estimators over a recorded log.
 
-use crate::arguments::{Json, Out, VIEWER, address, assignment};
 use crate::command::{Command, CommandOutcome, Program};
-use crate::recording::play::{Playing, play};
+use crate::recording::play::{PlayArgs, Playing, play};
 use crate::recording::standing_noise;
 use crate::ui::errors::CliError;
 use crate::ui::prose::paragraph;
@@ -12,7 +11,6 @@ use monorig_logs::drive::Found;
 use monorig_logs::map::{Map, NoiseSource};
 use monorig_logs::replay::ReplayOptions;
 use monorig_sim::closed_loop::registry::Registry;
-use std::net::SocketAddr;
 use std::path::PathBuf;
 
 const REPLAY_EXAMPLES: &str = "\
@@ -55,27 +53,12 @@ pub struct ReplayArgs {
     /// Only say what is wrong with the log: each check with a number and a verdict
     #[arg(long, conflicts_with_all = ["live", "no_rerun", "junit", "full_rate", "ghost"])]
     pub check: bool,
-    #[command(flatten)]
-    pub out: Out,
-    /// Also stream to a Rerun viewer; without an address to the one that is open on this machine
-    #[arg(long, value_name = "HOST:PORT", conflicts_with = "no_rerun", num_args = 0..=1, require_equals = true,
-        default_missing_value = VIEWER, value_parser = address)]
-    pub live: Option<SocketAddr>,
-    /// Do not write run.rrd
-    #[arg(long)]
-    pub no_rerun: bool,
     /// Draw the lines of run.rrd through every row instead of about ten a second, and record long logs at the full rate
     /// too
     #[arg(long)]
     pub full_rate: bool,
-    /// Write the verdicts as JUnit XML, as CI servers read it
-    #[arg(long, value_name = "FILE")]
-    pub junit: Option<PathBuf>,
-    /// Change a value of the map; may be given several times
-    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
-    pub sets: Vec<(String, String)>,
     #[command(flatten)]
-    pub json: Json,
+    pub play: PlayArgs,
 }
 
 /// Reads the source of the noise, in the words of the map file.
@@ -95,7 +78,7 @@ impl Command for ReplayArgs {
 
 /// Play the log to the estimators, and judge them.
 fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
-    let map = Map::load_with(&task.map, task.log.as_deref(), &task.sets)?;
+    let map = Map::load_with(&task.map, task.log.as_deref(), &task.play.sets)?;
     if task.check {
         return check_log(&map);
     }
@@ -119,13 +102,8 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     };
     let playing = Playing {
         options: &options,
-        out: &task.out.get(),
-        live: task.live,
-        no_rerun: task.no_rerun,
+        args: &task.play,
         full_rate: task.full_rate,
-        junit: task.junit.as_deref(),
-        json: &task.json,
-        sets: &task.sets,
     };
     play(&map, &playing, registry)
 }
@@ -165,10 +143,7 @@ fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
         (n, _) => format!("FAILED: {n} checks say that something is wrong"),
     };
     output::verdicts(&format!("{text}\n{}\n\n{end}\n", of_channels(&channels)))?;
-    Ok(match bad {
-        0 => CommandOutcome::Held,
-        _ => CommandOutcome::Failed,
-    })
+    Ok(CommandOutcome::of(bad == 0))
 }
 
 /// Rate, jitter, gaps, stamps that come twice and share that counts of each channel.

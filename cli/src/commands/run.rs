@@ -184,10 +184,7 @@ fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliError> 
     if many || shown.broken {
         output::result(&format!("\n{}\n", shown.words()), &[task.json.path()])?;
     }
-    Ok(match shown.verdicts.iter().all(|v| v.held) {
-        true => CommandOutcome::Held,
-        false => CommandOutcome::Failed,
-    })
+    Ok(CommandOutcome::of(shown.verdicts.iter().all(|v| v.held)))
 }
 
 /// The runs shown so far.
@@ -202,14 +199,7 @@ struct Shown {
 impl Shown {
     /// A run in which an estimator broke down has failed, and has no numbers. The others go on.
     fn broke_down(&mut self, scenario: String, seed: u64, e: Error) {
-        let run = RunResult {
-            index: 0,
-            scenario: scenario.clone(),
-            seed,
-            draws: Default::default(),
-            summary: None,
-            error: Some(e.to_string()),
-        };
+        let run = RunResult::new(&scenario, seed, Err(e.to_string()));
         errors::show(&CliError::Sim(e));
         let verdict = ScenarioVerdict::new(&scenario, vec![run]);
         self.json.push(json!({

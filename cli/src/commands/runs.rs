@@ -2,12 +2,12 @@
 
 use crate::arguments::Out;
 use crate::command::{Command, CommandOutcome, Program};
+use crate::files::folders::entries;
 use crate::ui::errors::CliError;
 use crate::ui::output;
 use crate::ui::tables::{lines, right, table, within_terminal};
 use monorig_lab::verdicts::summary::Summary;
 use monorig_sim::config::file::read_result;
-use monorig_sim::error::Error;
 use monorig_sim::record::manifest::{self, Manifest};
 use std::path::{Path, PathBuf};
 
@@ -53,10 +53,9 @@ impl Command for RunsArgs {
 fn runs(task: &RunsArgs) -> Result<CommandOutcome, CliError> {
     let out = task.folder.clone().unwrap_or_else(|| task.out.get());
     if out.exists() && !out.is_dir() {
-        return Err(CliError::Refused {
-            message: format!("{} is a file", out.display()),
-            help: "name the folder that `monorig run --out` was given".into(),
-        });
+        let message = format!("{} is a file", out.display());
+        let help = "name the folder that `monorig run --out` was given";
+        return Err(CliError::refused(message, help));
     }
     let mut found = Vec::new();
     for folder in folders(&out)? {
@@ -137,22 +136,10 @@ fn number(folder: &Path) -> (u64, String) {
 
 /// The folders in a folder, by name, but for hidden ones. A folder that is not there has none.
 fn folders(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
-    let failed = |source| Error::Io {
-        path: folder.into(),
-        source,
-    };
-    let entries = match std::fs::read_dir(folder) {
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
-        entries => entries.map_err(failed)?,
-    };
-    let mut found = Vec::new();
-    for entry in entries {
-        let entry = entry.map_err(failed)?;
-        let hidden = entry.file_name().as_encoded_bytes().starts_with(b".");
-        if !hidden && entry.path().is_dir() {
-            found.push(entry.path());
-        }
+    if !folder.exists() {
+        return Ok(Vec::new());
     }
-    found.sort();
+    let mut found = entries(folder)?;
+    found.retain(|path| path.is_dir());
     Ok(found)
 }

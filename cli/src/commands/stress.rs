@@ -1,23 +1,22 @@
 //! `monorig stress`: a battery of conditions for estimators, one at a time.
 
-use crate::arguments::{Jobs, NamedEstimator, Out, assignment, named, seeds, shard, share};
+use crate::arguments::{Changes, Jobs, NamedEstimator, Out, named, shard, share};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::scenarios::scenarios;
 use crate::identity::identity;
+use crate::recording::many::resumed;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
-use crate::ui::progress::ProgressDisplay;
 use crate::ui::terminal;
 use crate::verdicts::stress::{compared, print_matrix};
-use monorig_lab::batch::{Shard, in_order};
+use monorig_lab::batch::Interrupted;
+use monorig_lab::campaign::{self, Shard};
 use monorig_lab::reports::stress::report;
-use monorig_lab::stress::{
-    Battery, Condition, StressFile, StressHeader, StressRun, StressStore, WantedEstimator,
-};
+use monorig_lab::stress::{Battery, Condition, StressFile, WantedEstimator};
 use monorig_sim::closed_loop::registry::Registry;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 const STRESS_EXAMPLES: &str = "\
@@ -30,8 +29,8 @@ Examples:
   monorig stress my_scenario.yaml --estimators mine --seeds 1..5
   monorig stress --estimators mine --against stress.json
       exit code 1 if a cell has become worse
-  monorig stress --shard 2/4 --json 2.json
-      every fourth run; `monorig merge 1.json … --into stress.json` joins them
+  monorig stress --shard 2/4 --json 2.jsonl
+      every fourth run; `monorig merge 1.jsonl … --into stress.json` joins
 
 Each condition is applied by itself, and all estimators of a run see the same
 measurements: none of them is in the loop. Stopped, it goes on where it was when
@@ -53,12 +52,8 @@ pub struct StressArgs {
     /// Only conditions with one of these texts in their name or group
     #[arg(long, value_name = "TEXTS", value_delimiter = ',')]
     pub only: Vec<String>,
-    /// Run these seeds instead of the scenarios' own: `7`, `1..50` or `1,5,9`
-    #[arg(long, value_name = "SEEDS", value_parser = seeds)]
-    pub seeds: Option<String>,
-    /// Change a value of every scenario; may be given several times
-    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
-    pub sets: Vec<(String, String)>,
+    #[command(flatten)]
+    pub changes: Changes,
     #[command(flatten)]
     pub jobs: Jobs,
     /// Make only part K of N of the runs, for `monorig merge` to join with the others
@@ -95,48 +90,47 @@ fn stress(task: &StressArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     let begun = Instant::now();
     let battery = battery(task, registry)?;
     interrupt::listen();
-    for path in task
-        .html
-        .iter()
-        .chain(task.json.iter().filter(|p| !is_stdout(p)))
-    {
+    for path in task.html.iter().chain(&task.json) {
         output::clear(path)?;
     }
-    let shard = task.shard.unwrap_or(Shard::WHOLE);
-    let header = battery.header(shard, &identity());
-    let (store, runs) = resume(task, &header, &battery)?;
-    let runs = make(task, &battery, shard, store, runs, registry)?;
+    let campaign = battery.campaign(&identity()).part(task.shard);
+    let short_hash = campaign.hash.get(..12).unwrap_or_default();
+    let folder = task.out.get().join("stress").join(short_hash);
+    let work = |index| {
+        let run = battery.run(index, registry, &interrupt::go_on)?;
+        run.ok_or(Interrupted) // a campaign has every run of its list
+    };
+    let mut runs = Vec::new();
+    let take = |run| runs.push(run);
+    resumed(&campaign, &folder, battery.inputs(), task.jobs, work, take)?;
     for run in runs.iter().filter(|r| r.error.is_some()) {
         let why = run.error.as_deref().unwrap_or_default();
         note(&format!("{} broke down: {why}", run.words()));
     }
     let took = begun.elapsed().as_secs_f64();
     let made = runs.len();
-    let file = StressFile::new(&battery, &header, runs);
+    let end = format!("{made} runs in {took:.1} s");
+    if let (Some(_), Some(path)) = (task.shard, &task.json) {
+        output::write(path, &campaign::text(&campaign, &runs))?;
+        note(&end);
+        return Ok(CommandOutcome::Held);
+    }
+    let file = StressFile::new(&campaign, runs);
     if let Some(path) = &task.html {
         output::write(path, &report(&file).to_html())?;
     }
-    match &task.json {
-        Some(path) if is_stdout(path) => output::print(&file.to_json())?,
-        Some(path) => output::write(path, &file.to_json())?,
-        None => {}
+    if let Some(path) = &task.json {
+        output::write(path, &file.to_json())?;
     }
-    if task.shard.is_none() && !task.json.as_deref().is_some_and(is_stdout) {
+    if !task.json.as_deref().is_some_and(output::is_standard) {
         print_matrix(&file, terminal::verbose())?;
     }
-    note(&format!("{made} runs in {took:.1} s"));
+    note(&end);
     let worse = match before {
         Some(before) => compared(&before, &file, task.worse_than)?,
         None => false,
     };
-    Ok(match worse {
-        true => CommandOutcome::Failed,
-        false => CommandOutcome::Held,
-    })
-}
-
-fn is_stdout(path: &Path) -> bool {
-    path.as_os_str() == "-"
+    Ok(CommandOutcome::of(!worse))
 }
 
 /// Reads scenarios and conditions, and checks them against each other.
@@ -158,8 +152,7 @@ fn battery(task: &StressArgs, registry: &Registry) -> Result<Battery, CliError> 
             ));
         }
     }
-    let mut sets = task.sets.clone();
-    sets.extend(task.seeds.iter().map(|s| ("seeds".to_owned(), s.clone())));
+    let sets = task.changes.all();
     let wanted: Vec<WantedEstimator> = task
         .estimators
         .iter()
@@ -171,53 +164,4 @@ fn battery(task: &StressArgs, registry: &Registry) -> Result<Battery, CliError> 
         note(&format!("left out: {left_out}"));
     }
     Ok(battery)
-}
-
-/// Opens the results of an earlier start of this battery, or begins them.
-fn resume(
-    task: &StressArgs,
-    header: &StressHeader,
-    battery: &Battery,
-) -> Result<(StressStore, Vec<StressRun>), CliError> {
-    let folder = task.out.get().join("stress").join(header.short_hash());
-    std::fs::create_dir_all(&folder).map_err(|source| CliError::Out {
-        path: folder.clone(),
-        source,
-    })?;
-    let name = match task.shard {
-        None => "results.jsonl".to_owned(),
-        Some(Shard { part, of }) => format!("results.{part}-of-{of}.jsonl"),
-    };
-    Ok(StressStore::resume_battery(
-        &folder.join(name),
-        header,
-        battery,
-    )?)
-}
-
-/// Makes the runs that are not there.
-fn make(
-    task: &StressArgs,
-    battery: &Battery,
-    shard: Shard,
-    mut store: StressStore,
-    mut runs: Vec<StressRun>,
-    registry: &Registry,
-) -> Result<Vec<StressRun>, CliError> {
-    let all = shard.runs(battery.runs());
-    if !runs.is_empty() {
-        note(&format!("{} of {all} runs are there already", runs.len()));
-    }
-    let mut progress = ProgressDisplay::new("stress");
-    let rest = (store.rows()..all).map(|n| shard.index(n));
-    let work = |index| battery.run(index, registry, &interrupt::go_on);
-    in_order(task.jobs.get(), rest, work, |done| {
-        if let Some(run) = done.map_err(|_| CliError::Interrupted)? {
-            store.append(&run)?;
-            runs.push(run);
-        }
-        progress.at(store.rows() as f64 / all.max(1) as f64);
-        Ok::<(), CliError>(())
-    })?;
-    Ok(runs)
 }

@@ -4,14 +4,14 @@ use crate::arguments::{Expect, Jobs, Json, Out, shard};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::prepare;
 use crate::identity::identity;
+use crate::recording::many::resumed;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::note;
-use crate::ui::progress::ProgressDisplay;
 use crate::verdicts::study::print_results;
-use monorig_lab::batch::{Plan, ResultStore, Shard, in_order, run_one};
+use monorig_lab::batch::run_one;
+use monorig_lab::campaign::Shard;
 use monorig_sim::closed_loop::registry::Registry;
-use monorig_sim::record::inputs;
 use std::path::PathBuf;
 
 const STUDY_EXAMPLES: &str = "\
@@ -58,51 +58,11 @@ impl Command for StudyArgs {
 /// Make the runs that are not there yet, then print what all of them have come to.
 fn study(task: &StudyArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let plan = prepare::study(&task.file, registry)?;
-    let shard = task.shard.unwrap_or(Shard::WHOLE);
-    let name = match shard {
-        Shard::WHOLE => "results.jsonl".to_owned(),
-        Shard { part, of } => format!("results.{part}-of-{of}.jsonl"),
-    };
-    let folder = task.out.get().join(&plan.name);
-    std::fs::create_dir_all(&folder).map_err(|source| CliError::Out {
-        path: folder.clone(),
-        source,
-    })?;
-    let header = plan.header(shard, &identity());
-    let mut store = ResultStore::resume(&folder.join(name), &header)?;
-    inputs::keep(plan.inputs(), &folder.join("inputs"))?;
-    let all = shard.runs(plan.runs());
-    if store.rows() > 0 {
-        note(&format!("{} of {all} runs are there already", store.rows()));
-    }
     interrupt::listen();
-    let made = make(&plan, shard, all, task, registry, &mut store);
-    if let Err(CliError::Interrupted) = made {
-        note(&format!(
-            "{} of {all} runs are there: the same command goes on with the rest",
-            store.rows()
-        ));
-    }
-    made?;
-    note(&format!("results in {}", store.path().display()));
-    print_results(store.path(), &task.json).map(|judged| task.expect.outcome(judged))
-}
-
-fn make(
-    plan: &Plan,
-    shard: Shard,
-    all: u64,
-    task: &StudyArgs,
-    registry: &Registry,
-    store: &mut ResultStore,
-) -> Result<(), CliError> {
-    let mut progress = ProgressDisplay::new(&plan.name);
-    let rest = (store.rows()..all).map(|n| shard.index(n));
+    let campaign = plan.campaign(&identity()).part(task.shard);
+    let folder = task.out.get().join(&plan.name);
     let work = |index| run_one(&plan.spec(index), registry, &interrupt::go_on);
-    in_order(task.jobs.get(), rest, work, |done| {
-        let result = done.map_err(|_| CliError::Interrupted)?;
-        store.append(&result)?;
-        progress.at(store.rows() as f64 / all as f64);
-        Ok::<(), CliError>(())
-    })
+    let path = resumed(&campaign, &folder, plan.inputs(), task.jobs, work, |_| ())?;
+    note(&format!("results in {}", path.display()));
+    print_results(&path, &task.json).map(|judged| task.expect.outcome(judged))
 }

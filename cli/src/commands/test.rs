@@ -4,29 +4,31 @@ mod baseline;
 mod figures;
 mod keep;
 
-use crate::arguments::{Expect, Jobs, Json, assignment, metric, seeds, shard, share};
+use crate::arguments::{Changes, Expect, Jobs, Json, metric, shard, share};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::out::prepare_out;
 use crate::files::prepare;
 use crate::files::scenarios::scenarios;
 use crate::identity::identity;
+use crate::recording::many::many;
 use crate::ui::errors::{self, CliError};
 use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
-use crate::ui::progress::ProgressDisplay;
 use crate::ui::prose::counted;
-use crate::verdicts::{TestedScenario, junit, lines};
+use crate::verdicts::{self, TestedScenario, junit, lines};
 use baseline::Baseline;
-use monorig_lab::batch::test_shards::{self, ShardHeader, ShardScenario};
-use monorig_lab::batch::{RunSpec, Shard, in_order, run_one};
+use monorig_lab::batch::{RunSpec, run_one};
+use monorig_lab::campaign::{self, Campaign, CampaignKind, RunList, Shard};
 use monorig_lab::verdicts::run_result::RunResult;
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::closed_loop::resolved;
 use monorig_sim::config::file::{Sets, input_error};
 use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::error::Error;
 use monorig_sim::guarded::guarded;
+use monorig_sim::record::manifest;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -39,9 +41,9 @@ Examples:
   monorig test scenarios --filter liu2023 --junit report.xml --json report.json
   monorig test scenarios --baseline verdicts.json --worse-than 5%
       fail also on what has become worse
-  monorig test scenarios --shard 2/4 --json 2.json --expect merge
+  monorig test scenarios --shard 2/4 --json 2.jsonl --expect merge
       every fourth run, for one of four machines
-  monorig merge 1.json 2.json 3.json 4.json --into all.json   judge all of them
+  monorig merge 1.jsonl 2.jsonl 3.jsonl 4.jsonl --into all.json   judge them all
   monorig test scenarios --keep-failed failed
       recording and report of the worst seed of what fails
   monorig test drawn --metrics slope_rmse_deg,mass_error_rel_end
@@ -68,15 +70,11 @@ pub struct TestArgs {
     /// Only scenarios with this text in their name
     #[arg(long, value_name = "TEXT")]
     pub filter: Option<String>,
-    /// Run these seeds instead of the scenarios' own: `7`, `1..50` or `1,5,9`
-    #[arg(long, value_name = "SEEDS", value_parser = seeds)]
-    pub seeds: Option<String>,
+    #[command(flatten)]
+    pub changes: Changes,
     /// Run as many seeds as each scenario states, from this one on: does the verdict hold on seeds nobody chose?
     #[arg(long, value_name = "SEED", conflicts_with = "seeds")]
     pub seeds_from: Option<u32>,
-    /// Change a value of every scenario; may be given several times
-    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
-    pub sets: Vec<(String, String)>,
     /// Record the worst seed of every scenario that fails into this folder, with a report
     #[arg(long, value_name = "DIR")]
     pub keep_failed: Option<PathBuf>,
@@ -108,8 +106,8 @@ struct Case {
     name: String,
     /// Its runs that are made here: place among all of its runs, and seed.
     runs: Vec<(u64, u64)>,
-    /// The values by which shards are compared.
-    of_shard: ShardScenario,
+    /// Its runs in all shards.
+    list: RunList,
     /// Its files, as they were when it was checked.
     inputs: InputFiles,
 }
@@ -122,10 +120,8 @@ impl Command for TestArgs {
 
 /// Run every scenario over its seeds. A file that cannot be used does not keep the others from being tested.
 fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
-    let mut overrides = task.sets.clone();
-    let seeds = task.seeds.iter();
-    overrides.extend(seeds.map(|seeds| ("seeds".to_owned(), seeds.clone())));
-    let changes = match task.sets.is_empty() {
+    let overrides = task.changes.all();
+    let changes = match task.changes.sets.is_empty() {
         true => Sets::new(&overrides).written_in("--seeds"),
         false => Sets::new(&overrides),
     };
@@ -173,7 +169,7 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     let (mut tested, compared) = run(task, &cases, &changes, against, registry)?;
     if let Some(folder) = &task.keep_failed {
         for (one, case) in tested.iter().zip(&cases) {
-            keep::worst_run(one, &case.path, &task.sets, folder, registry)?;
+            keep::worst_run(one, &case.path, &task.changes.sets, folder, registry)?;
         }
     }
     let elsewhere = tested.iter().filter(|t| t.judged.runs.is_empty()).count();
@@ -182,7 +178,7 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     let pairs = tested.iter().zip(&cases);
     let details: Vec<String> = pairs
         .filter(|(t, _)| !t.judged.runs.is_empty())
-        .map(|(t, case)| lines::detail(&t.judged, Some(&case.path), &task.sets))
+        .map(|(t, case)| lines::detail(&t.judged, Some(&case.path), &task.changes.sets))
         .filter(|detail| !detail.is_empty())
         .collect();
     let bad = unusable.len();
@@ -190,14 +186,14 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     if let Some(path) = &task.junit {
         output::write(path, &junit::xml(&tested)?)?;
     }
-    task.json.write(|| {
-        let verdicts: Vec<&ScenarioVerdict> = tested.iter().map(|t| &t.judged).collect();
-        let scenarios = || cases.iter().map(|c| c.of_shard.clone()).collect();
-        let header = task
-            .shard
-            .map(|shard| ShardHeader::new(shard, identity(), scenarios()));
-        test_shards::json(&verdicts, &identity(), header.as_ref())
-    })?;
+    match task.shard {
+        Some(shard) => task
+            .json
+            .write_text(|| Ok(shard_text(&cases, &tested, shard)))?,
+        None => task
+            .json
+            .write(|| verdicts::json(tested.iter().map(|t| &t.judged)))?,
+    }
     let programs = [task.json.path(), task.junit.as_deref()];
     let usable = tested.iter().filter(|t| t.unusable.is_none());
     let runs: usize = usable.map(|t| t.judged.runs.len()).sum();
@@ -254,13 +250,31 @@ fn case(
         Some(first) => (u64::from(first)..).take(scenario.seeds().len()).collect(),
         None => scenario.seeds().to_vec(),
     };
+    let inputs = scenario.input_digests();
+    let hash = manifest::hash(&identity(), &inputs, &resolved(scenario, registry));
     Ok(Case {
         path: path.into(),
         name: scenario.name.clone(),
-        of_shard: ShardScenario::new(scenario, &seeds, registry, &identity()),
+        list: RunList::new(&scenario.name, seeds.iter().copied()).hashed(hash),
         runs: (0..).zip(seeds).collect(),
         inputs: scenario.inputs().clone(),
     })
+}
+
+/// The file of a shard: every run that was made here.
+fn shard_text(cases: &[Case], tested: &[TestedScenario], shard: Shard) -> String {
+    let list = cases.iter().map(|case| case.list.clone()).collect();
+    let (inputs, values) = Default::default();
+    let all = Campaign::new(
+        CampaignKind::Test,
+        "test",
+        list,
+        &identity(),
+        inputs,
+        values,
+    );
+    let runs = tested.iter().flat_map(|t| t.judged.runs.clone());
+    campaign::text(&all.part(Some(shard)), &runs.collect::<Vec<_>>())
 }
 
 /// Leave a shard's part of all runs: every n-th, counted over all scenarios.
@@ -283,15 +297,9 @@ fn run(
 ) -> Result<(Vec<TestedScenario>, (usize, usize)), CliError> {
     let width = cases.iter().map(|c| c.name.chars().count()).max();
     let specs = cases.iter().flat_map(|case| {
-        case.runs.iter().map(|(index, seed)| RunSpec {
-            index: *index,
-            scenario: case.path.clone(),
-            changes: changes.clone(),
-            inputs: case.inputs.clone(),
-            seed: *seed,
-            draws: Default::default(),
-            reference: None,
-        })
+        let of =
+            |&(index, seed)| RunSpec::new(index, &case.path, seed, changes.clone(), &case.inputs);
+        case.runs.iter().map(of)
     });
     let work = |spec: RunSpec| {
         let begun = Instant::now();
@@ -302,35 +310,40 @@ fn run(
     let mut waiting: (Vec<RunResult>, Duration) = Default::default();
     let all: usize = cases.iter().map(|case| case.runs.len()).sum();
     let mut compared = (0, 0);
-    let mut progress = ProgressDisplay::new("test");
     let mut runs_done = 0;
     skip_empty(&mut tested, cases);
-    in_order(task.jobs.get(), specs, work, |done| {
-        let (result, took) = done.map_err(|_| CliError::Interrupted)?;
-        waiting.0.push(result);
-        waiting.1 += took;
-        runs_done += 1;
-        progress.rename(&format!("run {runs_done} of {all}"));
-        progress.at(runs_done as f64 / all.max(1) as f64);
-        if let Some(case) = cases.get(tested.len())
-            && waiting.0.len() == case.runs.len()
-        {
-            let (runs, took) = std::mem::take(&mut waiting);
-            let mut judged = ScenarioVerdict::new(&case.name, runs);
-            if let Some((baseline, worse_than)) = against {
-                let (metrics, worse) = baseline.judge(&mut judged, worse_than);
-                compared = (compared.0 + metrics, compared.1 + worse);
+    let (jobs, all_runs) = (task.jobs, (0, all as u64));
+    many(
+        "test",
+        jobs,
+        all_runs,
+        specs,
+        work,
+        |(result, took), progress| {
+            waiting.0.push(result);
+            waiting.1 += took;
+            runs_done += 1;
+            progress.rename(&format!("run {runs_done} of {all}"));
+            if let Some(case) = cases.get(tested.len())
+                && waiting.0.len() == case.runs.len()
+            {
+                let (runs, took) = std::mem::take(&mut waiting);
+                let mut judged = ScenarioVerdict::new(&case.name, runs);
+                if let Some((baseline, worse_than)) = against {
+                    let (metrics, worse) = baseline.judge(&mut judged, worse_than);
+                    compared = (compared.0 + metrics, compared.1 + worse);
+                }
+                let one = TestedScenario::new(judged, took);
+                refusals(&one, case);
+                let text = lines::line(&one.judged, Some(took), width.unwrap_or(0));
+                let programs = [task.json.path(), task.junit.as_deref()];
+                progress.aside(|| output::result(&text, &programs))?;
+                tested.push(one);
+                skip_empty(&mut tested, cases);
             }
-            let one = TestedScenario::new(judged, took);
-            refusals(&one, case);
-            let text = lines::line(&one.judged, Some(took), width.unwrap_or(0));
-            let programs = [task.json.path(), task.junit.as_deref()];
-            progress.aside(|| output::result(&text, &programs))?;
-            tested.push(one);
-            skip_empty(&mut tested, cases);
-        }
-        Ok::<(), CliError>(())
-    })?;
+            Ok(())
+        },
+    )?;
     Ok((tested, compared))
 }
 

@@ -110,11 +110,7 @@ fn tune(task: &TuneArgs, registry: &Registry) -> Result<CommandOutcome, CliError
         .write(|| table::json(&study, &result, &tuning.folder))?;
     let text = table::text(&study, &result, &tuning.folder);
     output::result(&text, &[task.json.path()])?;
-    Ok(if result.validation.is_some() {
-        CommandOutcome::Held
-    } else {
-        CommandOutcome::Failed
-    })
+    Ok(CommandOutcome::of(result.validation.is_some()))
 }
 
 /// Progress of a tuning run on the terminal.

@@ -2,6 +2,7 @@
 
 pub(crate) mod broken;
 pub(crate) mod csv;
+pub(crate) mod folders;
 pub(crate) mod formats;
 pub(crate) mod load;
 pub(crate) mod out;

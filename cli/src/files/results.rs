@@ -3,9 +3,11 @@
 use crate::files::broken::{MAKE_AGAIN, broken};
 use crate::files::written;
 use crate::viewer;
+use monorig_lab::campaign::{Campaign, CampaignKind, CampaignRow, Rows};
 use monorig_lab::explain::Budget;
 use monorig_lab::reports::study;
-use monorig_lab::tuning::trial_store::{Trial, TrialsHeader};
+use monorig_lab::stress::StressRun;
+use monorig_lab::tuning::trial_store::Trial;
 use monorig_lab::verdicts::run_files::CHANNELS;
 use monorig_lab::verdicts::summary::Summary;
 use monorig_logs::export::{SAMPLES, Samples};
@@ -13,6 +15,7 @@ use monorig_sim::config::file::{read_large, read_result, regular};
 use monorig_sim::error::Error;
 use monorig_sim::record::manifest::{self, Manifest};
 use monorig_sim::record::readback;
+use serde::de::DeserializeOwned;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -44,11 +47,11 @@ const KINDS: &[ResultKind] = &[
     of_run("manifest", "manifest.json", manifest),
     of_run("metrics", "metrics.json", metrics),
     other("error budget", "explain.json", budget),
-    other("trials", "trials.jsonl", trials),
-    other("results", ".jsonl", many_runs),
+    other("trials", "trials.jsonl", lines),
+    other("results", ".jsonl", lines),
     other("validation", "validation.json", json),
     other("sensitivity", "sensitivity.json", json),
-    other("results", ANY_JSON, many_runs),
+    other("results", ANY_JSON, lines),
     other("page", ".html", page),
     other("table", ".csv", written::table),
     other("log", ".mcap", written::log),
@@ -114,6 +117,9 @@ pub fn recognise(path: &Path) -> Option<&'static ResultKind> {
 
 /// Returns whether a JSON file was written by `test --json` or `compare --json`.
 fn has_results(path: &Path) -> bool {
+    if Campaign::read(path).is_ok() {
+        return true;
+    }
     let value = read_result(path).ok();
     let value = value.and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok());
     value.is_some_and(|v| ["test", "compare"].contains(&v["kind"].as_str().unwrap_or_default()))
@@ -183,10 +189,14 @@ fn manifest(path: &Path) -> Result<String, Error> {
     ))
 }
 
-fn metrics(path: &Path) -> Result<String, Error> {
+/// Reads JSON; `wrong` says what it is not.
+fn parsed<T: DeserializeOwned>(path: &Path, wrong: &str) -> Result<T, Error> {
     let text = read_result(path)?;
-    let found: Summary = serde_json::from_str(&text)
-        .map_err(|e| broken(path, format!("these are not the metrics of a run: {e}")))?;
+    serde_json::from_str(&text).map_err(|e| broken(path, format!("{wrong}: {e}")))
+}
+
+fn metrics(path: &Path) -> Result<String, Error> {
+    let found: Summary = parsed(path, "these are not the metrics of a run")?;
     found.check().map_err(|message| broken(path, message))?;
     let t = found.simulated_s;
     Ok(match found.finished {
@@ -196,9 +206,7 @@ fn metrics(path: &Path) -> Result<String, Error> {
 }
 
 fn budget(path: &Path) -> Result<String, Error> {
-    let text = read_result(path)?;
-    let found: Budget = serde_json::from_str(&text)
-        .map_err(|e| broken(path, format!("this is not an error budget: {e}")))?;
+    let found: Budget = parsed(path, "this is not an error budget")?;
     Ok(format!(
         "{}, {} sources of error over {} seeds",
         found.scenario,
@@ -213,24 +221,32 @@ fn many_runs(path: &Path) -> Result<String, Error> {
     Ok(format!("{}: {}", page.title, page.subtitle))
 }
 
-fn trials(path: &Path) -> Result<String, Error> {
-    let text = read_result(path)?;
-    let mut lines = text.lines();
-    let header: TrialsHeader = serde_json::from_str(lines.next().unwrap_or_default())
-        .map_err(|e| broken(path, format!("line 1 is not the head of trials: {e}")))?;
-    let mut count = 0;
-    for (line, number) in lines.zip(2..) {
-        serde_json::from_str::<Trial>(line)
-            .map_err(|e| broken(path, format!("line {number} is not a trial: {e}")))?;
-        count += 1;
-    }
-    Ok(format!("{count} trials of {}", header.study))
+/// Reads results in JSON lines: trials, or those of a command that makes many runs.
+fn lines(path: &Path) -> Result<String, Error> {
+    let rows = |n: usize, what: &str, of: &Campaign| format!("{n} {what} of {}", of.name);
+    let of = match Campaign::read(path) {
+        Err(_) if !is_lines(path) => return many_runs(path),
+        of => of?,
+    };
+    Ok(match of.kind {
+        CampaignKind::Tune => rows(count::<Trial>(path, of.kind)?, "trials", &of),
+        CampaignKind::Stress => rows(count::<StressRun>(path, of.kind)?, "runs", &of),
+        CampaignKind::Test | CampaignKind::Study => return many_runs(path),
+    })
+}
+
+fn is_lines(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == "jsonl")
+}
+
+fn count<R: CampaignRow>(path: &Path, kind: CampaignKind) -> Result<usize, Error> {
+    let rows = Rows::<R>::open(path, &[kind])?;
+    let rows: Result<Vec<()>, Error> = rows.map(|row| row.map(drop)).collect();
+    Ok(rows?.len())
 }
 
 fn json(path: &Path) -> Result<String, Error> {
-    let text = read_result(path)?;
-    let found: serde_json::Value =
-        serde_json::from_str(&text).map_err(|e| broken(path, format!("this is not JSON: {e}")))?;
+    let found: serde_json::Value = parsed(path, "this is not JSON")?;
     Ok(match &found {
         serde_json::Value::Array(items) => format!("{} entries", items.len()),
         serde_json::Value::Object(keys) => format!("{} keys", keys.len()),

@@ -1,10 +1,10 @@
 //! Scenarios that the paths on the command line name.
 
+use crate::files::folders::yaml_files;
 use crate::files::formats::{self, FileKind};
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
-use monorig_sim::config::file::Document;
-use monorig_sim::error::{Error, InputError};
+use monorig_sim::config::file::{Document, input_error};
 use std::path::{Path, PathBuf};
 
 /// The files named, and the scenarios in the folders named, by name; of these, those with `filter` in their name. None
@@ -46,25 +46,7 @@ const NAMED: usize = 3;
 /// The scenarios in a folder and the folders in it. Other files of ours that are there are left out,
 /// and the first of them named.
 fn inside(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
-    let (mut files, mut folders) = (Vec::new(), vec![folder.to_owned()]);
-    while let Some(folder) = folders.pop() {
-        let failed = |source| Error::Io {
-            path: folder.clone(),
-            source,
-        };
-        for entry in std::fs::read_dir(&folder).map_err(failed)? {
-            let entry = entry.map_err(failed)?;
-            let path = entry.path();
-            let hidden = entry.file_name().as_encoded_bytes().starts_with(b".");
-            // a link to a folder could lead round in a circle
-            if entry.file_type().map_err(failed)?.is_dir() {
-                folders.extend((!hidden).then_some(path));
-            } else if is_yaml(&path) && !path.is_dir() {
-                files.push(path);
-            }
-        }
-    }
-    files.sort();
+    let mut files = yaml_files(folder)?;
     let mut others = Vec::new();
     files.retain(|file| match other_kind(file) {
         Some(kind) => {
@@ -86,11 +68,6 @@ fn inside(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
     Ok(files)
 }
 
-fn is_yaml(path: &Path) -> bool {
-    let ending = path.extension().unwrap_or_default().to_string_lossy();
-    ["yaml", "yml"].contains(&ending.to_lowercase().as_str())
-}
-
 /// The kind of a file of ours that is no scenario; none if its keys do not decide it.
 fn other_kind(file: &Path) -> Option<&'static str> {
     let keys = Document::read(file).ok()?.keys();
@@ -99,15 +76,6 @@ fn other_kind(file: &Path) -> Option<&'static str> {
 }
 
 fn nothing(path: &Path, message: String) -> CliError {
-    CliError::Sim(
-        InputError {
-            file: path.into(),
-            line: None,
-            column: None,
-            key: String::new(),
-            message,
-            help: "name scenario files (*.yaml), or folders that hold some".into(),
-        }
-        .into(),
-    )
+    let help = "name scenario files (*.yaml), or folders that hold some";
+    CliError::Sim(input_error(path, "", message, help))
 }

@@ -1,5 +1,6 @@
-//! Runs that are recorded: simulated or played from a log, at a pace, under the name of their variant.
+//! Runs: simulated or played from a log, at a pace, under the name of their variant, one or many.
 
+pub(crate) mod many;
 pub(crate) mod pace;
 pub(crate) mod play;
 pub(crate) mod simulate;

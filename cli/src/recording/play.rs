@@ -1,6 +1,6 @@
 //! A recorded log, played to estimators, recorded and judged.
 
-use crate::arguments::Json;
+use crate::arguments::{Json, Out, VIEWER, address, assignment};
 use crate::command::CommandOutcome;
 use crate::files::out::prepare_out;
 use crate::identity::identity;
@@ -18,27 +18,39 @@ use monorig_logs::replay::{Built, ReplayOptions, build};
 use monorig_sim::closed_loop::registry::Registry;
 use serde_json::json;
 use std::net::SocketAddr;
-use std::path::Path;
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// The way a log is played.
 pub(crate) struct Playing<'a> {
     /// Estimators and noise.
     pub(crate) options: &'a ReplayOptions,
-    /// Folder of the results.
-    pub(crate) out: &'a Path,
-    /// Also stream to the viewer at this address.
-    pub(crate) live: Option<SocketAddr>,
-    /// Do not write `run.rrd`.
-    pub(crate) no_rerun: bool,
+    /// Results and changes.
+    pub(crate) args: &'a PlayArgs,
     /// Record long logs at the full rate too.
     pub(crate) full_rate: bool,
-    /// Write the verdicts as JUnit XML here.
-    pub(crate) junit: Option<&'a Path>,
-    /// Results for programs.
-    pub(crate) json: &'a Json,
-    /// Changes to the map.
-    pub(crate) sets: &'a [(String, String)],
+}
+
+/// Options of every command that plays a log.
+#[derive(Clone, Debug, clap::Args)]
+pub struct PlayArgs {
+    #[command(flatten)]
+    pub out: Out,
+    /// Also stream to a Rerun viewer; without an address to the one that is open on this machine
+    #[arg(long, value_name = "HOST:PORT", conflicts_with = "no_rerun", num_args = 0..=1, require_equals = true,
+        default_missing_value = VIEWER, value_parser = address)]
+    pub live: Option<SocketAddr>,
+    /// Do not write run.rrd
+    #[arg(long)]
+    pub no_rerun: bool,
+    /// Write the verdicts as JUnit XML, as CI servers read it
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+    /// Change a value of the map, such as `expect=[…]`; may be given several times
+    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
+    pub sets: Vec<(String, String)>,
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// Play a log, judge the estimators, and show the verdicts.
@@ -47,17 +59,19 @@ pub(crate) fn play(
     task: &Playing<'_>,
     registry: &Registry,
 ) -> Result<CommandOutcome, CliError> {
-    if let Some(path) = task.junit {
+    let args = task.args;
+    let junit = args.junit.as_deref();
+    if let Some(path) = junit {
         output::clear(path)?;
     }
-    let out = task.out;
+    let out = &args.out.get();
     let Built {
         mut simulation,
         found,
         taken,
     } = build(map, task.options, registry)?;
     expected::check(&simulation.scenario)?;
-    let variant = Variant::new(task.sets, None);
+    let variant = Variant::new(&args.sets, None);
     simulation.scenario.name = variant.run_name(&simulation.scenario.name);
     prepare_out(out)?;
     for f in &found {
@@ -76,9 +90,9 @@ pub(crate) fn play(
     let mut progress = ProgressDisplay::new(&format!("replay of {}", map.name));
     let options = RecordOptions {
         out,
-        live: task.live,
+        live: args.live,
         pace: None,
-        no_rerun: task.no_rerun,
+        no_rerun: args.no_rerun,
         full_rate: task.full_rate,
         keep_samples: false,
         changes: &variant.changes,
@@ -92,22 +106,19 @@ pub(crate) fn play(
     note(&format!("results in {}", run.folder.display()));
     let about = run.about(map.name.clone(), "replayed");
     let text = replayed::text(&run.summary, map.constant_mass_kg(), &about);
-    output::result(&text, &[task.json.path(), task.junit])?;
+    output::result(&text, &[args.json.path(), junit])?;
     if run.interrupted {
         return Err(CliError::Interrupted);
     }
-    task.json.write(|| {
+    args.json.write(|| {
         let monorig = identity().to_string();
         json!({ "version": 1, "kind": "run", "monorig": monorig, "runs": [run.json()] })
     })?;
     let judged = run.summary.verdict();
     let good = judged.held;
-    if let Some(path) = task.junit {
+    if let Some(path) = junit {
         let tested = TestedScenario::new(judged, Duration::from_secs_f64(run.wall_s));
         output::write(path, &junit::xml(&[tested])?)?;
     }
-    Ok(match good {
-        true => CommandOutcome::Held,
-        false => CommandOutcome::Failed,
-    })
+    Ok(CommandOutcome::of(good))
 }

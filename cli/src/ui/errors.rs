@@ -5,6 +5,7 @@
 
 use crate::ui::{note, terminal};
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, NamedSource, SourceSpan};
+use monorig_lab::batch::Interrupted;
 use monorig_lab::text::{marked, spelled_out};
 use monorig_sim::error::{Error, InputError};
 use std::process::ExitCode;
@@ -61,6 +62,12 @@ pub enum CliError {
     /// A study stopped from outside, after so many trials.
     #[error("interrupted: {}", match .0 { 0 => "there are no trials yet\n  help: start it again".to_owned(), n => format!("{n} trials are kept\n  help: go on with --resume") })]
     TuningInterrupted(usize),
+}
+
+impl From<Interrupted> for CliError {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
+    }
 }
 
 impl CliError {

@@ -55,7 +55,7 @@ pub fn write(path: &Path, text: &str) -> Result<(), CliError> {
         return arrive(text);
     }
     if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(|source| failed(path, source))?;
+        std::fs::create_dir_all(folder).map_err(Error::at(path))?;
     }
     Ok(whole::write(path, text.as_bytes())?)
 }
@@ -67,12 +67,7 @@ pub fn clear(path: &Path) -> Result<(), CliError> {
     }
     whole::replaceable(path)?;
     match std::fs::remove_file(path) {
-        Err(e) if e.kind() != ErrorKind::NotFound => Err(failed(path, e)),
+        Err(e) if e.kind() != ErrorKind::NotFound => Err(Error::at(path)(e).into()),
         _ => Ok(()),
     }
-}
-
-fn failed(path: &Path, source: std::io::Error) -> CliError {
-    let path = path.into();
-    Error::Io { path, source }.into()
 }

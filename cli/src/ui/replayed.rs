@@ -2,56 +2,20 @@
 //! reference covers.
 
 use crate::ui::summary::{About, legend, marked, tail};
-use crate::ui::tables::{grouped, lines, number, right, table, whole, within_terminal};
+use crate::ui::tables::{grouped, lines, number, right, shown, table, whole, within_terminal};
 use crate::ui::terminal;
 use monorig_lab::verdicts::summary::Summary;
 use std::collections::BTreeMap;
 
-/// A row: title, metrics of RMSE, bias, largest error, NEES, misleading share, availability and reference share, factor
-/// of the errors.
-type Row = (&'static str, [&'static str; 7], f64);
+/// A row: title, beginning of the names of its metrics, metrics of RMSE, bias and largest error, factor of the errors.
+type Row = (&'static str, &'static str, [&'static str; 3], f64);
 
 const ROWS: [Row; 3] = [
-    (
-        "mass %",
-        [
-            "",
-            "mass_bias",
-            "mass_error_rel_max",
-            "mass_nees_mean",
-            "mass_misleading_share",
-            "mass_availability",
-            "mass_reference_share",
-        ],
-        100.0,
-    ),
-    (
-        "slope °",
-        [
-            "slope_rmse_deg",
-            "slope_bias_deg",
-            "slope_error_max_deg",
-            "slope_nees_mean",
-            "slope_misleading_share",
-            "slope_availability",
-            "slope_reference_share",
-        ],
-        1.0,
-    ),
-    (
-        "effective °",
-        [
-            "effective_slope_rmse_deg",
-            "effective_slope_bias_deg",
-            "effective_slope_error_max_deg",
-            "effective_slope_nees_mean",
-            "effective_slope_misleading_share",
-            "effective_slope_availability",
-            "effective_slope_reference_share",
-        ],
-        1.0,
-    ),
+    ("mass %", "mass", ["", "bias", "error_rel_max"], 100.0),
+    ("slope °", "slope", DEGREES, 1.0),
+    ("effective °", "effective_slope", DEGREES, 1.0),
 ];
+const DEGREES: [&str; 3] = ["rmse_deg", "bias_deg", "error_max_deg"];
 
 /// Writes a replay: its estimators, what did not hold, and the verdict.
 pub(crate) fn text(summary: &Summary, mass_kg: Option<f64>, about: &About) -> String {
@@ -71,7 +35,6 @@ fn overview(summary: &Summary, mass_kg: Option<f64>, about: &About) -> String {
     let of = |values: &BTreeMap<String, Option<f64>>, metric: &str| {
         values.get(metric).copied().flatten()
     };
-    let shown = |x: Option<f64>| x.map_or("-".to_owned(), number);
     let known = |metric: &str| {
         let mut all = summary.estimators.values();
         all.any(|values| of(values, metric).is_some_and(|x| x > 0.0))
@@ -135,24 +98,23 @@ fn estimators(summary: &Summary, mass_kg: Option<f64>) -> String {
     let group = |(name, values): (&String, &BTreeMap<String, Option<f64>>)| {
         let of = |metric: &str| values.get(metric).copied().flatten();
         let shown = |x: Option<f64>, factor: f64| x.map_or("-".to_owned(), |x| number(x * factor));
-        let row = |(what, metrics, factor): &Row| {
-            let [rmse, bias, max, nees, misleading, valid, known] = metrics;
+        let row = |(what, quantity, [rmse, bias, max], factor): &Row| {
+            let of = |metric: &str| of(&format!("{quantity}_{metric}"));
             // the error of the mass over the mass that the reference has; of one that changes there is none
-            let relative = |metric: &str| mass_kg.and_then(|kg| Some(of(metric)? / kg));
             let rms = match rmse.is_empty() {
-                true => relative("mass_rmse_kg"),
+                true => mass_kg.and_then(|kg| Some(of("rmse_kg")? / kg)),
                 false => of(rmse),
             };
-            let reference = of(known).unwrap_or(0.0);
+            let reference = of("reference_share").unwrap_or(0.0);
             (reference > 0.0).then(|| {
                 vec![
                     (*what).to_owned(),
                     shown(rms, *factor),
                     shown(of(bias), *factor),
                     shown(of(max), *factor),
-                    shown(of(nees), 1.0),
-                    shown(of(misleading), 100.0),
-                    shown(of(valid), 100.0),
+                    shown(of("nees_mean"), 1.0),
+                    shown(of("misleading_share"), 100.0),
+                    shown(of("availability"), 100.0),
                     shown(Some(reference), 100.0),
                 ]
             })

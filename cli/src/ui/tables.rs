@@ -83,6 +83,11 @@ pub fn number(x: f64) -> String {
     }
 }
 
+/// The number, or a dash without one.
+pub fn shown(x: Option<f64>) -> String {
+    x.map_or("-".to_owned(), number)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

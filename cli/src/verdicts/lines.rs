@@ -1,7 +1,8 @@
 //! Verdicts as lines for people.
 
-use crate::ui::prose::{counted, paragraph, quoted};
+use crate::ui::prose::{counted, paragraph};
 use crate::ui::terminal;
+use monorig_lab::text::quoted;
 use monorig_lab::verdicts::judgement::{Grade, Totals};
 use monorig_lab::verdicts::verdict::{Check, ScenarioVerdict};
 use std::collections::{BTreeMap, BTreeSet};

@@ -5,9 +5,25 @@ pub(crate) mod lines;
 pub(crate) mod stress;
 pub(crate) mod study;
 
+use crate::identity::identity;
+use monorig_lab::verdicts::judgement::Totals;
 use monorig_lab::verdicts::verdict::ScenarioVerdict;
+use serde_json::json;
 use std::path::Path;
 use std::time::Duration;
+
+/// Verdicts and metrics of a test, for programs.
+pub(crate) fn json<'a>(
+    verdicts: impl Iterator<Item = &'a ScenarioVerdict> + Clone,
+) -> serde_json::Value {
+    json!({
+        "version": 1,
+        "kind": "test",
+        "monorig": identity().to_string(),
+        "verdict": Totals::of(verdicts.clone()).words(),
+        "scenarios": verdicts.collect::<Vec<_>>(),
+    })
+}
 
 /// A scenario that was tested.
 pub(crate) struct TestedScenario {

@@ -3,7 +3,7 @@
 use crate::ui::errors::CliError;
 use crate::ui::output;
 use crate::ui::prose::counted;
-use crate::ui::tables::{lines, number, right, table};
+use crate::ui::tables::{lines, right, shown, table};
 use monorig_lab::stress::{Figures, MatrixCell, SHARE_TOLERANCE, StressFile, differences};
 
 /// Cells that are printed unless all are asked for.
@@ -92,7 +92,6 @@ pub(crate) fn compared(
     tolerance: f64,
 ) -> Result<bool, CliError> {
     let all = differences(old, new, tolerance);
-    let shown = |x: Option<f64>| x.map_or("-".to_owned(), number);
     let mut text = table(["", "condition", "estimator", "figure", "before", "now"]);
     for d in &all {
         text.add_row([

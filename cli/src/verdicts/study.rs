@@ -4,14 +4,13 @@ use crate::arguments::Json;
 use crate::command::CommandOutcome;
 use crate::ui::errors::CliError;
 use crate::ui::output;
-use crate::ui::prose::{paragraph, quoted};
-use crate::ui::tables::{grouped, number};
-use monorig_lab::batch::StudyOfHeader;
-use monorig_lab::batch::lines::Lines;
+use crate::ui::prose::paragraph;
+use crate::ui::tables::{grouped, shown};
+use monorig_lab::campaign::{CampaignKind, Rows};
+use monorig_lab::text::quoted;
 use monorig_lab::verdicts::judgement::Grade;
 use monorig_lab::verdicts::run_result::RunResult;
 use monorig_lab::verdicts::verdict::Tally;
-use monorig_sim::config::file::input_error;
 use serde_json::json;
 use std::path::Path;
 
@@ -34,23 +33,9 @@ struct Column {
 pub(crate) fn print_results(path: &Path, json: &Json) -> Result<CommandOutcome, CliError> {
     let (mut tally, mut runs) = (Tally::default(), 0);
     let mut columns: Vec<Column> = Vec::new();
-    let wrong = |n: u64, message: String| {
-        let message = format!("line {}: {message}", n + 1);
-        CliError::Sim(input_error(
-            path,
-            "",
-            message,
-            "a file that only `monorig study` has written to",
-        ))
-    };
-    let mut lines = Lines::open(path)?;
-    let header = lines.next().transpose()?.unwrap_or_default();
-    let study = StudyOfHeader::parse(&header).map_err(|message| wrong(0, message))?;
-    for line in lines {
-        let result: RunResult = serde_json::from_str(&line?).map_err(CliError::json)?;
-        let fits = study.check(runs, &result);
+    for row in Rows::<RunResult>::open(path, &[CampaignKind::Study])? {
+        let (_, result) = row?;
         runs += 1;
-        fits.map_err(|message| wrong(runs, message))?;
         tally.add(&result);
         for (name, values) in result.summary.iter().flat_map(|s| &s.estimators) {
             for metric in SHOWN {
@@ -89,10 +74,7 @@ pub(crate) fn print_results(path: &Path, json: &Json) -> Result<CommandOutcome, 
     let said: Vec<String> = said.iter().map(|line| paragraph(line, "")).collect();
     let text = format!("{}\n\n{}\n", spread(&columns, runs), said.join("\n"));
     output::result(&text, &[json.path()])?;
-    Ok(match judged.grade() {
-        Grade::Failed => CommandOutcome::Failed,
-        _ => CommandOutcome::Held,
-    })
+    Ok(CommandOutcome::of(judged.grade() != Grade::Failed))
 }
 
 /// 5 %, median, 95 % and greatest value of each metric, by estimator.
@@ -144,7 +126,6 @@ fn spread(columns: &[Column], runs: u64) -> String {
     let titles = [&title, "measured", "5 %", "median", "95 %", "worst"];
     let mut groups: Vec<(String, Vec<Vec<String>>)> = Vec::new();
     for column in columns {
-        let shown = |x: Option<f64>| x.map_or("-".to_owned(), number);
         let mut row = vec![column.metric.to_owned(), column.values.len().to_string()];
         row.extend(column.quantiles().map(shown));
         match groups

@@ -125,7 +125,7 @@ fn results_of_another_program_are_not_gone_on_with() {
             ),
         ] {
             let mut header: Value = serde_json::from_str(head).unwrap();
-            header["made_from"]["monorig"][field] = other.into();
+            header["monorig"][field] = other.into();
             dir.write(file, format!("{header}\n{lines}").as_bytes());
             let refused = dir.refused(arguments);
             assert!(refused.contains(told), "{refused}");
@@ -197,7 +197,7 @@ fn a_study_is_made_from_the_files_as_they_were_when_it_began() {
     assert!(matches!({ child }.wait().unwrap().code(), Some(0 | 1)));
     assert!(dir.read("runs/spread/results.jsonl") == whole);
     let header: Value = serde_json::from_str(whole.lines().next().unwrap()).unwrap();
-    let inputs = header["made_from"]["inputs"].as_object().unwrap();
+    let inputs = header["inputs"].as_object().unwrap();
     assert!(inputs.contains_key("others.yaml") && inputs.contains_key("spread.yaml"));
     for digest in inputs.values() {
         let kept = dir

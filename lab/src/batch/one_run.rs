@@ -14,7 +14,7 @@ use monorig_sim::error::Error;
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// One run to make: scenario, changes to it, seed.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +33,21 @@ pub struct RunSpec {
     pub draws: BTreeMap<String, serde_json::Value>,
     /// Estimator whose valid samples the others' are held against, in a comparison.
     pub reference: Option<String>,
+}
+
+impl RunSpec {
+    /// Makes a run without draws and without a reference.
+    pub fn new(index: u64, scenario: &Path, seed: u64, changes: Sets, inputs: &InputFiles) -> Self {
+        Self {
+            index,
+            scenario: scenario.into(),
+            changes,
+            inputs: inputs.clone(),
+            seed,
+            draws: BTreeMap::new(),
+            reference: None,
+        }
+    }
 }
 
 /// The run was stopped from outside: it has no result.
@@ -63,18 +78,11 @@ pub(crate) fn run_observed(
         Ok(Err(e)) => Err(e.to_string()),
         Err(panic) => Err(format!("the run panicked: {}", panic_message(&*panic))),
     };
-    let (summary, error) = match outcome {
-        Ok(summary) => (Some(summary), None),
-        Err(error) => (None, Some(error)),
-    };
     let stem = spec.scenario.file_stem().unwrap_or_default();
     Ok(RunResult {
         index: spec.index,
-        scenario: stem.to_string_lossy().into_owned(),
-        seed: spec.seed,
         draws: spec.draws.clone(),
-        summary,
-        error,
+        ..RunResult::new(&stem.to_string_lossy(), spec.seed, outcome)
     })
 }
 

@@ -1,7 +1,7 @@
 //! From a study file to its runs.
 
-use crate::batch::made_from::MadeFrom;
-use crate::batch::{RunSpec, Shard, StudyFile};
+use crate::batch::{RunSpec, StudyFile};
+use crate::campaign::{Campaign, CampaignKind, RunList};
 use crate::verdicts::expected;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::{Simulation, SimulationBuilder, resolved};
@@ -10,7 +10,6 @@ use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use monorig_sim::record::identity::Identity;
-use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -30,48 +29,6 @@ pub struct Plan {
     inputs: InputFiles,
     /// The scenario of the first run with all defaults.
     resolved: Value,
-}
-
-/// First words of a study's results.
-pub(crate) const FORMAT: &str = "monorig study";
-/// Version of the format of a study's results.
-pub(crate) const VERSION: u32 = 2;
-
-/// The first line of a study's results.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct StudyHeader {
-    /// Kind of the file: `monorig study`.
-    pub(crate) format: String,
-    /// Format version, 2.
-    pub(crate) version: u32,
-    /// Name of the study.
-    pub(crate) study: String,
-    /// Number of runs of the whole study.
-    pub(crate) runs: u64,
-    /// The part of the runs that is here; all if it is left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) shard: Option<Shard>,
-    /// Origin of the study.
-    pub(crate) made_from: MadeFrom,
-}
-
-impl StudyHeader {
-    /// Difference between the header of a file (`self`) and that of new results. `None`: they are equal.
-    pub(crate) fn differs(&self, here: &Self) -> Option<String> {
-        let of = |h: &Self| {
-            let shard = h.shard.unwrap_or(Shard::WHOLE);
-            let runs = format!("{} runs, shard {}/{}", h.runs, shard.part, shard.of);
-            format!(
-                "{} with {runs} (format {} {})",
-                h.study, h.format, h.version
-            )
-        };
-        let (there, wanted) = (of(self), of(here));
-        let study = (there != wanted).then(|| format!("{there} there, {wanted} here"));
-        let both = [study, self.made_from.differs(&here.made_from)];
-        let told: Vec<String> = both.into_iter().flatten().collect();
-        (!told.is_empty()).then(|| told.join("; "))
-    }
 }
 
 impl Plan {
@@ -180,28 +137,30 @@ impl Plan {
             draws.insert(vary.path.clone(), value);
         }
         let file = self.path.file_name().unwrap_or_default().to_string_lossy();
+        let changes = Sets::new(&changes).written_in(&file);
         RunSpec {
-            index,
-            scenario: self.scenario.clone(),
-            changes: Sets::new(&changes).written_in(&file),
-            inputs: self.inputs.clone(),
-            seed,
             draws,
-            reference: None,
+            ..RunSpec::new(index, &self.scenario, seed, changes, &self.inputs)
         }
     }
 
-    /// The first line of its results, made by this program.
-    pub fn header(&self, shard: Shard, monorig: &Identity) -> StudyHeader {
+    /// The campaign of these runs, made by this program.
+    pub fn campaign(&self, monorig: &Identity) -> Campaign {
         let folder = self.path.parent().unwrap_or(Path::new(""));
-        let resolved = json!({ "study": self.file, "first_run": self.resolved });
-        StudyHeader {
-            format: FORMAT.into(),
-            version: VERSION,
-            study: self.name.clone(),
-            runs: self.file.runs,
-            shard: (shard != Shard::WHOLE).then_some(shard),
-            made_from: MadeFrom::new(monorig, self.inputs.digests(folder), resolved),
-        }
+        let (inputs, file) = (self.inputs.digests(folder), &self.file);
+        let resolved = json!({ "study": file, "first_run": self.resolved });
+        let stem = self.scenario.file_stem().unwrap_or_default();
+        let list = RunList::new(
+            &stem.to_string_lossy(),
+            file.first_seed..file.first_seed + file.runs,
+        );
+        Campaign::new(
+            CampaignKind::Study,
+            &self.name,
+            vec![list],
+            monorig,
+            inputs,
+            resolved,
+        )
     }
 }

@@ -1,33 +1,63 @@
-//! The results of a study as a file: its header, then one line for each run, in the order of their indices.
+//! The results of a study or a test as rows of their campaign: seed, scenario and drawn values follow from it.
 
-use crate::batch::jsonl::{Header, Jsonl};
-use crate::batch::lines::wrong;
-use crate::batch::{StudyHeader, StudyOfHeader};
+use crate::batch::StudyFile;
+use crate::batch::vary::Vary;
+use crate::campaign::{Campaign, CampaignRow, PlannedRun};
 use crate::verdicts::run_result::RunResult;
+use crate::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::error::Error;
-use std::path::Path;
 
-/// The open results of a study.
-pub type ResultStore = Jsonl<StudyHeader>;
+impl CampaignRow for RunResult {
+    /// The study; none of a test.
+    type Plan = Option<StudyFile>;
 
-impl Header for StudyHeader {
-    const ROWS: &'static str = "results";
-    const ANEW: &'static str = "remove this file to begin anew";
+    fn plan(campaign: &Campaign) -> Result<Self::Plan, String> {
+        let Some(study) = campaign.resolved.get("study") else {
+            return Ok(None);
+        };
+        let study: StudyFile = serde_json::from_value(study.clone())
+            .map_err(|e| format!("its header has no study of ours: {e}"))?;
+        for vary in &study.vary {
+            vary.check().map_err(|(message, _)| message)?;
+        }
+        Ok(Some(study))
+    }
 
-    fn differs(&self, here: &Self) -> Option<String> {
-        self.differs(here)
+    fn check(&self, campaign: &Campaign, study: &Self::Plan, index: u64) -> Result<(), String> {
+        let run = campaign.is_run(index, &self.scenario, self.seed)?;
+        if self.index != run.place {
+            let there = self.index;
+            return Err(format!(
+                "this is not the result of run {index}, but of run {there}"
+            ));
+        }
+        let drawn = study.as_ref().map_or(&[][..], |study| &study.vary);
+        let of = |vary: &Vary| self.draws.get(&vary.path) == Some(&vary.draw(self.seed));
+        if self.draws.len() != drawn.len() || !drawn.iter().all(of) {
+            return Err(format!(
+                "the drawn values are not those of run {index} of the study"
+            ));
+        }
+        self.check()
     }
 }
 
-impl ResultStore {
-    /// Opens the results of a study to go on with them, or begins them.
-    pub fn resume(path: &Path, header: &StudyHeader) -> Result<Self, Error> {
-        let study = StudyOfHeader::new(header)
-            .map_err(|message| wrong(path, None, message, "a study that monorig has read"))?;
-        Self::open(path, header, |n, line| {
-            let result: RunResult = serde_json::from_slice(line)
-                .map_err(|_| format!("row {n} is not the result of a run"))?;
-            study.check(n, &result)
-        })
+/// Judges the scenarios of a test by the rows of its campaign, or of a shard.
+pub fn judged(
+    campaign: &Campaign,
+    rows: impl Iterator<Item = Result<(String, RunResult), Error>>,
+) -> Result<Vec<ScenarioVerdict>, Error> {
+    let lists = campaign.list.iter();
+    let mut all: Vec<_> = lists.map(|list| (&list.scenario, Vec::new())).collect();
+    for (n, row) in (0..).zip(rows) {
+        let (_, run) = row?;
+        let planned = PlannedRun::find(&campaign.list, campaign.index(n));
+        if let Some((_, runs)) = planned.and_then(|planned| all.get_mut(planned.of)) {
+            runs.push(run);
+        }
     }
+    let verdicts = all.into_iter();
+    Ok(verdicts
+        .map(|(scenario, runs)| ScenarioVerdict::new(scenario, runs))
+        .collect())
 }

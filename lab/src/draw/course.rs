@@ -119,12 +119,7 @@ pub fn course(ranges: &RangesFile, file: &Path, folder: &Path, seed: u64) -> Res
 
 /// The file `to`, named from the folder `from`.
 fn relative(from: &Path, to: &Path) -> Result<String, Error> {
-    let whole = |path: &Path| {
-        std::fs::canonicalize(path).map_err(|source| Error::Io {
-            path: path.into(),
-            source,
-        })
-    };
+    let whole = |path: &Path| std::fs::canonicalize(path).map_err(Error::at(path));
     let (from, to) = (whole(from)?, whole(to)?);
     // up to the folder that both are in, then down
     let (from, to) = (from.components(), to.components());

@@ -31,6 +31,7 @@ pub(crate) use windowed::{WantedMetric, WindowedMetrics};
 
 use crate::metrics::series::{ErrorSample, ErrorSeries, Tracking};
 use crate::metrics::window::{Timed, Windowed};
+use monorig_sim::config::file::nearest;
 use monorig_sim::config::scenario::IntegrityLimits;
 
 /// A metric: its name, its unit, its definition, and which value is best.
@@ -370,6 +371,20 @@ impl InWindow {
 /// The unit of a metric of either kind; none if there is no such metric.
 pub fn unit(metric: &str) -> Option<&'static str> {
     find(metric).map(|m| m.unit)
+}
+
+/// Advice where a name is none of these metrics: the nearest of them, and their list.
+pub fn advice(name: &str, known: &[&str]) -> String {
+    let list = format!("known metrics: {}", known.join(", "));
+    match nearest(name, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`? {list}"),
+        None => list,
+    }
+}
+
+/// Its name, with the unit if it has one.
+pub fn with_unit(metric: &str) -> String {
+    crate::text::with_unit(metric, unit(metric).unwrap_or("1"))
 }
 
 fn over<T: Timed>(samples: &[T], mut running: Running<T>, window: &Window) -> f64 {

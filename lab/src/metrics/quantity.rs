@@ -48,6 +48,32 @@ impl Quantity {
         }
     }
 
+    /// The column of the truth.
+    pub(crate) fn truth_channel(self) -> &'static str {
+        match self {
+            Self::Mass => "truth/total_mass",
+            Self::Slope => "truth/grade_at_imu",
+            Self::EffectiveSlope => "truth/grade_effective",
+        }
+    }
+
+    /// The unit of its errors in reports, and the factor to it.
+    pub(crate) fn unit(self) -> (&'static str, f64) {
+        match self {
+            Self::Mass => ("%", 100.0),
+            Self::Slope | Self::EffectiveSlope => ("°", 1.0),
+        }
+    }
+
+    /// As a title begins.
+    pub(crate) fn title(self) -> &'static str {
+        match self {
+            Self::Mass => "Mass",
+            Self::Slope => "Slope",
+            Self::EffectiveSlope => "Effective slope",
+        }
+    }
+
     /// True where the estimator marks it valid.
     pub(crate) fn is_valid(self, x: &ErrorSample) -> bool {
         match self {

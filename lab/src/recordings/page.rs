@@ -84,18 +84,14 @@ fn chart(fit: &ColumnFit) -> LineChart {
         Axis::log(with_unit("Allan deviation")),
     );
     let points = fit.allan.iter().map(|p| (p.tau_s, p.deviation)).collect();
-    chart
-        .lines
-        .push(Line::new("recording", Ink::series(0), points).dotted());
+    chart.add(Line::new("recording", Ink::series(0), points).dotted());
     if let Some(noise) = &fit.noise {
         let fitted =
             |of: &dyn Fn(f64) -> f64| fit.allan.iter().map(|p| (p.tau_s, of(p.tau_s))).collect();
         let line = fitted(&|tau| noise.deviation(tau));
-        chart.lines.push(Line::new("fit", Ink::series(1), line));
+        chart.add(Line::new("fit", Ink::series(1), line));
         let white = fitted(&|tau| noise.white / tau.sqrt());
-        chart
-            .lines
-            .push(Line::new("white noise", Ink::Muted, white).faintly());
+        chart.add(Line::new("white noise", Ink::Muted, white).faintly());
         chart.note = format!(
             "White noise falls with the root of τ. The fit is off by {:.0} % (root mean square){}",
             100.0 * noise.misfit,

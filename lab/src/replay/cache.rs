@@ -73,10 +73,7 @@ impl Cache {
 /// Write a recording under a temporary name, then move it into place.
 pub fn save(place: &Path, columns: &ReplayData) -> Result<(), Error> {
     if let Some(folder) = place.parent() {
-        std::fs::create_dir_all(folder).map_err(|source| Error::Io {
-            path: folder.into(),
-            source,
-        })?;
+        std::fs::create_dir_all(folder).map_err(Error::at(folder))?;
     }
     whole::write(place, &encode(columns))
 }

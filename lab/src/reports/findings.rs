@@ -1,6 +1,5 @@
 //! Findings and integrity, for pages of any kind.
 
-use crate::metrics::Quantity;
 use crate::reports::page::Section;
 use crate::reports::table::{Cell, Table};
 use crate::text::number;
@@ -34,6 +33,12 @@ pub(crate) fn section(all: &[(String, Finding)]) -> Option<Section> {
     Some(Section::new("Findings").table(table))
 }
 
+/// The findings of one scenario.
+pub(crate) fn of_one(all: Vec<Finding>) -> Option<Section> {
+    let named = all.into_iter().map(|f| (String::new(), f));
+    section(&named.collect::<Vec<_>>())
+}
+
 /// The numbers of misleading estimates in words; `None` without any.
 pub(crate) fn told(all: &[Finding]) -> Option<String> {
     let count = |which: fn(&&Finding) -> bool| all.iter().filter(which).count();
@@ -54,8 +59,7 @@ pub(crate) fn told(all: &[Finding]) -> Option<String> {
 pub(crate) fn integrity<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Option<Table> {
     let mut sums: Vec<Integrity> = Vec::new();
     for new in runs.into_iter().flat_map(|s| &s.integrity) {
-        let same = |i: &&mut Integrity| i.estimator == new.estimator && i.quantity == new.quantity;
-        match sums.iter_mut().find(same) {
+        match sums.iter_mut().find(|sum| sum.is_of_same(new)) {
             Some(sum) => sum.add(new),
             None => sums.push(new.clone()),
         }
@@ -73,11 +77,8 @@ pub(crate) fn integrity<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Opti
     );
     table.caption = "Availability and integrity, from the start of every run".into();
     for i in &sums {
-        let unit = match i.quantity {
-            Quantity::Mass => (100.0, "%"),
-            _ => (1.0, "°"),
-        };
-        let with_unit = |x: f64| format!("{} {}", number(x * unit.0), unit.1);
+        let (unit, factor) = i.quantity.unit();
+        let with_unit = |x: f64| format!("{} {unit}", number(x * factor));
         let share = Cell::number(100.0 * i.share());
         let (share, judged) = match i.outcome() {
             Outcome::ForReference => (share, "for reference only"),

@@ -9,7 +9,7 @@
 //! use monorig_lab::reports::plot::{axis::Axis, line::{Line, LineChart}, theme::Ink};
 //!
 //! let mut chart = LineChart::new("Speed", Axis::linear("time, s"), Axis::linear("speed, m/s"));
-//! chart.lines.push(Line::new("train", Ink::Series(0), vec![(0.0, 0.0), (1.0, 0.5)]));
+//! chart.add(Line::new("train", Ink::Series(0), vec![(0.0, 0.0), (1.0, 0.5)]));
 //! let mut page = Page::new("One run");
 //! page.sections.push(Section::new("Motion").figure(chart.figure()));
 //! assert!(page.to_html().contains("speed, m/s"));

@@ -1,8 +1,7 @@
 //! A battery: the runs of scenarios without and under each of the conditions.
 
-use crate::batch::made_from::MadeFrom;
-use crate::batch::{Interrupted, RunSpec, Shard, run_observed};
-use crate::stress::header::{StressHeader, StressStore};
+use crate::batch::{Interrupted, RunSpec, run_observed};
+use crate::campaign::{Campaign, CampaignKind, PlannedRun, RunList};
 use crate::stress::print::Print;
 use crate::stress::{Condition, ConditionRow, NOMINAL, StressRun};
 use crate::verdicts::expected;
@@ -26,7 +25,9 @@ pub struct Battery {
     conditions: Vec<Condition>,
     scenarios: Vec<Base>,
     estimators: Vec<String>,
-    cases: Vec<Case>,
+    /// Places of scenario and condition of each list.
+    cases: Vec<(usize, Option<usize>)>,
+    lists: Vec<RunList>,
     inputs: InputFiles,
     /// Conditions that a scenario cannot have, with the reason.
     left_out: Vec<String>,
@@ -42,13 +43,6 @@ struct Base {
     /// The vehicle that estimators are told without a condition.
     vehicle: VehicleData,
     resolved: Value,
-}
-
-/// A run.
-struct Case {
-    condition: Option<usize>,
-    scenario: usize,
-    seed: u64,
 }
 
 impl Battery {
@@ -78,6 +72,7 @@ impl Battery {
                 scenarios,
                 estimators: names,
                 cases: Vec::new(),
+                lists: Vec::new(),
                 inputs: of_files,
                 left_out: Vec::new(),
             };
@@ -104,12 +99,10 @@ impl Battery {
                     refused = Some(under.refused(&base.name, &e));
                     continue;
                 }
-                let seeds = base.seeds.iter();
-                self.cases.extend(seeds.map(|seed| Case {
-                    condition,
-                    scenario,
-                    seed: *seed,
-                }));
+                self.cases.push((scenario, condition));
+                let name = under.map_or(NOMINAL, |c| c.name.as_str());
+                let list = RunList::new(&base.name, base.seeds.iter().copied());
+                self.lists.push(list.under(name));
             }
             if let Some(e) = refused.filter(|_| self.cases.len() == before) {
                 return Err(e);
@@ -126,12 +119,6 @@ impl Battery {
     /// Names of the estimators, in the order of the alphabet.
     pub fn estimators(&self) -> &[String] {
         &self.estimators
-    }
-
-    /// Names of the scenarios with their seeds.
-    pub fn scenarios(&self) -> BTreeMap<String, Vec<u64>> {
-        let all = self.scenarios.iter();
-        all.map(|s| (s.name.clone(), s.seeds.clone())).collect()
     }
 
     /// Rows of the matrix: the nominal one, then the conditions.
@@ -154,25 +141,7 @@ impl Battery {
 
     /// Number of runs.
     pub fn runs(&self) -> u64 {
-        self.cases.len() as u64
-    }
-
-    /// Name of the condition of a case.
-    fn name_of(&self, case: &Case) -> &str {
-        let condition = case.condition.and_then(|i| self.conditions.get(i));
-        condition.map_or(NOMINAL, |c| c.name.as_str())
-    }
-
-    /// True if this is the run of this index, whatever came of it.
-    pub(crate) fn is_run(&self, index: u64, run: &StressRun) -> bool {
-        let case = usize::try_from(index).ok().and_then(|i| self.cases.get(i));
-        case.is_some_and(|case| {
-            let scenario = self.scenarios.get(case.scenario);
-            run.index == index
-                && run.seed == case.seed
-                && run.condition == self.name_of(case)
-                && scenario.is_some_and(|s| s.name == run.scenario)
-        })
+        self.lists.iter().map(RunList::runs).sum()
     }
 
     /// Makes the run of this index. None if there is none.
@@ -182,72 +151,53 @@ impl Battery {
         registry: &Registry,
         go_on: &dyn Fn() -> bool,
     ) -> Result<Option<StressRun>, Interrupted> {
-        let case = usize::try_from(index).ok().and_then(|i| self.cases.get(i));
-        let Some((case, base)) = case.and_then(|c| Some((c, self.scenarios.get(c.scenario)?)))
-        else {
+        let planned = PlannedRun::find(&self.lists, index);
+        let found = planned.and_then(|run| {
+            let (scenario, condition) = *self.cases.get(run.of)?;
+            Some((run, self.scenarios.get(scenario)?, condition))
+        });
+        let Some((run, base, condition)) = found else {
             return Ok(None);
         };
-        let condition = case.condition.and_then(|i| self.conditions.get(i));
-        let spec = RunSpec {
-            index,
-            scenario: base.path.clone(),
-            changes: base.sets(condition),
-            inputs: self.inputs.clone(),
-            seed: case.seed,
-            draws: BTreeMap::new(),
-            reference: None,
-        };
+        let condition = condition.and_then(|i| self.conditions.get(i));
+        let changes = base.sets(condition);
+        let spec = RunSpec::new(index, &base.path, run.seed, changes, &self.inputs);
         let mut print = Print::default();
         let result = run_observed(&spec, registry, go_on, &mut print)?;
-        Ok(Some(StressRun::of(
-            self.name_of(case),
-            print.text(),
-            result,
-        )))
+        let name = condition.map_or(NOMINAL, |c| c.name.as_str());
+        Ok(Some(StressRun::of(name, print.text(), result)))
     }
 
-    /// The first line of its results, made by this program.
-    pub fn header(&self, shard: Shard, monorig: &Identity) -> StressHeader {
-        let conditions: BTreeMap<&str, Value> = self
-            .conditions
-            .iter()
+    /// The campaign of these runs, made by this program.
+    pub fn campaign(&self, monorig: &Identity) -> Campaign {
+        let conditions = self.conditions.iter();
+        let conditions: BTreeMap<&str, Value> = conditions
             .map(|c| (c.name.as_str(), json!(c.file)))
             .collect();
-        let scenarios: Vec<Value> = self
-            .scenarios
-            .iter()
-            .map(|s| json!({"name": s.name, "seeds": s.seeds, "scenario": s.resolved}))
-            .collect();
-        let resolved = json!({ "estimators": self.estimators, "conditions": conditions, "scenarios": scenarios });
+        let scenarios = self.scenarios.iter();
+        let scenarios: Vec<&Value> = scenarios.map(|s| &s.resolved).collect();
+        let resolved = json!({
+            "estimators": self.estimators,
+            "rows": self.rows(),
+            "conditions": conditions,
+            "scenarios": scenarios,
+        });
         let folder = self.scenarios.first().and_then(|s| s.path.parent());
         let inputs = self.inputs.digests(folder.unwrap_or(Path::new("")));
-        StressHeader {
-            format: "monorig stress".into(),
-            runs: self.runs(),
-            shard,
-            made_from: MadeFrom::new(monorig, inputs, resolved),
-        }
+        let lists = self.lists.clone();
+        Campaign::new(
+            CampaignKind::Stress,
+            "stress",
+            lists,
+            monorig,
+            inputs,
+            resolved,
+        )
     }
-}
 
-impl StressStore {
-    /// Opens the file of a battery to go on with it, or begins it. Returns the runs that are there.
-    pub fn resume_battery(
-        path: &Path,
-        header: &StressHeader,
-        battery: &Battery,
-    ) -> Result<(Self, Vec<StressRun>), Error> {
-        let mut there = Vec::new();
-        let store = Self::open(path, header, |n, line| {
-            let run: StressRun = serde_json::from_slice(line)
-                .map_err(|_| format!("row {n} is not a run of a battery"))?;
-            if !battery.is_run(header.shard.index(n), &run) {
-                return Err(format!("row {n} is not a run of this battery"));
-            }
-            there.push(run);
-            Ok(())
-        })?;
-        Ok((store, there))
+    /// The files of scenarios and conditions, as they were when they were read.
+    pub fn inputs(&self) -> &InputFiles {
+        &self.inputs
     }
 }
 

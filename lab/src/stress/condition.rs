@@ -122,18 +122,12 @@ impl Condition {
     pub fn load_all(folders: &[PathBuf]) -> Result<Vec<Self>, Error> {
         let mut all: Vec<Self> = Vec::new();
         for folder in folders {
-            let refused = |source| Error::Io {
-                path: folder.clone(),
-                source,
-            };
+            let refused = Error::at(folder);
             let mut files = Vec::new();
-            for entry in std::fs::read_dir(folder).map_err(refused)? {
-                let path = entry.map_err(refused)?.path();
-                files.extend(
-                    path.extension()
-                        .is_some_and(|e| e == "yaml")
-                        .then_some(path),
-                );
+            for entry in std::fs::read_dir(folder).map_err(&refused)? {
+                let path = entry.map_err(&refused)?.path();
+                let is_yaml = path.extension().is_some_and(|e| e == "yaml");
+                files.extend(is_yaml.then_some(path));
             }
             files.sort();
             if files.is_empty() {

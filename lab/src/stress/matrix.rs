@@ -1,6 +1,7 @@
 //! The matrix: what every estimator comes to under every condition, over all scenarios and seeds.
 
-use crate::stress::stress_run::FIGURES;
+use crate::metrics::Quantity;
+use crate::stress::stress_run::metrics;
 use crate::stress::{Group, NOMINAL, StressRun};
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
@@ -135,7 +136,7 @@ fn cell(row: &ConditionRow, estimator: &str, runs: &[StressRun]) -> MatrixCell {
         .iter()
         .filter(|r| nominal(r).is_some_and(|n| n != r.given));
     let [mass, slope, effective_slope] =
-        FIGURES.map(|metrics| figures(row, estimator, &metrics, &whole));
+        Quantity::ALL.map(|quantity| figures(row, estimator, &metrics(quantity), &whole));
     MatrixCell {
         condition: row.condition.clone(),
         estimator: estimator.to_owned(),
@@ -153,11 +154,12 @@ fn cell(row: &ConditionRow, estimator: &str, runs: &[StressRun]) -> MatrixCell {
 fn figures(
     row: &ConditionRow,
     estimator: &str,
-    metrics: &[&str; 6],
+    metrics: &[String; 6],
     runs: &[&StressRun],
 ) -> Figures {
-    let [error, sd, valid, misleading, overconfident, recovered] =
-        metrics.map(|metric| move |r: &StressRun| r.figure(estimator, metric));
+    let [error, sd, valid, misleading, overconfident, recovered] = metrics
+        .each_ref()
+        .map(|metric| move |r: &StressRun| r.figure(estimator, metric));
     let over_valid = |of: &dyn Fn(&StressRun) -> Option<f64>| {
         let values = runs.iter().filter_map(|r| Some((valid(r)?, of(r)?)));
         let (weight, sum) =

@@ -8,7 +8,6 @@
 mod against;
 mod battery;
 mod condition;
-mod header;
 mod matrix;
 mod print;
 mod result_file;
@@ -17,9 +16,8 @@ mod stress_run;
 pub use against::{Difference, SHARE_TOLERANCE, differences};
 pub use battery::{Battery, WantedEstimator};
 pub use condition::{Condition, ConditionFile, Group};
-pub use header::{StressHeader, StressStore};
 pub use matrix::{ConditionRow, Figures, Matrix, MatrixCell};
-pub use result_file::{StressFile, merge_stress};
+pub use result_file::StressFile;
 pub use stress_run::StressRun;
 
 /// Name of the row without a condition.

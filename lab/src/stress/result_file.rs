@@ -1,12 +1,12 @@
-//! The file of a matrix: its runs and its cells as JSON; shards put together.
+//! The file of a matrix: its runs and its cells as JSON.
 
-use crate::batch::Shard;
-use crate::stress::{Battery, ConditionRow, Matrix, MatrixCell, StressHeader, StressRun};
+use crate::campaign::{Campaign, CampaignRow};
+use crate::stress::{ConditionRow, Matrix, MatrixCell, StressRun};
 use monorig_sim::config::file::{input_error, read_result};
 use monorig_sim::error::Error;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Kind of the file.
 const KIND: &str = "stress";
@@ -20,11 +20,6 @@ pub struct StressFile {
     pub monorig: String,
     /// SHA-256 over program, files, conditions and scenarios.
     made_from: String,
-    /// The part of the runs that is here; all if it is left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    shard: Option<Shard>,
-    /// Number of runs of the whole battery.
-    all_runs: u64,
     /// Scenarios with their seeds.
     pub scenarios: BTreeMap<String, Vec<u64>>,
     /// Estimators.
@@ -38,37 +33,32 @@ pub struct StressFile {
 }
 
 impl StressFile {
-    /// Makes it of the runs of a battery that are there.
-    pub fn new(battery: &Battery, header: &StressHeader, runs: Vec<StressRun>) -> Self {
-        let whole = header.shard == Shard::WHOLE;
+    /// Makes it of all runs of a battery.
+    pub fn new(campaign: &Campaign, runs: Vec<StressRun>) -> Self {
+        let BatteryPlan { estimators, rows } = BatteryPlan::of(campaign).unwrap_or_default();
+        let lists = campaign.list.iter();
+        let scenarios = lists.map(|list| (list.scenario.clone(), list.seeds().collect()));
         Self {
             version: 1,
             kind: KIND.into(),
-            monorig: header.made_from.monorig.to_string(),
-            made_from: header.made_from.hash.clone(),
-            shard: (!whole).then_some(header.shard),
-            all_runs: header.runs,
-            scenarios: battery.scenarios(),
-            estimators: battery.estimators().to_vec(),
-            rows: battery.rows(),
-            cells: Vec::new(),
+            monorig: campaign.monorig.to_string(),
+            made_from: campaign.hash.clone(),
+            scenarios: scenarios.collect(),
+            cells: Matrix::of(&rows, &estimators, &runs).cells,
+            estimators,
+            rows,
             runs,
         }
-        .with_cells()
-    }
-
-    fn with_cells(mut self) -> Self {
-        self.cells = Matrix::of(&self.rows, &self.estimators, &self.runs).cells;
-        self
     }
 
     /// Reads a file that was written before.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = read_result(path)?;
-        let file = serde_json::from_str::<Self>(&text);
-        file.ok()
-            .filter(|file| file.kind == KIND)
-            .ok_or_else(|| wrong(path, "this is no matrix of a stress battery".into()))
+        let file = serde_json::from_str::<Self>(&read_result(path)?);
+        file.ok().filter(|file| file.kind == KIND).ok_or_else(|| {
+            let message = "this is no matrix of a stress battery";
+            let help = "a file that `monorig stress --json FILE` has written, not a shard";
+            input_error(path, "", message, help)
+        })
     }
 
     /// As it stands in the file.
@@ -77,52 +67,44 @@ impl StressFile {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
-    /// True if a file of this name is such a file.
-    pub fn is_one(path: &Path) -> bool {
-        Self::read(path).is_ok()
-    }
-
     /// The row of a condition.
     pub fn row(&self, condition: &str) -> Option<&ConditionRow> {
         self.rows.iter().find(|r| r.condition == condition)
     }
 }
 
-/// Puts the shards of a battery together: what the whole would have been.
-pub fn merge_stress(parts: &[PathBuf], to: &Path) -> Result<StressFile, Error> {
-    let mut whole: Option<StressFile> = None;
-    let mut seen = Vec::new();
-    for path in parts {
-        let mut part = StressFile::read(path)?;
-        let Some(shard) = part.shard.take() else {
-            return Err(wrong(path, "this is a whole matrix, and no shard".into()));
-        };
-        if seen.contains(&shard.part) {
-            return Err(wrong(path, format!("shard {} is there twice", shard.part)));
-        }
-        seen.push(shard.part);
-        match &mut whole {
-            None => whole = Some(part),
-            Some(whole) if whole.made_from == part.made_from => whole.runs.extend(part.runs),
-            Some(_) => {
-                let message = "this is a shard of another battery than the first file";
-                return Err(wrong(path, message.into()));
-            }
-        }
-    }
-    let Some(mut whole) = whole else {
-        return Err(wrong(to, "there is nothing to merge".into()));
-    };
-    whole.runs.sort_by_key(|run| run.index);
-    if !whole.runs.iter().map(|run| run.index).eq(0..whole.all_runs) {
-        let message = format!("{} of {} runs are here", whole.runs.len(), whole.all_runs);
-        return Err(wrong(to, message));
-    }
-    Ok(whole.with_cells())
+/// Values of a battery that stand in the header of its results.
+#[derive(Default, Deserialize)]
+struct BatteryPlan {
+    /// Names of the estimators.
+    estimators: Vec<String>,
+    /// Rows of the matrix.
+    rows: Vec<ConditionRow>,
 }
 
-fn wrong(path: &Path, message: String) -> Error {
-    let help =
-        "files that `monorig stress --json FILE` has written; of shards each once, 1/n to n/n";
-    input_error(path, "", message, help)
+impl BatteryPlan {
+    /// Reads them.
+    fn of(campaign: &Campaign) -> Result<Self, String> {
+        let plan = serde_json::from_value(campaign.resolved.clone());
+        plan.map_err(|e| format!("its header has no battery of ours: {e}"))
+    }
+}
+
+impl CampaignRow for StressRun {
+    type Plan = ();
+
+    fn plan(campaign: &Campaign) -> Result<(), String> {
+        BatteryPlan::of(campaign).map(drop)
+    }
+
+    fn check(&self, campaign: &Campaign, (): &(), index: u64) -> Result<(), String> {
+        let run = campaign.is_run(index, &self.scenario, self.seed)?;
+        match self.index == index && run.list.condition.as_ref() == Some(&self.condition) {
+            true => Ok(()),
+            false => Err(format!(
+                "this is not the result of run {index}, but that of run {} under {}",
+                self.index, self.condition
+            )),
+        }
+    }
 }

@@ -1,36 +1,20 @@
 //! One run of a battery, as a line of JSON.
 
+use crate::metrics::Quantity;
 use crate::verdicts::run_result::RunResult;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Metrics of each quantity in the order of [`crate::stress::Figures`].
-pub(crate) const FIGURES: [[&str; 6]; 3] = [
-    [
-        "mass_rmse_rel_valid",
-        "mass_sd_rel_mean_valid",
-        "mass_availability",
-        "mass_misleading_share",
-        "mass_overconfident_share",
-        "mass_recovered_s",
-    ],
-    [
-        "slope_rmse_deg_valid",
-        "slope_sd_mean_deg_valid",
-        "slope_availability",
-        "slope_misleading_share",
-        "slope_overconfident_share",
-        "slope_recovered_s",
-    ],
-    [
-        "effective_slope_rmse_deg_valid",
-        "effective_slope_sd_mean_deg_valid",
-        "effective_slope_availability",
-        "effective_slope_misleading_share",
-        "effective_slope_overconfident_share",
-        "effective_slope_recovered_s",
-    ],
-];
+/// Metrics of a quantity in the order of [`crate::stress::Figures`].
+pub(crate) fn metrics(quantity: Quantity) -> [String; 6] {
+    let [error, sd] = match quantity {
+        Quantity::Mass => ["rmse_rel_valid", "sd_rel_mean_valid"],
+        _ => ["rmse_deg_valid", "sd_mean_deg_valid"],
+    };
+    let marks = "availability misleading_share overconfident_share recovered_s";
+    let mut all = [error, sd].into_iter().chain(marks.split(' '));
+    std::array::from_fn(|_| format!("{}_{}", quantity.name(), all.next().unwrap_or_default()))
+}
 
 /// Outcome of a run of a battery.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,9 +42,10 @@ impl StressRun {
         let unfinished = !result.finished() && result.error.is_none();
         let unfinished = unfinished.then(|| "it did not come to its end".to_owned());
         let all = result.summary.into_iter().flat_map(|s| s.estimators);
+        let wanted = Quantity::ALL.map(metrics).concat();
         let figures = |all: BTreeMap<String, Option<f64>>| {
-            let wanted = |name: &String| FIGURES.iter().flatten().any(|f| f == name);
-            all.into_iter().filter(|(name, _)| wanted(name)).collect()
+            let all = all.into_iter();
+            all.filter(|(name, _)| wanted.contains(name)).collect()
         };
         Self {
             index: result.index,

@@ -8,6 +8,7 @@
 use crate::metrics;
 use crate::tuning::space::digits;
 use crate::tuning::study::{Combine, RunGroup, TuningFile};
+use monorig_sim::config::checked::Positive;
 
 /// Losses below this are taken for zero when something is divided by them.
 const MIN_LOSS: f64 = 1e-9;
@@ -63,22 +64,17 @@ const VALID: [&str; 2] = ["mass_availability", "slope_availability"];
 
 /// Metrics to measure in every run: those of the objective, those of the constraints, the valid shares.
 pub(crate) fn metric_windows(file: &TuningFile) -> Vec<MetricWindow> {
-    let until = |u: Option<f64>| u.unwrap_or(f64::INFINITY);
-    let terms = file.objective.metrics.iter().map(|t| MetricWindow {
-        metric: t.metric.clone(),
-        after_s: t.after_s.get(),
-        until_s: until(t.until_s.map(f64::from)),
-    });
-    let constraints = file.constraints.iter().map(|c| MetricWindow {
-        metric: c.metric.clone(),
-        after_s: c.after_s.get(),
-        until_s: until(c.until_s.map(f64::from)),
-    });
-    let valid = VALID.iter().map(|metric| MetricWindow {
-        metric: (*metric).to_owned(),
-        after_s: crate::verdicts::summary::AFTER_S,
-        until_s: f64::INFINITY,
-    });
+    let window = |metric: &str, after_s: f64, until_s: Option<Positive>| MetricWindow {
+        metric: metric.to_owned(),
+        after_s,
+        until_s: until_s.map_or(f64::INFINITY, f64::from),
+    };
+    let terms = file.objective.metrics.iter();
+    let terms = terms.map(|t| window(&t.metric, t.after_s.get(), t.until_s));
+    let constraints = file.constraints.iter();
+    let constraints = constraints.map(|c| window(&c.metric, c.after_s.get(), c.until_s));
+    let valid = VALID.iter();
+    let valid = valid.map(|metric| window(metric, crate::verdicts::summary::AFTER_S, None));
     terms.chain(constraints).chain(valid).collect()
 }
 

@@ -4,7 +4,7 @@ use crate::metrics;
 use crate::tuning::study::Range;
 use monorig_estimators::api::params::KeyKind;
 use monorig_sim::closed_loop::registry::{EstimatorType, Refusal, Registry};
-use monorig_sim::config::file::{input_error, nearest};
+use monorig_sim::config::file::input_error;
 use monorig_sim::config::scenario::ParameterFile;
 use monorig_sim::error::Error;
 use std::path::Path;
@@ -61,14 +61,8 @@ pub(crate) fn metric(name: &str, trials_move_the_train: bool) -> Result<(), Refu
     if names.contains(&name) {
         return Ok(());
     }
-    let list = format!("known metrics: {}", names.join(", "));
-    Err(Refusal {
-        message: format!("there is no metric `{name}`"),
-        help: match nearest(name, names.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`? {list}"),
-            None => list,
-        },
-    })
+    let message = format!("there is no metric `{name}`");
+    Err(Refusal::new(message, metrics::advice(name, &names)))
 }
 
 /// A parameter file whose estimator and parameters are in the registry.

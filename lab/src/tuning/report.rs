@@ -284,12 +284,8 @@ fn trace(t: &Trace) -> [Figure; 2] {
         };
         let title = format!("{what}, {}", t.scenario);
         let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(y));
-        chart
-            .lines
-            .push(Line::new("default", Ink::Series(0), points(&t.before)));
-        chart
-            .lines
-            .push(Line::new("winner", Ink::Series(1), points(&t.after)));
+        chart.add(Line::new("default", Ink::Series(0), points(&t.before)));
+        chart.add(Line::new("winner", Ink::Series(1), points(&t.after)));
         chart.figure()
     };
     [

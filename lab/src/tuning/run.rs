@@ -59,10 +59,7 @@ fn finished(
         trial_store::vacant(store)?; // found out before anything is recorded
     }
     let cache = Cache::new(&run.cache, &run.monorig);
-    std::fs::create_dir_all(&run.folder).map_err(|source| Error::Io {
-        path: run.folder.clone(),
-        source,
-    })?;
+    std::fs::create_dir_all(&run.folder).map_err(Error::at(&run.folder))?;
     let means = Means {
         cache: &cache,
         jobs: run.jobs,

@@ -3,14 +3,15 @@
 //! A resumed study starts the optimiser anew; as its proposals and their losses are the same, it comes to where it
 //! was in no time and goes on as if nothing had happened.
 
+use crate::campaign::Store;
 use crate::tuning::baseline::Baseline;
 use crate::tuning::evaluate::Evaluator;
 use crate::tuning::optimise::{self, Search, WORST};
 use crate::tuning::progress::Progress;
 use crate::tuning::space::Space;
+use crate::tuning::study::TuningStudy;
 use crate::tuning::study::Values;
-use crate::tuning::study::{Combine, TuningStudy};
-use crate::tuning::trial_store::{Trial, TrialStore, TrialsHeader};
+use crate::tuning::trial_store::{Trial, vacant};
 use monorig_sim::error::Error;
 use monorig_sim::record::identity::Identity;
 use monorig_sim::record::inputs;
@@ -54,14 +55,15 @@ pub(crate) fn search(
     progress: &dyn Progress,
 ) -> Result<SearchResult, Error> {
     let kept = store.with_file_name("inputs");
-    let header = TrialsHeader {
-        study: study.name.clone(),
-        made_from: study.made_from(monorig),
-    };
-    let (store, stored) = match begin {
-        Begin::Resume => TrialStore::resume(store, &header)?,
-        Begin::Restart => (TrialStore::replace(store, &header)?, Vec::new()),
-        _ => (TrialStore::create(store, &header)?, Vec::new()),
+    let campaign = study.campaign(monorig);
+    let mut stored = Vec::new();
+    let store = match begin {
+        Begin::Resume => Store::resume(store, &campaign, |trial| stored.push(trial))?,
+        Begin::Restart => Store::replace(store, &campaign)?,
+        Begin::New => {
+            vacant(store)?;
+            Store::replace(store, &campaign)?
+        }
     };
     inputs::keep(study.inputs(), &kept)?;
     let space = Space::new(&study.file.parameters);
@@ -90,10 +92,7 @@ pub(crate) fn search(
         optimiser: study.file.optimiser,
         start: &start,
         counts: &counts,
-        objectives: match study.file.objective.combine {
-            Combine::Pareto => study.file.objective.metrics.len(),
-            _ => 1,
-        },
+        objectives: study.file.objective.losses(),
         budget: budget - runner.trials.len(),
         seed: study.file.seed,
     };
@@ -116,7 +115,7 @@ pub(crate) fn search(
 struct TrialRunner<'a> {
     study: &'a TuningStudy,
     evaluator: &'a Evaluator<'a>,
-    store: TrialStore,
+    store: Store<Trial>,
     /// Trials of an earlier, interrupted search.
     stored: Vec<Trial>,
     baseline: &'a Baseline,
@@ -186,19 +185,12 @@ impl TrialRunner<'_> {
     /// broken; between −1 and [`WORST`], whatever the metric.
     fn losses_for_optimiser(&self, trial: &Trial) -> Vec<f64> {
         match trial {
-            t if t.losses.is_empty() => vec![WORST; self.objectives()],
+            t if t.losses.is_empty() => vec![WORST; self.study.file.objective.losses()],
             t if t.violation > 0.0 => {
                 let bad = BROKEN + t.violation.min(1.0) * (WORST - BROKEN) * 0.99;
                 vec![bad; t.losses.len()]
             }
             t => t.losses.iter().map(|x| (x - 1.0).min(BROKEN)).collect(),
-        }
-    }
-
-    fn objectives(&self) -> usize {
-        match self.study.file.objective.combine {
-            Combine::Pareto => self.study.file.objective.metrics.len(),
-            _ => 1,
         }
     }
 }

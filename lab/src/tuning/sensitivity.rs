@@ -4,7 +4,7 @@ use crate::tuning::baseline::Baseline;
 use crate::tuning::evaluate::Evaluator;
 use crate::tuning::progress::Progress;
 use crate::tuning::space::Space;
-use crate::tuning::study::{TuningFile, TuningStudy, Values};
+use crate::tuning::study::{TuningFile, TuningStudy, Values, as_number};
 use monorig_sim::config::scenario::ParameterValue;
 use serde::Serialize;
 
@@ -171,11 +171,7 @@ fn with_marked<'a>(
     values: &mut Vec<ParameterValue>,
     marked: impl Iterator<Item = &'a ParameterValue>,
 ) {
-    let number = |value: &ParameterValue| match value {
-        ParameterValue::Number(x) => Some(x.get()),
-        _ => None,
-    };
-    let Some(mut all) = values.iter().map(number).collect::<Option<Vec<f64>>>() else {
+    let Some(mut all) = values.iter().map(as_number).collect::<Option<Vec<f64>>>() else {
         return;
     };
     let (low, high) = (
@@ -183,7 +179,7 @@ fn with_marked<'a>(
         all.iter().copied().fold(f64::NEG_INFINITY, f64::max),
     );
     for value in marked {
-        if let Some(x) = number(value)
+        if let Some(x) = as_number(value)
             && (low..=high).contains(&x)
             && !all.contains(&x)
         {
@@ -191,7 +187,7 @@ fn with_marked<'a>(
             all.push(x);
         }
     }
-    let order = |value: &ParameterValue| number(value).unwrap_or(f64::NAN);
+    let order = |value: &ParameterValue| as_number(value).unwrap_or(f64::NAN);
     values.sort_by(|a, b| order(a).total_cmp(&order(b)));
 }
 

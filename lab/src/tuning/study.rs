@@ -1,6 +1,6 @@
 //! The study file, and the study read from it.
 
-use crate::batch::made_from::MadeFrom;
+use crate::campaign::{Campaign, CampaignKind, RunList};
 use monorig_estimators::api::params::Setting;
 use monorig_sim::closed_loop::registry::{EstimatorType, Refusal, Registry};
 use monorig_sim::closed_loop::resolved;
@@ -160,6 +160,16 @@ pub(crate) struct Objective {
     /// How metrics and scenarios become one number, or several.
     #[serde(default)]
     pub(crate) combine: Combine,
+}
+
+impl Objective {
+    /// Number of losses of a trial: one for each metric of a front.
+    pub(crate) fn losses(&self) -> usize {
+        match self.combine {
+            Combine::Pareto => self.metrics.len(),
+            _ => 1,
+        }
+    }
 }
 
 /// A metric of the objective.
@@ -393,8 +403,8 @@ impl TuningStudy {
         })
     }
 
-    /// Origin of its results, with this program.
-    pub(crate) fn made_from(&self, monorig: &Identity) -> MadeFrom {
+    /// The campaign of its trials, made by this program.
+    pub(crate) fn campaign(&self, monorig: &Identity) -> Campaign {
         let all = |groups: &[RunGroup]| -> Vec<Value> {
             let each = groups.iter().map(|g| &g.scenario);
             each.map(|s| resolved(s, &self.registry)).collect()
@@ -406,7 +416,16 @@ impl TuningStudy {
             "validation": all(&self.validation),
         });
         let folder = self.document.path().parent().unwrap_or(Path::new(""));
-        MadeFrom::new(monorig, self.inputs.digests(folder), resolved)
+        let inputs = self.inputs.digests(folder);
+        let list = vec![RunList::new("trials", 0..u64::from(self.file.budget))];
+        Campaign::new(
+            CampaignKind::Tune,
+            &self.name,
+            list,
+            monorig,
+            inputs,
+            resolved,
+        )
     }
 
     /// The files of the study, as they were when it was read.
@@ -417,6 +436,16 @@ impl TuningStudy {
     /// An error at a key of the study.
     pub(crate) fn error(&self, key: impl Into<String>, wrong: Refusal) -> Error {
         self.document.error(key, wrong.message, wrong.help)
+    }
+
+    /// An error at a key of the study: what is wrong, and what would be right.
+    pub(crate) fn wrong(
+        &self,
+        key: impl Into<String>,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Error {
+        self.document.error(key, message, help)
     }
 
     /// The defaults of the parameters that vary; those without one, which the estimator derives from the vehicle, are

@@ -40,35 +40,25 @@ const MAX_SENSITIVITY_TRIALS: u64 = 20_000;
 fn check(study: &TuningStudy) -> Result<(), Error> {
     let file = &study.file;
     if file.why.trim().is_empty() {
-        return Err(study.error(
-            "why",
-            wrong("a study says why it exists", "write a sentence"),
-        ));
+        return Err(study.wrong("why", "a study says why it exists", "write a sentence"));
     }
     parameters(study)?;
     metrics(study)?;
     runs(study)?;
     let least = 2 + u32::from(!file.published.is_empty());
     if !(least..=MAX_TRIALS).contains(&file.budget) {
-        return Err(study.error(
+        return Err(study.wrong(
             "budget",
-            wrong(
-                format!("{} trials make no search", file.budget),
-                format!("a number from {least} to {MAX_TRIALS}"),
-            ),
+            format!("{} trials make no search", file.budget),
+            format!("a number from {least} to {MAX_TRIALS}"),
         ));
     }
     let trials = sensitivity::trials(file);
     if trials > MAX_SENSITIVITY_TRIALS {
-        return Err(study.error(
-            "sensitivity",
-            wrong(
-                format!("the neighbourhood of the winner would take {trials} trials"),
+        return Err(study.wrong("sensitivity", format!("the neighbourhood of the winner would take {trials} trials"),
                 format!(
                     "smaller `curve`, `map` and `map_parameters`, for at most {MAX_SENSITIVITY_TRIALS} trials"
-                ),
-            ),
-        ));
+                )));
     }
     let pareto = file.objective.combine == Combine::Pareto;
     let many = matches!(
@@ -76,21 +66,17 @@ fn check(study: &TuningStudy) -> Result<(), Error> {
         Optimiser::Nsga2 | Optimiser::Grid | Optimiser::Random
     );
     if pareto && !many {
-        return Err(study.error(
+        return Err(study.wrong(
             "optimiser",
-            wrong(
-                "this optimiser cannot look for a front",
-                "`nsga2`, `grid` or `random` for `combine: pareto`",
-            ),
+            "this optimiser cannot look for a front",
+            "`nsga2`, `grid` or `random` for `combine: pareto`",
         ));
     }
     if file.optimiser == Optimiser::Nsga2 && !pareto {
-        return Err(study.error(
+        return Err(study.wrong(
             "optimiser",
-            wrong(
-                "nsga2 looks for a front, and this objective is one number",
-                "another optimiser, or `combine: pareto`",
-            ),
+            "nsga2 looks for a front, and this objective is one number",
+            "another optimiser, or `combine: pareto`",
         ));
     }
     Ok(())
@@ -106,9 +92,10 @@ fn wrong(message: impl Into<String>, help: impl Into<String>) -> Refusal {
 fn parameters(study: &TuningStudy) -> Result<(), Error> {
     let file = &study.file;
     if file.parameters.is_empty() {
-        return Err(study.error(
+        return Err(study.wrong(
             "parameters",
-            wrong("nothing varies", "name a parameter and its range"),
+            "nothing varies",
+            "name a parameter and its range",
         ));
     }
     for (key, r) in &file.parameters {
@@ -132,12 +119,10 @@ fn parameters(study: &TuningStudy) -> Result<(), Error> {
             .check(key, x.setting())
             .map_err(|w| study.error(&at, w))?;
         if file.parameters.contains_key(key) {
-            return Err(study.error(
+            return Err(study.wrong(
                 at,
-                wrong(
-                    format!("`{key}` is among the parameters that vary"),
-                    "remove one of the two",
-                ),
+                format!("`{key}` is among the parameters that vary"),
+                "remove one of the two",
             ));
         }
     }
@@ -206,27 +191,24 @@ fn range(r: &Range) -> Result<(), (&'static str, Refusal)> {
 fn metrics(study: &TuningStudy) -> Result<(), Error> {
     let file = &study.file;
     if file.objective.metrics.is_empty() {
-        return Err(study.error(
+        return Err(study.wrong(
             "objective.metrics",
-            wrong(
-                "nothing is made small",
-                "for example [{metric: slope_rmse_deg}]",
-            ),
+            "nothing is made small",
+            "for example [{metric: slope_rmse_deg}]",
         ));
     }
     if file.objective.combine == Combine::Pareto && file.objective.metrics.len() < 2 {
-        return Err(study.error(
+        return Err(study.wrong(
             "objective.combine",
-            wrong("a front needs two metrics", "`weighted`, or another metric"),
+            "a front needs two metrics",
+            "`weighted`, or another metric",
         ));
     }
     let window = |key: &str, after: f64, until: Option<f64>| match until {
-        Some(until) if until <= after => Err(study.error(
+        Some(until) if until <= after => Err(study.wrong(
             format!("{key}.until_s"),
-            wrong(
-                format!("nothing is left to measure between {after} s and {until} s"),
-                "a later time",
-            ),
+            format!("nothing is left to measure between {after} s and {until} s"),
+            "a later time",
         )),
         _ => Ok(()),
     };
@@ -247,15 +229,14 @@ fn metrics(study: &TuningStudy) -> Result<(), Error> {
         window(&at, c.after_s.get(), c.until_s.map(f64::from))?;
         match (c.at_least, c.at_most) {
             (None, None) => {
-                return Err(study.error(
+                return Err(study.wrong(
                     at,
-                    wrong("this bounds nothing", "`at_most`, `at_least`, or both"),
+                    "this bounds nothing",
+                    "`at_most`, `at_least`, or both",
                 ));
             }
             (Some(least), Some(most)) if least > most => {
-                return Err(
-                    study.error(at, wrong("nothing is between these bounds", "swap the two"))
-                );
+                return Err(study.wrong(at, "nothing is between these bounds", "swap the two"));
             }
             _ => {}
         }
@@ -293,12 +274,10 @@ fn runs(study: &TuningStudy) -> Result<(), Error> {
     let file = &study.file;
     for (key, groups) in [("tuning", &study.tuning), ("validation", &study.validation)] {
         if groups.is_empty() {
-            return Err(study.error(
+            return Err(study.wrong(
                 key,
-                wrong(
-                    "there are no runs",
-                    "for example [{scenario: winding.yaml, seeds: 1..4}]",
-                ),
+                "there are no runs",
+                "for example [{scenario: winding.yaml, seeds: 1..4}]",
             ));
         }
         for (i, group) in groups.iter().enumerate() {
@@ -316,14 +295,10 @@ fn runs(study: &TuningStudy) -> Result<(), Error> {
                         .find(|(_, g)| std::ptr::eq(*g, t))
                         .map(|(r, _)| &r.set);
             if let Some(seed) = v.seeds.iter().find(|s| same && t.seeds.contains(s)) {
-                return Err(study.error(
+                return Err(study.wrong(
                     format!("validation[{i}].seeds"),
-                    wrong(
-                        format!(
-                            "seed {seed} of this scenario is tuned on, so it validates nothing"
-                        ),
-                        "other seeds, or another scenario",
-                    ),
+                    format!("seed {seed} of this scenario is tuned on, so it validates nothing"),
+                    "other seeds, or another scenario",
                 ));
             }
         }

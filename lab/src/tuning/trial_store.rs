@@ -1,22 +1,11 @@
 //! `trials.jsonl`: a header, then a line for each trial, in order.
 
-use crate::batch::jsonl::{Header, Jsonl};
-use crate::batch::lines::wrong;
-use crate::batch::made_from::MadeFrom;
+use crate::campaign::{Campaign, CampaignRow, wrong};
 use crate::tuning::study::Values;
 use monorig_sim::config::file::read_result;
 use monorig_sim::error::Error;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-
-/// Description of the study that the trials belong to.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TrialsHeader {
-    /// Name of the study.
-    pub study: String,
-    /// Origin of the study.
-    pub made_from: MadeFrom,
-}
 
 /// A trial and its score.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,40 +36,18 @@ impl Trial {
     }
 }
 
-/// The open trials of a study.
-pub type TrialStore = Jsonl<TrialsHeader>;
+impl CampaignRow for Trial {
+    type Plan = ();
 
-impl Header for TrialsHeader {
-    const ROWS: &'static str = "trials";
-    const ANEW: &'static str = "start anew with --restart";
-
-    fn differs(&self, here: &Self) -> Option<String> {
-        let study = format!("{} there, {} here", self.study, here.study);
-        let study = (self.study != here.study).then_some(study);
-        study.or_else(|| self.made_from.differs(&here.made_from))
-    }
-}
-
-impl TrialStore {
-    /// Begins a file. Trials that are there stay, and are an error.
-    pub fn create(path: &Path, header: &TrialsHeader) -> Result<Self, Error> {
-        vacant(path)?;
-        Self::replace(path, header)
+    fn plan(_: &Campaign) -> Result<(), String> {
+        Ok(())
     }
 
-    /// Opens a file of the same study, or begins it. Returns the trials in it.
-    pub fn resume(path: &Path, header: &TrialsHeader) -> Result<(Self, Vec<Trial>), Error> {
-        let mut trials: Vec<Trial> = Vec::new();
-        let store = Self::open(path, header, |n, line| {
-            let trial = serde_json::from_slice::<Trial>(line);
-            let trial = trial.map_err(|e| format!("this is no line of monorig's: {e}"))?;
-            if trial.trial as u64 != n {
-                return Err(format!("this is not trial {n}"));
-            }
-            trials.push(trial);
-            Ok(())
-        })?;
-        Ok((store, trials))
+    fn check(&self, _: &Campaign, (): &(), index: u64) -> Result<(), String> {
+        match self.trial as u64 == index {
+            true => Ok(()),
+            false => Err(format!("this is not trial {index}")),
+        }
     }
 }
 

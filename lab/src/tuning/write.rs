@@ -28,7 +28,7 @@ pub(crate) fn winner(
         parameters: study.settings(&trial.parameters).values,
         provenance: Some(Provenance {
             study: study.name.clone(),
-            study_hash: study.made_from(monorig).hash,
+            study_hash: study.campaign(monorig).hash,
             monorig: monorig.to_string(),
             optimiser: serde_json::to_value(file.optimiser)
                 .ok()

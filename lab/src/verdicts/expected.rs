@@ -2,8 +2,8 @@
 //! is found before the run, not after it.
 
 use crate::metrics::{
-    Metric, Quantity, availability, estimator_metrics, find, misleading_share, reference_share,
-    run_metrics,
+    Metric, Quantity, advice, availability, estimator_metrics, find, misleading_share,
+    reference_share, run_metrics,
 };
 use monorig_sim::config::checked::{Finite, Fraction};
 use monorig_sim::config::file::nearest;
@@ -183,12 +183,8 @@ fn metric(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Error> {
             "add `estimator:` with the name of one",
         ),
         _ => {
-            let list = format!("known metrics: {}", known.join(", "));
-            let help = match nearest(metric, known.iter().copied()) {
-                Some(near) => format!("did you mean `{near}`? {list}"),
-                None => list,
-            };
-            scenario.error(key, format!("there is no metric `{metric}`"), help)
+            let message = format!("there is no metric `{metric}`");
+            scenario.error(key, message, advice(metric, known))
         }
     })
 }

@@ -40,10 +40,7 @@ pub fn of_summaries<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Vec<Find
     let mut all: Vec<(Integrity, u64)> = Vec::new();
     for run in runs {
         for new in &run.integrity {
-            let same = |(i, _): &&mut (Integrity, u64)| {
-                i.estimator == new.estimator && i.quantity == new.quantity
-            };
-            match all.iter_mut().find(same) {
+            match all.iter_mut().find(|(sum, _)| sum.is_of_same(new)) {
                 Some((sum, seed)) => {
                     if new.severity() > sum.severity() {
                         *seed = run.seed;

@@ -65,6 +65,11 @@ pub(crate) struct Misleading {
 }
 
 impl Integrity {
+    /// True if another is of the same estimator and quantity.
+    pub(crate) fn is_of_same(&self, other: &Self) -> bool {
+        (&self.estimator, self.quantity) == (&other.estimator, other.quantity)
+    }
+
     /// Integrity of every quantity of an estimator, before its first sample. `judged` is false for one that is there
     /// for reference only.
     pub(crate) fn of(

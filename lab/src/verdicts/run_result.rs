@@ -25,6 +25,22 @@ pub struct RunResult {
 }
 
 impl RunResult {
+    /// Makes the result of a run without draws: its numbers, or why it broke down.
+    pub fn new(scenario: &str, seed: u64, outcome: Result<Summary, String>) -> Self {
+        let (summary, error) = match outcome {
+            Ok(summary) => (Some(summary), None),
+            Err(error) => (None, Some(error)),
+        };
+        Self {
+            index: 0,
+            scenario: scenario.to_owned(),
+            seed,
+            draws: BTreeMap::new(),
+            summary,
+            error,
+        }
+    }
+
     /// Checks that what the result says follows from the numbers in it. The error says what does not.
     pub fn check(&self) -> Result<(), String> {
         let Some(summary) = &self.summary else {

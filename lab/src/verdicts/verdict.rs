@@ -97,14 +97,7 @@ impl ScenarioVerdict {
 
     /// Judge one run by itself.
     pub(crate) fn of_run(summary: &Summary) -> Self {
-        let run = RunResult {
-            index: 0,
-            scenario: summary.scenario.clone(),
-            seed: summary.seed,
-            draws: BTreeMap::new(),
-            summary: Some(summary.clone()),
-            error: None,
-        };
+        let run = RunResult::new(&summary.scenario, summary.seed, Ok(summary.clone()));
         Self::new(&summary.scenario, vec![run])
     }
 
@@ -256,10 +249,8 @@ impl Tally {
             Some(words) if Some(new.share()) > new.at_most => Some((new.severity(), words)),
             _ => None,
         };
-        let same = |(i, _): &&mut (Integrity, Count)| {
-            i.estimator == new.estimator && i.quantity == new.quantity
-        };
-        match self.integrity.iter_mut().find(same) {
+        let mut there = self.integrity.iter_mut();
+        match there.find(|(sum, _)| sum.is_of_same(new)) {
             Some((sum, count)) => {
                 sum.add(new);
                 count.add(seed, wrong);

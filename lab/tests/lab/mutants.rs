@@ -6,10 +6,10 @@
 
 use monorig_estimators::Time;
 use monorig_estimators::api::signals::{Command, Measurements, Sample};
-use monorig_lab::batch::made_from::MadeFrom;
+use monorig_lab::campaign::{Campaign, CampaignKind, RunList, Store};
 use monorig_lab::metrics::series::Target;
 use monorig_lab::replay::{ReplayData, cache};
-use monorig_lab::tuning::trial_store::{Trial, TrialStore, TrialsHeader};
+use monorig_lab::tuning::trial_store::Trial;
 use monorig_sim::record::identity::Identity;
 use monorig_sim::testing::vehicle;
 use monorig_testing::{mutant, mutants};
@@ -88,12 +88,13 @@ fn mutants_of_trials() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("trials.jsonl");
     let identity = Identity::of_program(None);
-    let resolved = serde_json::json!({"budget": 20});
-    let header = TrialsHeader {
-        study: "quick".into(),
-        made_from: MadeFrom::new(&identity, [("a".into(), "b".into())].into(), resolved),
-    };
-    let mut store = TrialStore::create(&path, &header).unwrap();
+    let (list, inputs) = (
+        vec![RunList::new("trials", 0..20)],
+        [("a".into(), "b".into())].into(),
+    );
+    let values = serde_json::json!({"budget": 20});
+    let header = Campaign::new(CampaignKind::Tune, "quick", list, &identity, inputs, values);
+    let mut store = Store::replace(&path, &header).unwrap();
     for trial in 0..20 {
         let of = Trial {
             trial,
@@ -110,8 +111,9 @@ fn mutants_of_trials() {
     let mut resumed = 0;
     for seed in 0..mutants::count(MUTANTS) {
         std::fs::write(&path, mutant(&good, 0, seed)).unwrap();
-        match TrialStore::resume(&path, &header) {
-            Ok((_, trials)) => {
+        let mut trials: Vec<Trial> = Vec::new();
+        match Store::resume(&path, &header, |trial| trials.push(trial)) {
+            Ok(_) => {
                 resumed += 1;
                 let numbers = trials.iter().map(|t| t.trial);
                 assert!(numbers.eq(0..trials.len()), "mutant {seed}");

@@ -1,6 +1,6 @@
 //! Figures over all runs of a test: metrics of each estimator over scenarios and seeds alike.
 
-use crate::ui::tables::{lines, number, right, table};
+use crate::ui::tables::{lines, right, shown, table};
 use crate::verdicts::TestedScenario;
 use monorig_lab::metrics;
 use std::collections::BTreeMap;
@@ -28,11 +28,7 @@ fn of_metric(tested: &[TestedScenario], metric: &str) -> String {
             }
         }
     }
-    let unit = match metrics::unit(metric) {
-        Some("1") | None => String::new(),
-        Some(unit) => format!(", {unit}"),
-    };
-    let title = format!("{metric}{unit}");
+    let title = metrics::with_unit(metric);
     let titles = [title.as_str(), "runs", "median", "95 %", "largest", "in"];
     let mut table = table(titles);
     for (name, (runs, mut values)) in all {
@@ -42,7 +38,6 @@ fn of_metric(tested: &[TestedScenario], metric: &str) -> String {
             let place = (quantile * last as f64).round() as usize;
             values.get(place).map(|v| v.0)
         };
-        let shown = |value: Option<f64>| value.map_or("-".to_owned(), number);
         let largest = values.last();
         table.add_row([
             name.to_owned(),

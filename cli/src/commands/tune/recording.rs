@@ -32,10 +32,7 @@ pub fn write(
         if outcome.interrupted {
             return Err(CliError::TuningInterrupted(trials));
         }
-        std::fs::rename(&partial, &path).map_err(|source| {
-            let path = path.clone();
-            Error::Io { path, source }.into()
-        })
+        Ok(std::fs::rename(&partial, &path).map_err(Error::at(&path))?)
     });
     if kept.is_err() {
         let _ = std::fs::remove_file(&partial);

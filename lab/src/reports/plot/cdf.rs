@@ -32,9 +32,7 @@ impl Cdf {
             }
             let share = |i: usize| 100.0 * (i + 1) as f64 / values.len() as f64;
             let points = values.iter().enumerate().map(|(i, &x)| (x, share(i)));
-            chart
-                .lines
-                .push(Line::new(group.name, group.ink, points.collect()));
+            chart.add(Line::new(group.name, group.ink, points.collect()));
         }
         if let Some(((a, b), cut)) = common_range(&ends)
             && chart.x.range.is_none()

@@ -52,7 +52,7 @@ impl Consistency {
                 gap => (m.0, gap),
             });
             let shown = shown.collect();
-            chart.lines.push(Line::new(name, ink, shown));
+            chart.add(Line::new(name, ink, shown));
         }
         let bottom = if n == 1 { LOWEST } else { low / 3.0 };
         chart.y = chart.y.between(bottom, (2.0 * top).min(1e4));

@@ -67,19 +67,13 @@ impl History {
         if failed > 0 {
             chart.note = format!("{failed} of {} trials failed.", self.scores.len());
         }
-        chart
-            .lines
-            .push(Line::new("trial", Ink::Series(5), trials).dotted());
-        chart
-            .lines
-            .push(Line::new("best so far", Ink::Series(0), steps));
+        chart.add(Line::new("trial", Ink::Series(5), trials).dotted());
+        chart.add(Line::new("best so far", Ink::Series(0), steps));
         let inks = [Ink::Muted, Ink::Series(4), Ink::Series(3)];
         for (i, (name, score)) in self.references.into_iter().enumerate() {
             let level = vec![(1.0, score), (self.scores.len() as f64, score)];
             let name = format!("{name} {}", number(score));
-            chart
-                .lines
-                .push(Line::new(name, inks[i % inks.len()], level));
+            chart.add(Line::new(name, inks[i % inks.len()], level));
         }
         chart.figure()
     }

@@ -140,6 +140,11 @@ impl LineChart {
         }
     }
 
+    /// Adds a line.
+    pub fn add(&mut self, line: Line) {
+        self.lines.push(line);
+    }
+
     /// The first name of a level is grey, further ones are dashed in colours of their own.
     fn level_ink(&self, name: &str) -> Ink {
         let mut names: Vec<&str> = Vec::new();
@@ -287,14 +292,10 @@ mod tests {
     fn no_numbers_no_drawing() {
         let mut chart = LineChart::new("t", Axis::linear("x"), Axis::linear("y"));
         assert!(chart.clone().figure().svg.is_none());
-        chart
-            .lines
-            .push(Line::new("a", Ink::Text, vec![(0.0, f64::NAN)]));
+        chart.add(Line::new("a", Ink::Text, vec![(0.0, f64::NAN)]));
         let html = chart.clone().figure().markup().into_string();
         assert!(html.contains("no data") && !html.contains("<svg"), "{html}");
-        chart
-            .lines
-            .push(Line::new("b", Ink::Text, vec![(0.0, 1.0), (1.0, 2.0)]));
+        chart.add(Line::new("b", Ink::Text, vec![(0.0, 1.0), (1.0, 2.0)]));
         assert!(chart.figure().svg.unwrap().contains("polyline"));
     }
 
@@ -303,7 +304,7 @@ mod tests {
         let noise = |i: u64| (i.wrapping_mul(2654435761) % 1000) as f64;
         let points = (0..300_000).map(|i| (i as f64, noise(i))).collect();
         let mut chart = LineChart::new("t", Axis::linear("x"), Axis::linear("y"));
-        chart.lines.push(Line::new("a", Ink::Text, points));
+        chart.add(Line::new("a", Ink::Text, points));
         let size = chart.figure().svg.unwrap().len();
         assert!(size < 40_000, "{size} bytes");
     }

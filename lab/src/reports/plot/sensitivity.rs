@@ -26,10 +26,8 @@ impl SensitivityChart {
         let mut chart = LineChart::new(self.title, self.x, self.y);
         for (i, (name, points)) in self.curves.into_iter().enumerate() {
             let ink = Ink::series(i);
-            chart
-                .lines
-                .push(Line::new("", ink, points.clone()).dotted());
-            chart.lines.push(Line::new(name, ink, points));
+            chart.add(Line::new("", ink, points.clone()).dotted());
+            chart.add(Line::new(name, ink, points));
         }
         let inks = [Ink::Good, Ink::Muted, Ink::Series(4), Ink::Series(5)];
         let marks = self.marks.into_iter().enumerate();

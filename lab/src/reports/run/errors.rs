@@ -78,11 +78,12 @@ fn errors(
 /// Lines across a plot of errors: the alert limit, and the largest errors that the scenario allows, over the time that
 /// they are about.
 fn bounds(run: &Recorded, quantity: Quantity) -> Vec<Level> {
-    let (metric, factor) = match quantity {
-        Quantity::Mass => ("mass_error_rel_max", 100.0),
-        Quantity::Slope => ("slope_error_max_deg", 1.0),
-        Quantity::EffectiveSlope => ("effective_slope_error_max_deg", 1.0),
+    let metric = match quantity {
+        Quantity::Mass => "mass_error_rel_max",
+        Quantity::Slope => "slope_error_max_deg",
+        Quantity::EffectiveSlope => "effective_slope_error_max_deg",
     };
+    let (_, factor) = quantity.unit();
     let alert = factor * quantity.alert(&run.summary.limits);
     let both = |name: String, x: f64, from_to: (f64, f64)| {
         [x, -x].map(|value| Level {
@@ -106,11 +107,8 @@ fn bounds(run: &Recorded, quantity: Quantity) -> Vec<Level> {
 }
 
 fn over_time(run: &Recorded, quantity: Quantity, errors: &ErrorGroups) -> Result<Figure, Error> {
-    let (title, axis) = match quantity {
-        Quantity::Mass => ("Mass error", "mass error, %"),
-        Quantity::Slope => ("Slope error", "slope error, °"),
-        Quantity::EffectiveSlope => ("Effective slope error", "effective slope error, °"),
-    };
+    let title = format!("{} error", quantity.title());
+    let axis = format!("{} error, {}", quantity.words(), quantity.unit().0);
     let bounds = bounds(run, quantity);
     let mut chart = run.chart(title, Axis::linear(axis));
     chart.bands.extend(cramer_rao(run, quantity)?);
@@ -142,12 +140,7 @@ fn over_time(run: &Recorded, quantity: Quantity, errors: &ErrorGroups) -> Result
 /// The Cramér-Rao bound of the run, as a band of two standard deviations round zero; none if the run has no such
 /// channel.
 fn cramer_rao(run: &Recorded, quantity: Quantity) -> Result<Option<Band>, Error> {
-    let channel = match quantity {
-        Quantity::Mass => "bound/total_mass",
-        Quantity::Slope => "bound/grade",
-        Quantity::EffectiveSlope => "bound/effective_grade",
-    };
-    let Some(sd) = run.find(channel) else {
+    let Some(sd) = run.find(&format!("bound/{}", quantity.channel())) else {
         return Ok(None);
     };
     let mass = run.column("truth/total_mass")?;

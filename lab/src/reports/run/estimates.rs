@@ -100,13 +100,11 @@ fn chart(
     chart.shades = Some(("not valid".into(), shades));
     let truth = run.over_time(quantity.truth, quantity.factor)?;
     chart.y.range = range(&valid_values, &truth);
-    chart.lines.push(Line::new("", ink, values).faintly());
-    chart.lines.push(Line::new("estimate", ink, valid_values));
+    chart.add(Line::new("", ink, values).faintly());
+    chart.add(Line::new("estimate", ink, valid_values));
     if quantity.estimate == "grade" && effective_differs(run)? {
         let effective = run.over_time("truth/grade_effective", quantity.factor)?;
-        chart
-            .lines
-            .push(Line::new("truth, whole vehicle", Ink::Muted, effective));
+        chart.add(Line::new("truth, whole vehicle", Ink::Muted, effective));
     }
     let called = match run.is_replay() {
         true => "reference",
@@ -122,7 +120,7 @@ fn chart(
             rows: rows.collect(),
         });
     }
-    chart.lines.push(Line::new(called, Ink::Text, truth));
+    chart.add(Line::new(called, Ink::Text, truth));
     Ok(chart)
 }
 

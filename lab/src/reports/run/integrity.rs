@@ -41,11 +41,7 @@ fn diagram(
     let Some(valid) = run.find(&format!("{channel}_valid")) else {
         return Ok(None);
     };
-    let truth = run.column(match quantity {
-        Quantity::Mass => "truth/total_mass",
-        Quantity::Slope => "truth/grade_at_imu",
-        Quantity::EffectiveSlope => "truth/grade_effective",
-    })?;
+    let truth = run.column(quantity.truth_channel())?;
     let estimates = run.column(&channel)?;
     let sd = run.column(&format!("{channel}_sd"))?;
     let rows = estimates.iter().zip(truth).zip(sd).zip(valid);
@@ -60,14 +56,9 @@ fn diagram(
     if samples.is_empty() {
         return Ok(None);
     }
-    let (unit, factor) = match quantity {
-        Quantity::Mass => ("%", 100.0),
-        _ => ("°", 1.0),
-    };
-    let mut title = quantity.words().to_owned();
-    title[..1].make_ascii_uppercase();
+    let (unit, factor) = quantity.unit();
     let diagram = Stanford {
-        title: format!("{title}: {name}"),
+        title: format!("{}: {name}", quantity.title()),
         unit: unit.into(),
         k: limits.k,
         alert: factor * quantity.alert(limits),

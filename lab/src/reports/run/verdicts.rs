@@ -26,8 +26,7 @@ pub(crate) fn banner(summary: &Summary) -> (String, Grade) {
 
 /// Table of misleading estimates, worst first; `None` without any.
 pub(crate) fn findings(summary: &Summary) -> Option<Section> {
-    let all = of_summaries([summary]).into_iter();
-    findings::section(&all.map(|f| (String::new(), f)).collect::<Vec<_>>())
+    findings::of_one(of_summaries([summary]))
 }
 
 /// Verdicts and key figures.

@@ -6,7 +6,6 @@ use crate::reports::plot::boxes::Boxes;
 use crate::reports::plot::theme::Ink;
 use crate::reports::plot::{Figure, ValueGroup};
 use crate::reports::study::values::estimators;
-use crate::text::with_unit;
 use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::ExpectationVerdict;
 
@@ -48,7 +47,7 @@ pub(crate) fn figures(runs: &[RunResult]) -> Vec<Figure> {
         }
         Boxes {
             title: format!("{metric}{window}"),
-            y: Axis::linear(with_unit(metric, metrics::unit(metric).unwrap_or("1"))),
+            y: Axis::linear(metrics::with_unit(metric)),
             groups,
             references: Vec::new(),
             bounds,

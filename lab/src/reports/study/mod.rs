@@ -12,7 +12,7 @@ mod runs;
 mod values;
 mod worst;
 
-use crate::batch::StudyHeader;
+use crate::campaign::Campaign;
 use crate::reports::findings;
 use crate::reports::page::{Page, Section};
 use crate::verdicts::findings::Finding;
@@ -37,7 +37,7 @@ pub fn pages(path: &Path, folder: &str) -> Result<(Page, Vec<NamedPage>), Error>
     Ok(match read::read(path)? {
         Results::Test(tested) => of_test(&tested, folder),
         Results::Compare(comparison) => (comparison::page(&comparison), Vec::new()),
-        Results::Study(header, runs) => (of_study(&header, runs), Vec::new()),
+        Results::Study(campaign, runs) => (of_study(&campaign, runs), Vec::new()),
     })
 }
 
@@ -76,9 +76,7 @@ fn of_test(tested: &TestResults, folder: &str) -> (Page, Vec<NamedPage>) {
         let mut page = Page::new(&scenario.scenario);
         let judged = scenario.judgement();
         page.banner = Some((judged.words(), judged.grade()));
-        let findings = scenario.findings().into_iter();
-        let findings = findings.map(|f| (String::new(), f)).collect();
-        page.sections.extend(worst_first(findings));
+        page.sections.extend(findings::of_one(scenario.findings()));
         page.sections.push(of_scenario(scenario));
         (name, page)
     });
@@ -112,33 +110,32 @@ fn of_scenario(scenario: &ScenarioVerdict) -> Section {
     runs::metrics(section, &scenario.runs)
 }
 
-fn of_study(header: &StudyHeader, runs: Vec<RunResult>) -> Page {
+fn of_study(campaign: &Campaign, runs: Vec<RunResult>) -> Page {
     let done = runs.len() as u64;
     let finished = runs.iter().filter(|r| r.finished()).count();
-    let judged = ScenarioVerdict::new(&header.study, runs);
+    let judged = ScenarioVerdict::new(&campaign.name, runs);
     let judgement = judged.judgement();
-    let mut page = Page::new(format!("Study {}", header.study));
+    let mut page = Page::new(format!("Study {}", campaign.name));
     page.subtitle = format!(
         "{done} of {} runs, {finished} of them finished, monorig {}",
-        header.runs, header.made_from.monorig
+        campaign.runs(),
+        campaign.monorig
     );
     let words = judgement.words();
-    page.banner = Some(match (judgement.grade(), done == header.runs) {
+    page.banner = Some(match (judgement.grade(), done == campaign.runs()) {
         (grade, true) | (grade @ Grade::Failed, _) => (words, grade),
         (_, false) => (
-            format!("{words}; {done} of {} runs are there", header.runs),
+            format!("{words}; {done} of {} runs are there", campaign.runs()),
             Grade::HeldBut,
         ),
     });
-    let findings = judged.findings().into_iter();
-    page.sections
-        .extend(worst_first(findings.map(|f| (String::new(), f)).collect()));
+    page.sections.extend(findings::of_one(judged.findings()));
     let section = Section::new("Verdicts");
     let section = runs::verdicts(section, &judged.checks, &judged.runs);
     page.sections.push(runs::integrity(section, &judged.runs));
     let section = Section::new("Metrics");
     page.sections.push(runs::metrics(section, &judged.runs));
-    page.sections.extend(worst::section(header, &judged.runs));
+    page.sections.extend(worst::section(campaign, &judged.runs));
     page.sections.extend(drawn::section(&judged.runs));
     page
 }

@@ -1,12 +1,12 @@
 //! Results of many runs, read back.
 
-use crate::batch::lines::Lines;
-use crate::batch::{FORMAT, StudyHeader, StudyOfHeader, VERSION};
+use crate::batch::judged;
+use crate::campaign::{self, Campaign, CampaignKind, Rows};
 use crate::verdicts::compare::Comparison;
 use crate::verdicts::run_result::RunResult;
 use crate::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::config::file::read_result;
-use monorig_sim::error::{Error, InputError};
+use monorig_sim::error::Error;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::error::Category;
@@ -19,7 +19,7 @@ pub(crate) enum Results {
     /// `monorig compare --json`.
     Compare(Comparison),
     /// `monorig study`.
-    Study(StudyHeader, Vec<RunResult>),
+    Study(Campaign, Vec<RunResult>),
 }
 
 /// The results of `monorig test --json`.
@@ -41,33 +41,20 @@ struct JsonHeader {
 /// Read results of any kind.
 pub(crate) fn read(path: &Path) -> Result<Results, Error> {
     // studies may be long: line by line
-    let mut lines = Lines::open(path)?;
-    let first = lines.next().and_then(Result::ok).unwrap_or_default();
-    let Ok(header) = serde_json::from_str::<StudyHeader>(&first) else {
+    let Ok(campaign) = Campaign::read(path) else {
         return one_piece(path);
     };
-    if (header.format.as_str(), header.version) != (FORMAT, VERSION) {
-        let what = format!("version {} of `{}`", header.version, header.format);
-        return Err(wrong(path, Some(1), what));
-    }
-    let study = StudyOfHeader::new(&header).map_err(|what| wrong(path, Some(1), what))?;
-    let mut runs: Vec<RunResult> = Vec::new();
-    let mut lines = lines.zip(2..).peekable();
-    while let Some((line, number)) = lines.next() {
-        let line = line?;
-        match serde_json::from_str(&line) {
-            Ok(run) => {
-                let n = runs.len() as u64;
-                let fits = study.check(n, &run);
-                fits.map_err(|what| wrong(path, Some(number), what))?;
-                runs.push(run);
-            }
-            // a study that goes on, or was killed, may end in the middle of a line
-            Err(_) if lines.peek().is_none() => {}
-            Err(e) => return Err(wrong(path, Some(number), e.to_string())),
+    let rows = Rows::open(path, &[CampaignKind::Study, CampaignKind::Test])?;
+    Ok(match campaign.kind {
+        CampaignKind::Test => Results::Test(TestResults {
+            monorig: campaign.monorig.to_string(),
+            scenarios: judged(&campaign, rows)?,
+        }),
+        _ => {
+            let runs: Result<Vec<RunResult>, Error> = rows.map(|row| Ok(row?.1)).collect();
+            Results::Study(campaign, runs?)
         }
-    }
-    Ok(Results::Study(header, runs))
+    })
 }
 
 fn one_piece(path: &Path) -> Result<Results, Error> {
@@ -103,13 +90,6 @@ fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Error> {
 }
 
 fn wrong(path: &Path, line: Option<usize>, what: String) -> Error {
-    InputError {
-        file: path.into(),
-        line,
-        column: line.map(|_| 1),
-        key: String::new(),
-        message: format!("a report cannot be made of this: {what}"),
-        help: crate::reports::TAKES.into(),
-    }
-    .into()
+    let message = format!("a report cannot be made of this: {what}");
+    campaign::wrong(path, line, message, crate::reports::TAKES)
 }

@@ -1,11 +1,12 @@
 //! The worst runs of a study, each with the command that makes it again.
 
-use crate::batch::{StudyFile, StudyHeader};
-use crate::metrics::find;
+use crate::batch::StudyFile;
+use crate::campaign::Campaign;
+use crate::metrics::with_unit;
 use crate::reports::page::Section;
 use crate::reports::study::values::{estimators, value};
 use crate::reports::table::{Cell, Table};
-use crate::text::with_unit;
+use crate::text::quoted;
 use crate::verdicts::run_result::RunResult;
 
 /// The errors by which runs are bad.
@@ -17,9 +18,9 @@ const METRICS: [&str; 3] = [
 /// Runs shown for each estimator and error.
 const SHOWN: usize = 3;
 
-/// A table of the worst runs; `None` if the header does not name the runs.
-pub(crate) fn section(header: &StudyHeader, runs: &[RunResult]) -> Option<Section> {
-    let study = header.made_from.resolved.get("study")?.clone();
+/// A table of the worst runs; `None` if the campaign does not name the runs.
+pub(crate) fn section(campaign: &Campaign, runs: &[RunResult]) -> Option<Section> {
+    let study = campaign.resolved.get("study")?.clone();
     let study: StudyFile = serde_json::from_value(study).ok()?;
     let mut table = Table::new(&["estimator", "metric", "again with"], &["value", "seed"]);
     for estimator in estimators(runs) {
@@ -28,10 +29,9 @@ pub(crate) fn section(header: &StudyHeader, runs: &[RunResult]) -> Option<Sectio
             let mut all: Vec<(f64, &RunResult)> = runs.iter().filter_map(of).collect();
             all.sort_by(|a, b| b.0.total_cmp(&a.0));
             for (x, run) in all.into_iter().take(SHOWN) {
-                let unit = find(metric).map_or("1", |m| m.unit);
                 table.row([
                     estimator.clone().into(),
-                    with_unit(metric, unit).into(),
+                    with_unit(metric).into(),
                     command(&study, run).into(),
                     Cell::number(x),
                     run.seed.to_string().into(),
@@ -69,15 +69,6 @@ fn command(study: &StudyFile, run: &RunResult) -> String {
         format!("--set {}", quoted(&format!("{path}={value}")))
     }));
     words.join(" ")
-}
-
-/// A word as a shell takes it.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "._-/=+:,@".contains(c);
-    match word.chars().all(plain) {
-        true => word.to_owned(),
-        false => format!("'{}'", word.replace('\'', "'\\''")),
-    }
 }
 
 #[cfg(test)]

@@ -1,89 +1,76 @@
-//! A file of JSON lines that grows: a header, then rows in order.
+//! The file of a campaign while its runs are made: it grows by a row as soon as there is one.
 //!
-//! A row is appended as soon as there is one. A kill can tear the last line only. That line is cut off when the file
-//! is opened again.
+//! A kill can tear the last line only. That line is cut off when the file is opened again.
 
-use crate::batch::lines::{Lines, RawLine, wrong};
+use crate::campaign::lines::{Lines, RawLine, wrong};
+use crate::campaign::{Campaign, CampaignRow, Rows};
 use monorig_sim::config::file::regular;
 use monorig_sim::error::Error;
 use monorig_sim::record::whole;
 use serde::Serialize;
-use serde::de::DeserializeOwned;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Seek, SeekFrom, Write};
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
-/// The first line of such a file: rows are only added below an equal one.
-pub trait Header: Serialize + DeserializeOwned {
-    /// Name of the rows in error messages, such as `results`.
-    const ROWS: &'static str;
-    /// Advice to begin anew, in error messages.
-    const ANEW: &'static str;
-
-    /// Difference between the header of a file (`self`) and that of the rows to add. `None`: they are equal.
-    fn differs(&self, here: &Self) -> Option<String>;
-}
-
 /// An open file. No other process can open it to add rows.
 #[derive(Debug)]
-pub struct Jsonl<H> {
+pub struct Store<R> {
     path: PathBuf,
     file: File,
     rows: u64,
-    header: PhantomData<fn(&H)>,
+    row: PhantomData<fn(&R)>,
 }
 
-impl<H: Header> Jsonl<H> {
-    /// Opens a file to add rows, or begins it. A file with another header is refused and left as it is. `row` gets
-    /// the number (from 0) and the bytes of each whole row, and refuses it with a message.
-    pub(crate) fn open(
+impl<R: CampaignRow> Store<R> {
+    /// Opens the file of a campaign to add rows, or begins it; `take` gets each row that is there. A file of another
+    /// campaign is refused and left as it is.
+    pub fn resume(
         path: &Path,
-        header: &H,
-        mut row: impl FnMut(u64, &[u8]) -> Result<(), String>,
+        campaign: &Campaign,
+        mut take: impl FnMut(R),
     ) -> Result<Self, Error> {
         let mut store = Self::locked(path)?;
-        let wanted = to_line(header);
         let file = store.file.try_clone().map_err(|e| store.failed(e))?;
         let mut lines = Lines::of(path, file);
-        let mut end = 0;
-        while let Some(RawLine { bytes, torn }) = lines.read()? {
-            let line = lines.number();
-            let fits = match torn {
-                true => wanted.as_bytes().starts_with(&bytes),
-                false => bytes == wanted.as_bytes(),
-            };
-            if line == 1 && !fits {
-                let what = what_differs(&bytes, header);
-                let message = format!("these {} were made from something else: {what}", H::ROWS);
-                let help = format!("name another folder with --out, or {}", H::ANEW);
+        let header = lines.read()?;
+        let wanted = to_line(campaign);
+        let begun = match &header {
+            Some(RawLine { bytes, torn: false }) if *bytes == wanted.as_bytes() => true,
+            Some(RawLine { bytes, torn: true }) if wanted.as_bytes().starts_with(bytes) => false,
+            None => false,
+            Some(RawLine { bytes, .. }) => {
+                let found = serde_json::from_slice::<Campaign>(bytes).ok();
+                let what = found.and_then(|found| found.differs(campaign));
+                let what = what.unwrap_or_else(|| {
+                    "its first line is not one that this version of monorig writes".into()
+                });
+                let message = format!("these results were made from something else: {what}");
+                let anew = campaign.kind.anew();
+                let help = format!("name another folder with --out, or {anew}");
                 return Err(wrong(path, Some(1), message, help));
             }
-            if torn {
-                break;
-            }
-            if line > 1 {
-                row(store.rows, &bytes).map_err(|message| {
-                    let help = format!("a file that only monorig has written to; {}", H::ANEW);
-                    wrong(path, Some(line), message, help)
-                })?;
-                store.rows += 1;
-            }
-            end += bytes.len() as u64 + 1;
-        }
-        store.cut(end)?;
-        if end == 0 {
+        };
+        if !begun {
+            store.cut(0)?;
             store.write(&wanted)?;
+            return Ok(store);
         }
+        let mut rows = Rows::behind(campaign.clone(), lines)?;
+        for row in rows.by_ref() {
+            take(row?.1);
+        }
+        store.rows = rows.read();
+        store.cut(rows.whole_bytes())?;
         Ok(store)
     }
 
     /// Begins a file, in place of an older one.
-    pub(crate) fn replace(path: &Path, header: &H) -> Result<Self, Error> {
+    pub fn replace(path: &Path, campaign: &Campaign) -> Result<Self, Error> {
         whole::replaceable(path)?;
         let mut store = Self::locked(path)?;
         store.cut(0)?;
-        store.write(&to_line(header))?;
+        store.write(&to_line(campaign))?;
         Ok(store)
     }
 
@@ -93,25 +80,21 @@ impl<H: Header> Jsonl<H> {
         }
         let mut options = OpenOptions::new();
         options.read(true).write(true).create(true).truncate(false);
-        let failed = |source| Error::Io {
-            path: path.into(),
-            source,
-        };
-        let file = options.open(path).map_err(failed)?;
+        let file = options.open(path).map_err(Error::at(path))?;
         match file.try_lock() {
             Ok(()) => Ok(Self {
                 path: path.into(),
                 file,
                 rows: 0,
-                header: PhantomData,
+                row: PhantomData,
             }),
             Err(TryLockError::WouldBlock) => Err(wrong(
                 path,
                 None,
-                format!("another monorig is writing these {}", H::ROWS),
+                "another monorig is writing these results",
                 "wait for it, or name another folder with --out",
             )),
-            Err(TryLockError::Error(e)) => Err(failed(e)),
+            Err(TryLockError::Error(e)) => Err(Error::at(path)(e)),
         }
     }
 
@@ -120,13 +103,8 @@ impl<H: Header> Jsonl<H> {
         self.rows
     }
 
-    /// The file.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// Appends a row.
-    pub fn append(&mut self, row: &impl Serialize) -> Result<(), Error> {
+    pub fn append(&mut self, row: &R) -> Result<(), Error> {
         self.write(&to_line(row))?;
         self.rows += 1;
         Ok(())
@@ -145,51 +123,56 @@ impl<H: Header> Jsonl<H> {
     }
 
     fn failed(&self, source: std::io::Error) -> Error {
-        Error::Io {
-            path: self.path.clone(),
-            source,
-        }
+        Error::at(&self.path)(source)
     }
 }
 
-/// A line of JSON, without its end.
-pub(crate) fn to_line(value: &impl Serialize) -> String {
-    // Strings and finite numbers: nothing in headers and rows can fail to serialise.
-    serde_json::to_string(value).unwrap_or_default()
+/// A whole file of a campaign.
+pub fn text<R: CampaignRow>(campaign: &Campaign, rows: &[R]) -> String {
+    let rows = rows.iter().map(to_line);
+    let lines = std::iter::once(to_line(campaign)).chain(rows);
+    lines.map(|line| line + "\n").collect()
 }
 
-fn what_differs<H: Header>(found: &[u8], wanted: &H) -> String {
-    let found = serde_json::from_slice::<H>(found).ok();
-    let differs = found.and_then(|found| found.differs(wanted));
-    differs
-        .unwrap_or_else(|| "its first line is not one that this version of monorig writes".into())
+/// A line of JSON, without its end.
+pub(super) fn to_line(value: &impl Serialize) -> String {
+    // Strings and finite numbers: nothing in headers and rows can fail to serialise.
+    serde_json::to_string(value).unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde::Deserialize;
+    use crate::campaign::{CampaignKind, RunList};
+    use monorig_sim::record::identity::Identity;
 
-    #[derive(Debug, Serialize, Deserialize)]
-    struct Named {
-        study: String,
-    }
+    impl CampaignRow for u64 {
+        type Plan = ();
 
-    impl Header for Named {
-        const ROWS: &'static str = "results";
-        const ANEW: &'static str = "remove this file to begin anew";
+        fn plan(_: &Campaign) -> Result<(), String> {
+            Ok(())
+        }
 
-        fn differs(&self, here: &Self) -> Option<String> {
-            Some(format!("{} there, {} here", self.study, here.study))
+        fn check(&self, campaign: &Campaign, (): &(), index: u64) -> Result<(), String> {
+            campaign.is_run(index, "a", *self).map(drop)
         }
     }
 
-    fn open(path: &Path) -> Result<Jsonl<Named>, Error> {
-        let header = Named { study: "ä".into() };
-        Jsonl::open(path, &header, |n, line| match line {
-            line if line == to_line(&n).as_bytes() => Ok(()),
-            _ => Err(format!("this is not row {n}")),
-        })
+    fn campaign(name: &str) -> Campaign {
+        let list = vec![RunList::new("a", 0..5)];
+        let identity = Identity::of_program(None);
+        Campaign::new(
+            CampaignKind::Study,
+            name,
+            list,
+            &identity,
+            [].into(),
+            ().into(),
+        )
+    }
+
+    fn open(path: &Path) -> Result<Store<u64>, Error> {
+        Store::resume(path, &campaign("ä"), |_| ())
     }
 
     fn fill(path: &Path) -> Result<(), Error> {
@@ -207,6 +190,7 @@ mod tests {
         let path = dir.path().join("results.jsonl");
         fill(&path).unwrap();
         let whole = std::fs::read(&path).unwrap();
+        assert_eq!(whole, text(&campaign("ä"), &[0, 1, 2, 3, 4]).into_bytes());
         for cut in 0..whole.len() {
             std::fs::write(&path, &whole[..cut]).unwrap();
             fill(&path).unwrap();
@@ -218,11 +202,12 @@ mod tests {
     fn other_headers_and_foreign_lines_are_refused_and_left_alone() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("results.jsonl");
-        let header = "{\"study\":\"ä\"}\n";
+        let header = to_line(&campaign("ä"));
         for other in [
-            "{\"study\":\"b\"}\n".to_owned(),
-            format!("{header}0\n2\n"),
-            format!("{header}nonsense\n"),
+            to_line(&campaign("b")) + "\n",
+            format!("{header}\n0\n2\n"),
+            format!("{header}\nnonsense\n"),
+            format!("{header}\n0\n1\n2\n3\n4\n5\n"),
             "not ours".to_owned(),
         ] {
             std::fs::write(&path, &other).unwrap();
@@ -236,8 +221,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("results.jsonl");
         std::fs::write(&path, "{\"study\":\"b\"}\n0\n1\n").unwrap();
-        let header = Named { study: "ä".into() };
-        drop(Jsonl::replace(&path, &header).unwrap());
+        drop(Store::<u64>::replace(&path, &campaign("ä")).unwrap());
         assert_eq!(open(&path).unwrap().rows(), 0);
     }
 

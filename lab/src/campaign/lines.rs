@@ -16,21 +16,19 @@ pub(crate) struct RawLine {
     pub(crate) torn: bool,
 }
 
-/// Reads lines, as text without their ends. A line that is no text, or longer than any of ours, is an error.
-pub struct Lines {
+/// Reads lines. One that is longer than any of ours is an error.
+pub(crate) struct Lines {
     path: PathBuf,
     file: BufReader<File>,
     number: usize,
+    whole_bytes: u64,
 }
 
 impl Lines {
     /// Opens a regular file.
-    pub fn open(path: &Path) -> Result<Self, Error> {
+    pub(crate) fn open(path: &Path) -> Result<Self, Error> {
         regular(path)?;
-        let file = File::open(path).map_err(|source| Error::Io {
-            path: path.into(),
-            source,
-        })?;
+        let file = File::open(path).map_err(Error::at(path))?;
         Ok(Self::of(path, file))
     }
 
@@ -40,49 +38,38 @@ impl Lines {
             path: path.into(),
             file: BufReader::new(file),
             number: 0,
+            whole_bytes: 0,
         }
     }
 
-    /// Number of the line that was read last, from 1.
-    pub(crate) fn number(&self) -> usize {
-        self.number
+    /// Bytes of the lines with an end that were read.
+    pub(crate) fn whole_bytes(&self) -> u64 {
+        self.whole_bytes
     }
 
-    /// The next line as bytes; `None` at the end of the file.
+    /// The next line; `None` at the end of the file.
     pub(crate) fn read(&mut self) -> Result<Option<RawLine>, Error> {
         self.number += 1;
         let mut bytes = Vec::new();
         let mut bounded = self.file.by_ref().take(MAX_LINE_BYTES + 1);
         let read = bounded.read_until(b'\n', &mut bytes);
-        read.map_err(|source| Error::Io {
-            path: self.path.clone(),
-            source,
-        })?;
+        read.map_err(Error::at(&self.path))?;
         if bytes.len() as u64 > MAX_LINE_BYTES {
-            return Err(self.wrong("this line is longer than any result"));
+            let help = "a file that only monorig has written to";
+            return Err(self.wrong("this line is longer than any result", help));
         }
         if bytes.is_empty() {
             return Ok(None);
         }
+        let length = bytes.len() as u64;
         let torn = bytes.pop_if(|last| *last == b'\n').is_none();
+        self.whole_bytes += if torn { 0 } else { length };
         Ok(Some(RawLine { bytes, torn }))
     }
 
-    fn wrong(&self, message: &str) -> Error {
-        let help = "a file that only monorig has written to";
+    /// An error in the line that was read last.
+    pub(crate) fn wrong(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
         wrong(&self.path, Some(self.number), message, help)
-    }
-}
-
-impl Iterator for Lines {
-    type Item = Result<String, Error>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        let line = self.read().transpose()?;
-        let text = |line: RawLine| {
-            String::from_utf8(line.bytes).map_err(|_| self.wrong("this line is not text in UTF-8"))
-        };
-        Some(line.and_then(text))
     }
 }
 
