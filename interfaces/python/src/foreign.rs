@@ -47,7 +47,7 @@ where
     }
 }
 
-/// What Python makes. An exception is kept as the fault of the run.
+/// A part that Python makes. An exception is kept as the fault of the run.
 pub(crate) fn made<T>(
     fault: &Fault,
     make: impl FnOnce(Python<'_>) -> PyResult<T>,

@@ -41,7 +41,7 @@ pub enum Range {
 }
 
 impl Plot {
-    /// How far its axis reaches.
+    /// The range of its axis.
     pub fn range(self) -> Range {
         match self {
             Self::MassError => Range::Errors([2.0, 40.0]),

@@ -414,8 +414,16 @@ impl Instance {
     /// Sets a flag.
     pub fn set_boolean(&mut self, reference: u32, value: bool) -> i32 {
         let h = self.handle;
-        // SAFETY: one reference and one value.
-        let code = unsafe { of_values!(self.set_boolean(h, &reference, 1, &value.into())) };
+        let code = match &self.fmu.calls.differing {
+            // SAFETY: one reference and one value.
+            Differing::Two { set_boolean, .. } => unsafe {
+                set_boolean(h, &reference, 1, &value.into())
+            },
+            // SAFETY: as above.
+            Differing::Three { set_boolean, .. } => unsafe {
+                set_boolean(h, &reference, 1, &value, 1)
+            },
+        };
         self.status(code)
     }
 

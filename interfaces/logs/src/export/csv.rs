@@ -1,7 +1,8 @@
 //! CSV: a file a table; numbers as the shortest decimal that is read back to the same bits.
 
+use super::failed::failed;
 use super::tables::Instants;
-use super::writer::{LogWriter, NewLog, RowWriter, failed};
+use super::writer::{LogWriter, NewLog, RowWriter};
 use monorig_sim::error::Error;
 use serde_json::Value;
 use std::fs::File;

@@ -1,8 +1,9 @@
 //! MCAP: a topic of JSON messages a table, logged at their arrival, published at their stamp, which stands in the
 //! message too because a stamp before the start of the run cannot be a time of publication.
 
+use super::failed::failed;
 use super::tables::{Instants, Table};
-use super::writer::{LogWriter, NewLog, RowWriter, failed};
+use super::writer::{LogWriter, NewLog, RowWriter};
 use crate::io;
 use ::mcap::records::MessageHeader;
 use ::mcap::{WriteOptions, Writer};

@@ -1,8 +1,9 @@
 //! MDF 4, by `falcon_mdf`: a channel group a table with arrival as master, `stamp_ns` as whole numbers and channels
 //! called `TABLE.COLUMN`. The library writes a file as a whole, so that all values are kept until then.
 
+use super::failed::failed;
 use super::tables::{Instants, Table};
-use super::writer::{LogWriter, NewLog, RowWriter, failed};
+use super::writer::{LogWriter, NewLog, RowWriter};
 use falcon_mdf::{Mf4Writer, SignalValues};
 use monorig_sim::error::Error;
 use std::path::PathBuf;

@@ -11,6 +11,7 @@
 #[cfg(feature = "can")]
 mod can;
 mod csv;
+mod failed;
 mod map;
 #[cfg(feature = "mcap")]
 mod mcap;

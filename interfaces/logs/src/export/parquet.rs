@@ -1,7 +1,8 @@
 //! Parquet: a file a table, `arrival_ns` and `stamp_ns` as whole numbers, units in the metadata of the columns.
 
+use super::failed::failed;
 use super::tables::{Instants, Table};
-use super::writer::{LogWriter, NewLog, RowWriter, failed};
+use super::writer::{LogWriter, NewLog, RowWriter};
 use crate::io;
 use ::parquet::arrow::ArrowWriter;
 use ::parquet::basic::{Compression, ZstdLevel};

@@ -1,7 +1,7 @@
 //! `samples.parquet` of a run: the samples that the estimators were given and the truth beside them, for each step in
 //! which a sample arrived or the command changed. Written while the run goes on, read step by step.
 
-use super::writer::failed;
+use super::failed::failed;
 use crate::drive::VehicleFile;
 use crate::notation::NS;
 use crate::{io, wrong};
@@ -426,7 +426,6 @@ fn broken_read(path: &Path, what: &dyn std::fmt::Display) -> Error {
 
 #[cfg(test)]
 mod tests {
-    use super::writer::failed;
     use super::*;
 
     /// Every number of a step is in one column: what is got is set again.

@@ -1,7 +1,6 @@
 //! The functions of a format that logs are written in.
 
 use super::tables::{Instants, Table};
-use crate::io;
 use monorig_sim::error::Error;
 use std::path::Path;
 
@@ -50,9 +49,4 @@ pub(super) trait RowWriter {
     fn row(&mut self, table: usize, at: Instants, values: &[f64]) -> Result<(), Error>;
     /// Ends the files when all rows are written; how many values were beyond the range of their signal.
     fn finish(self: Box<Self>) -> Result<u64, Error>;
-}
-
-/// The error of a library that could not write a file.
-pub(super) fn failed(path: &Path) -> impl Fn(&dyn std::fmt::Display) -> Error {
-    move |e| io(path, std::io::Error::other(e.to_string()))
 }
