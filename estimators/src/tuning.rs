@@ -64,8 +64,8 @@ groups! {
     }
     /// Motion of a train.
     MOTION: Motion {
-        /// Speed from which a train moves, m/s: a change of its grade is one by way, a bend and a vertical curvature are
-        /// read, a block of its force is of use. Chosen.
+        /// Speed from which a train moves, m/s: a change of its grade is one by way, a bend and a vertical curvature
+        /// are read, a block of its force is of use. Chosen.
         moves_mps: Real = 0.06,
     }
     /// Limits of tests that all pieces share.

@@ -200,8 +200,8 @@ mod tests {
     }
 
     /// The mean over the window is of all that mechanics do not explain: centripetal force of the speed, gravity on the
-    /// pitch and the roll, and force on the IMU below the middle that nods. The rates are those that the gyro reads. The
-    /// innovation is then the mean less the measurement that the state predicts.
+    /// pitch and the roll, and force on the IMU below the middle that nods. The rates are those that the gyro reads.
+    /// The innovation is then the mean less the measurement that the state predicts.
     #[test]
     fn the_mean_over_a_window_is_what_mechanics_do_not_explain() {
         let mut window = window(false);
