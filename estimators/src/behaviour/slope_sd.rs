@@ -14,7 +14,7 @@ const RUNS: u64 = 120;
 const LEAST: Real = 0.03;
 
 /// Known failure: the effective grade of ours is 1.16 of its standard deviations off, because its mass is. The unread
-/// rail under the train bends at the start, and the state η knows an even gradient only. With that bend as noise of a
+/// rail under the train bends at the start, and the state η stands for an even gradient. With that bend as noise of a
 /// block the NEES is 1.02 (`docs/notes/rail_fusion.md`). It must not become worse than this.
 const KNOWN_OF_OURS: Real = 1.38;
 
