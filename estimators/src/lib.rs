@@ -46,6 +46,7 @@
 //! |---|---|
 //! | [`api`] | what crosses the border: signals, vehicle, trait, parameters, errors, snapshots, time |
 //! | [`filters`] | algorithms, one a file; none depends on the vehicle |
+//! | [`instruments`] | checks of single instruments: stuck, spikes, staleness, range, noise, innovation gate |
 //! | [`preprocess`] | from samples to signals: input check, sample and hold, wheel-speed vote, resampler |
 //! | [`models`] | attitude of a body with an IMU, force balance, bends, slope force, swing of the load |
 //! | [`aiding`] | measurements of a state that many instruments see, one a file, and the one way to fuse them |
@@ -108,6 +109,7 @@ pub mod api;
 pub(crate) mod detect;
 pub mod filters;
 pub mod fusion;
+pub(crate) mod instruments;
 pub mod methods;
 pub mod models;
 pub mod preprocess;

@@ -80,6 +80,10 @@ groups! {
         max_nis: Real = 25.0,
         /// Usual steps from sample to sample beyond which a sample is an outlier. Chosen.
         jump_factor: Real = 6.0,
+        /// Running means that one value counts for at most in them. Chosen: joints and bumps are no noise.
+        clip: Real = 4.0,
+        /// Events in a row from which they are no chance: rejections of a gate, repetitions of a vector. Chosen.
+        in_a_row: u32 = 3,
     }
     /// Windows of the specific force.
     FORCE_WINDOW: ForceWindow {
@@ -163,10 +167,6 @@ groups! {
     INNOVATION_GATE: InnovationGate {
         /// Samples that the running scale of the innovations looks back on. Chosen.
         scale_memory: Real = 100.0,
-        /// Most that one sample counts for, in units of that scale. Chosen.
-        scale_clip: Real = 4.0,
-        /// Fewest rejections in a row before a gate reopens, however slow the source. Chosen.
-        min_rejections: u32 = 3,
     }
     /// Kinematic consistency of accelerometer, gyro and wheels.
     CONSISTENCY: Consistency {
@@ -227,9 +227,31 @@ groups! {
         /// Standard deviation below which a grade counts as found again, rad. Derived: twice that of a steady run.
         found_sd_rad: Real = 0.01,
     }
-    /// Outlier hold of one channel.
-    OUTLIER_HOLD: OutlierHold {
-        /// Samples that the usual step looks back on. Chosen.
+    /// Arrivals of the samples of a channel.
+    ARRIVALS: Arrivals {
+        /// Time without a sample after which an older stamp means that the clock of the instrument was set back, s.
+        /// Chosen.
+        clock_set_back_s: Real = 1.0,
+        /// Mean gaps after which the last sample is stale. Chosen.
+        timeout_gaps: Real = 3.0,
+        /// Mean deviations of the gaps on top of it. Derived: the factor of Jacobson (1988).
+        timeout_deviations: Real = 4.0,
+        /// Shortest timeout, s. Chosen: a dozen lost samples of a fast channel are nothing to filters with a corner of
+        /// 1 Hz.
+        min_timeout_s: Real = 0.1,
+        /// Gaps that their mean and deviation look back on. Chosen.
+        gap_memory: Real = 16.0,
+    }
+    /// Noise learnt from the samples of a channel.
+    NOISE: Noise {
+        /// Memory of the running mean, s. Chosen.
+        memory_s: Real = 5.0,
+        /// Time after which the mean counts, s. Chosen.
+        known_s: Real = 0.3,
+    }
+    /// Spike gate.
+    SPIKE_GATE: SpikeGate {
+        /// Samples that the usual jump looks back on. Chosen.
         memory: Real = 64.0,
     }
     /// Slip detector of the regressions.
@@ -256,13 +278,8 @@ groups! {
         max_repeats: u32 = 20,
         /// Time without another value beyond which a noisy channel is stuck, s. Chosen.
         max_hold_s: Real = 0.5,
-        /// Changes after which the statistics of a channel are trusted. Chosen.
-        min_changes: u32 = 200,
-        /// Changes per legitimate repetition from which a channel counts as noisy, and changes of an instrument of the
-        /// IMU after which that is looked at. Chosen.
+        /// Changes per legitimate repetition, and without one, from which an instrument counts as noisy. Chosen.
         min_changes_per_repeat: u32 = 100,
-        /// Equal samples on all three axes from which an instrument of the IMU is stuck. Chosen.
-        imu_samples: u32 = 3,
     }
     /// The validity rule.
     VALIDITY: Validity {
@@ -341,10 +358,8 @@ groups! {
         norm_gate_mps2: Real = 0.35,
         /// Time for which a shock rings, s. Chosen.
         ring_s: Real = 0.03,
-        /// Least jump of the gyro that must be confirmed by the next sample, rad/s. Chosen.
+        /// Jump of the gyro that is no spike, rad/s. Chosen.
         min_jump_radps: Real = 0.1,
-        /// Memory of the usual jump of the gyro, samples. Chosen.
-        jump_memory: Real = 20.0,
     }
     /// The attitude filter: limits of its state, and times.
     ATTITUDE: Attitude {

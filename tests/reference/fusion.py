@@ -141,30 +141,30 @@ class Health:
 
     def repeats(self, name, sample):
         last, run, changes, repeats = self.stuck[name]
+        is_stuck = lambda: run >= 3 and changes >= 100 and 100 * repeats < changes
         if last is not None and np.array_equal(sample, last):
             run += 1
-        else:
-            repeats += run if run < 3 else 0
-            changes, last, run = changes + 1, sample, 0
-        self.stuck[name] = [last, run, changes, repeats]
-        return changes >= 100 and 100 * repeats < changes and run >= 3
+        elif last is not None:
+            repeats += 0 if is_stuck() else run
+            changes, run = changes + 1, 0
+        self.stuck[name] = [sample, run, changes, repeats]
+        return is_stuck()
 
     def despike(self, w):
         if self.used is None:
             self.used = w
             return w
         last, ringing = self.used, self.ring > 0.0
-        limit, jump = max(0.1, 6.0 * self.jump), np.max(np.abs(w - last))
+        limit, jump = 0.1 + 6.0 * self.jump, np.max(np.abs(w - last))
         held, self.held = self.held, None
-        confirmed = held is not None and (ringing or np.max(np.abs(w - held)) <= limit)
-        if jump > limit and not ringing and not confirmed:
+        if held is None and not ringing:
+            self.jump += (min(jump, limit) - self.jump) / 64.0
+        if jump > limit and not ringing and held is None:
             self.held = w
             self.events.add("spike")
             return last
-        if not ringing:
-            self.jump += (jump - self.jump) / 20.0
         self.used = w
-        return w + (held - last) if confirmed and (ringing or jump > limit) else w
+        return w + (held - last) if held is not None and (ringing or jump > limit) else w
 
     def step(self, force, w, yaw_bias, v, gyro):
         self.ring = max(self.ring - DT, 0.0)

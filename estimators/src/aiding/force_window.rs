@@ -11,8 +11,8 @@ use crate::aiding::lateral::Lateral;
 use crate::aiding::vertical::Vertical;
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
+use crate::instruments::noise_learning::NoiseLearning;
 use crate::models::attitude::{GYRO_X, GYRO_Y, GYRO_Z, Lever, N, V};
-use crate::preprocess::noise_learning::NoiseLearning;
 use crate::tuning;
 
 /// Noise of the specific force across the body, from the sensor sheet.

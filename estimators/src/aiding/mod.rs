@@ -16,6 +16,7 @@ use nalgebra::SVector;
 
 use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
+use crate::api::real::sqrt;
 use crate::detect::control::Control;
 use crate::filters::gaussian::Gaussian;
 
@@ -69,28 +70,59 @@ pub fn fuse<const N: usize>(
         Control::Held => return None,
         Control::Out(outcome) => return Some(AidStatus::not_fused(outcome)),
     };
-    let (y, h, R) = (aid.innovation(&belief.x), aid.H(&belief.x), aid.R());
-    let Ph = belief.covariance_with(&h);
-    let S = h.dot(&Ph) + R;
-    let ratio = gate.ratio(y, S);
-    let beyond = ratio > 1.0;
-    let outcome = match gate {
-        GateRule::Reject(_, reason) if beyond => AidOutcome::Rejected(reason),
-        _ => {
-            let inflated = R + if beyond { (ratio - 1.0) * S } else { 0.0 };
-            match belief.update_known(y, &h, &Ph, inflated) {
-                None => AidOutcome::Rejected(Rejection::Numeric),
-                Some(()) if beyond => AidOutcome::Deweighted,
-                Some(()) => AidOutcome::Fused,
-            }
+    Some(Innovation::of(belief, &aid).fuse(belief, gate))
+}
+
+/// Innovation of a measurement against a belief.
+pub struct Innovation<const N: usize> {
+    y: Real,
+    h: SVector<Real, N>,
+    Ph: SVector<Real, N>,
+    /// Variance of the noise of the measurement.
+    pub R: Real,
+}
+
+impl<const N: usize> Innovation<N> {
+    /// Innovation of a measurement against a belief.
+    pub fn of(belief: &Gaussian<N>, aid: &impl Aid<N>) -> Self {
+        let h = aid.H(&belief.x);
+        Self {
+            y: aid.innovation(&belief.x),
+            h,
+            Ph: belief.covariance_with(&h),
+            R: aid.R(),
         }
-    };
-    Some(AidStatus {
-        innovation: y,
-        innovation_variance: S,
-        test_ratio: ratio,
-        outcome,
-    })
+    }
+
+    /// Innovation over its standard deviation.
+    pub fn normalised(&self) -> Real {
+        self.y / sqrt(self.h.dot(&self.Ph) + self.R)
+    }
+
+    /// Corrects the belief by the measurement and returns what became of it.
+    pub fn fuse(&self, belief: &mut Gaussian<N>, gate: GateRule) -> AidStatus {
+        let Self { y, h, Ph, R } = self;
+        let S = h.dot(Ph) + R;
+        let ratio = gate.ratio(*y, S);
+        let beyond = ratio > 1.0;
+        let outcome = match gate {
+            GateRule::Reject(_, reason) if beyond => AidOutcome::Rejected(reason),
+            _ => {
+                let inflated = R + if beyond { (ratio - 1.0) * S } else { 0.0 };
+                match belief.update_known(*y, h, Ph, inflated) {
+                    None => AidOutcome::Rejected(Rejection::Numeric),
+                    Some(()) if beyond => AidOutcome::Deweighted,
+                    Some(()) => AidOutcome::Fused,
+                }
+            }
+        };
+        AidStatus {
+            innovation: *y,
+            innovation_variance: S,
+            test_ratio: ratio,
+            outcome,
+        }
+    }
 }
 
 #[cfg(test)]

@@ -29,7 +29,7 @@ fn the_single_track_correction_takes_the_bend_out_of_the_slope() {
         let without = error("imm_stf_no_lateral", &turn).abs();
         std::println!("{with:.4}° at {speed} m/s, {without:.4}° without the correction");
         assert!(
-            with < 0.02 && without > 0.1,
+            with < 0.05 * without && without > 0.1,
             "{speed} m/s: {with} {without}"
         );
     }

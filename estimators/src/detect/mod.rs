@@ -7,7 +7,7 @@
 //! | [`SlipDetector`](slip::SlipDetector) | `slip_detector` | slipping wheels end the grade of a method | it goes on |
 //! | rail memory ([`RailMemory`](crate::rail::rail_memory::RailMemory)) | `rail_memory` | means of the grade over where a long train rests | the train is a point |
 //! | [`GradeObservability`](observability::GradeObservability) | – | a grade carried on by dead reckoning is not valid | – |
-//! | [`InnovationGate`](crate::detect::innovation_gate::InnovationGate) | `innovation_gate` (baselines) | keeps outliers out of the filters, and reopens | all measurements enter |
+//! | [`Gate`](crate::instruments::gate::Gate) | `innovation_gate` (baselines) | keeps outliers out of the filters, and reopens | all measurements enter |
 //! | [`NisMonitor`](nis_monitor::NisMonitor) | `nis_monitor` | nothing is valid while innovations are larger than the noise allows | no part of validity |
 //! | [`Plausibility`](plausibility::Plausibility) | `plausibility` | nothing is valid while instruments contradict gravity, geometry or each other | no part of validity |
 //! | [`DynamicLag`](dynamic_lag::DynamicLag) | `lag_share` | adds to the standard deviation of a grade what it moves by while its filter settles | it does not |
@@ -23,17 +23,12 @@ pub mod control;
 pub mod cusum;
 pub mod dynamic_lag;
 pub mod excitation_gate;
-pub mod gate;
 pub mod gravity_check;
-pub mod gyro_range;
-pub mod innovation_gate;
 pub mod kinematic_consistency;
 pub mod load_change;
 pub mod nis_monitor;
 pub mod observability;
-pub mod outlier_hold;
 pub mod plausibility;
 pub mod slip;
 pub mod standing_load;
-pub mod stuck_detector;
 pub mod validity;

@@ -5,8 +5,8 @@ use crate::Real;
 use crate::api::reading::Reading;
 use crate::api::snapshot::state;
 use crate::detect::gravity_check::GravityCheck;
-use crate::detect::gyro_range::GyroRange;
 use crate::detect::kinematic_consistency::KinematicConsistency;
+use crate::instruments::gyro_range::GyroRange;
 
 /// Instruments that an estimate uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

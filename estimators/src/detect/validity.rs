@@ -26,8 +26,8 @@ use crate::api::real::{PI, sqrt};
 use crate::api::signals::{Estimate, Value};
 use crate::api::snapshot::state;
 use crate::detect::dynamic_lag::DynamicLag;
-use crate::detect::innovation_gate::InnovationGate;
 use crate::detect::nis_monitor::NisMonitor;
+use crate::instruments::gate::Gate;
 use crate::tuning;
 
 params! {
@@ -58,8 +58,8 @@ params! {
 
 impl Integrity {
     /// An innovation gate with these parameters, on or off.
-    pub fn gate(&self, on: bool) -> InnovationGate {
-        InnovationGate::new(on, self.gate_sd, self.gate_timeout_s)
+    pub fn gate(&self, on: bool) -> Gate {
+        Gate::new(on, self.gate_sd, self.gate_timeout_s)
     }
 }
 

@@ -17,11 +17,10 @@ use crate::api::real::{GRAVITY, PI, exp, sin, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::detect::control;
-use crate::detect::gate::Gate;
-use crate::detect::innovation_gate::Passage;
 use crate::detect::plausibility::{Instruments, Plausibility};
 use crate::detect::validity::{BaselineIntegrity, Integrity, Source, Validity};
 use crate::filters::low_pass::MatchedFilter;
+use crate::instruments::gate::{Gate, Passage};
 use crate::methods::published::no_mass;
 use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::runner::{Pipeline, copy_into};
@@ -91,7 +90,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> ComplementaryFilter {
         sine: filter,
         theta: own.grade0_deg * PI / 180.0,
         bias: 0.0,
-        gate: Gate::switched(&params.integrity, params.baseline.innovation_gate),
+        gate: params.integrity.gate(params.baseline.innovation_gate),
         plausibility: Plausibility::new(
             params.integrity.plausibility,
             uses,

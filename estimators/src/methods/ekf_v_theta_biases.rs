@@ -18,13 +18,12 @@ use crate::api::real::{GRAVITY, PI, cos, sin, sqrt};
 use crate::api::signals::{Estimate, Flags, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::detect::control::{self, Control};
-use crate::detect::gate::Gate;
-use crate::detect::innovation_gate::Passage;
 use crate::detect::plausibility::{Instruments, Plausibility};
 use crate::detect::validity::{BaselineIntegrity, Integrity, Source, Validity};
 use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::model::{Model, Process};
+use crate::instruments::gate::{Gate, Passage};
 use crate::methods::published::no_mass;
 use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::runner::{Pipeline, copy_into};
@@ -163,12 +162,10 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> EkfVThetaBiases {
         mass: no_mass(vehicle),
         point: vehicle.is_point(),
         ekf: Ekf::new(model, Gaussian::independent(x, sd)),
-        gate: Gate::switched(
-            &Integrity {
-                gate_sd: own.reject_sd,
-                ..params.integrity
-            },
+        gate: Gate::new(
             params.baseline.innovation_gate,
+            own.reject_sd,
+            params.integrity.gate_timeout_s,
         ),
         plausibility: Plausibility::new(
             params.integrity.plausibility,

@@ -5,9 +5,9 @@ use crate::api::params::{choices, params};
 use crate::api::reading::LearntNoise;
 use crate::api::snapshot::state;
 use crate::api::vehicle::Vehicle;
-use crate::detect::outlier_hold::{HoldLimits, OutlierHold};
+use crate::instruments::noise_learning::NoiseLearning;
+use crate::instruments::spike_gate::{SpikeGate, SpikeLimits};
 use crate::preprocess::gyro_calibration::GyroCalibration;
-use crate::preprocess::noise_learning::NoiseLearning;
 
 choices! {
     /// Where the noise of wheel speed and accelerometer comes from.
@@ -33,16 +33,18 @@ const GYRO_BIAS_SD_RADPS: Real = 0.01;
 
 /// Outlier hold of wheel speed, by the largest acceleration of wheels that roll on a rail and on a road; longest jump
 /// of a recorded drive: 0.154 s.
-const SPEED_LIMITS: [HoldLimits; 2] = [
-    HoldLimits {
+const SPEED_LIMITS: [SpikeLimits; 2] = [
+    SpikeLimits {
         floor: 0.05,
         rate: 3.0,
-        longest_s: 0.2,
+        longest: 0.2,
+        keeps_integral: false,
     },
-    HoldLimits {
+    SpikeLimits {
         floor: 0.05,
         rate: 12.0,
-        longest_s: 0.2,
+        longest: 0.2,
+        keeps_integral: false,
     },
 ];
 
@@ -53,7 +55,7 @@ const MAX_NOISE_PERIOD_S: Real = 0.3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditioning {
     params: ConditioningParams,
-    speed: OutlierHold,
+    speed: SpikeGate<1>,
     gyro: GyroCalibration<2>,
     noise: [NoiseLearning; 2],
 }
@@ -66,7 +68,7 @@ impl Conditioning {
         let bias_sd = vehicle.gyro_bias_sd_radps;
         Self {
             params,
-            speed: OutlierHold::new(speed),
+            speed: SpikeGate::new(speed),
             gyro: GyroCalibration::new(bias_sd.unwrap_or(GYRO_BIAS_SD_RADPS)),
             noise: [NoiseLearning::of_speed(), NoiseLearning::of_acceleration()],
         }
@@ -74,10 +76,9 @@ impl Conditioning {
 
     /// A new speed by the wheels, m/s, `period_s` after the one before; `None` if it is held out.
     pub fn speed(&mut self, speed_mps: Real, period_s: Real, standing: bool) -> Option<Real> {
-        let passed = if self.params.outlier_hold {
-            self.speed.take(speed_mps, period_s)?
-        } else {
-            speed_mps
+        let [passed] = match self.params.outlier_hold {
+            true => self.speed.take([speed_mps], period_s, false)?,
+            false => [speed_mps],
         };
         let [noise, _] = &mut self.noise;
         if !standing && period_s < MAX_NOISE_PERIOD_S {
@@ -88,7 +89,7 @@ impl Conditioning {
 
     /// The last speed that was not held out, m/s.
     pub fn last_speed(&self) -> Option<Real> {
-        self.speed.value()
+        self.speed.value().map(|[speed]| speed)
     }
 
     /// A new specific force along the train, m/s², `period_s` after the one before.

@@ -4,8 +4,8 @@ use crate::Real;
 use crate::Time;
 use crate::api::signals::{MAX_DRIVES, Sample};
 use crate::api::snapshot::{Archive, State};
-use crate::detect::stuck_detector::StuckDetector;
-use crate::preprocess::arrivals::Arrivals;
+use crate::instruments::arrivals::Arrivals;
+use crate::instruments::stuck_detector::StuckDetector;
 use crate::preprocess::input_check::Stamps;
 
 /// Drive units, one bit each.
@@ -43,7 +43,7 @@ struct Unit {
     arrivals: Arrivals,
     late: u32,
     known: bool,
-    stuck: StuckDetector,
+    stuck: StuckDetector<1>,
 }
 
 impl DriveHold {
@@ -101,8 +101,8 @@ impl DriveHold {
             self.tell_changes();
             let units = self.units.iter_mut().zip(&self.all.values);
             for ((unit, old), sample) in units.zip(samples).take(self.count) {
-                unit.stuck
-                    .take(sample.map_or(*old, |new| new.value), *old, now);
+                let new = sample.map_or(*old, |new| new.value);
+                unit.stuck.take([new], [*old], now);
             }
             self.all.repeats = self.units.iter().any(|unit| unit.stuck.repeats());
         } else {
@@ -130,7 +130,7 @@ impl DriveHold {
                 continue;
             }
             if unit.known {
-                unit.stuck.take(sample.value, *value, now);
+                unit.stuck.take([sample.value], [*value], now);
             }
             (*value, unit.known) = (sample.value, true);
             taken |= 1 << i;

@@ -1,12 +1,10 @@
 //! From samples to signals: checks, freshness, one speed out of many wheels, matched filters.
 
-pub(crate) mod arrivals;
 pub(crate) mod conditioning;
 pub(crate) mod drive_hold;
 pub(crate) mod front_end;
 pub(crate) mod gyro_calibration;
 pub(crate) mod input_check;
-pub(crate) mod noise_learning;
 pub(crate) mod resampler;
 pub(crate) mod sample_hold;
 pub(crate) mod sorted;

@@ -2,8 +2,8 @@
 
 use crate::api::signals::Sample;
 use crate::api::snapshot::state;
-use crate::detect::stuck_detector::StuckDetector;
-use crate::preprocess::arrivals::Arrivals;
+use crate::instruments::arrivals::Arrivals;
+use crate::instruments::stuck_detector::StuckDetector;
 use crate::{Real, Time};
 
 /// Sample and hold of one channel: its last sample, fresh for a time that follows from the gaps between its samples,
@@ -16,7 +16,7 @@ pub struct SampleHold {
     arrivals: Arrivals,
     late: u32,
     value: Option<Real>,
-    stuck: StuckDetector,
+    stuck: StuckDetector<1>,
 }
 
 impl SampleHold {
@@ -30,7 +30,7 @@ impl SampleHold {
             return false;
         }
         if let Some(before) = self.value {
-            self.stuck.take(sample.value, before, now);
+            self.stuck.take([sample.value], [before], now);
         }
         self.value = Some(sample.value);
         true
@@ -57,7 +57,7 @@ pub struct VectorHold {
     arrivals: Arrivals,
     late: u32,
     value: Option<[Real; 3]>,
-    stuck: [StuckDetector; 3],
+    stuck: [StuckDetector<1>; 3],
 }
 
 impl VectorHold {
@@ -72,7 +72,7 @@ impl VectorHold {
         if let Some(before) = self.value {
             let axes = sample.value.into_iter().zip(before);
             for (stuck, (value, before)) in self.stuck.iter_mut().zip(axes) {
-                stuck.take(value, before, now);
+                stuck.take([value], [before], now);
             }
         }
         self.value = Some(sample.value);

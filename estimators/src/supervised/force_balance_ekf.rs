@@ -15,13 +15,12 @@ use crate::api::params::params;
 use crate::api::reading::LearntNoise;
 use crate::api::real::{GRAVITY, PI, sin_cos, sqrt};
 use crate::api::snapshot::{Archive, State};
-use crate::detect::gate::{Gate, Judgement};
-use crate::detect::innovation_gate::Passage;
 use crate::detect::validity::Integrity;
 use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
 use crate::filters::model::{Model, Process};
 use crate::filters::sage_husa::{Aekf, Noise, SageHusa};
+use crate::instruments::gate::{Gate, Judgement, Passage};
 use crate::models::force_balance::{Drive, ForceBalance, MAX_GRADE_RAD};
 
 params! {
@@ -149,7 +148,7 @@ impl ForceBalanceEkf {
             started: false,
             saturated: false,
             last: None,
-            gate: Gate::new(integrity),
+            gate: integrity.gate(true),
             told_sd: sd,
             unadapted_sd: sd,
         }

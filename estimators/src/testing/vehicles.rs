@@ -21,14 +21,7 @@ pub fn vehicle() -> Vehicle {
         rotating_mass_kg: 1_045.0,
         running_resistance: 0.02,
         mass_range_kg: [5_000.0, 27_000.0],
-        mass_guess_kg: None,
-        tare_span_m: [0.0; 2],
-        load_span_m: [0.0; 2],
-        imu_arm_m: 0.0,
-        layout: None,
-        accel_bias_sd_mps2: None,
-        gyro_bias_sd_radps: None,
-        road: None,
+        ..VehicleData::default()
     })
     .unwrap()
 }
@@ -44,13 +37,6 @@ pub fn car() -> Vehicle {
         rotating_mass_kg: 65.0,
         running_resistance: 0.0092,
         mass_range_kg: [1_500.0, 3_000.0],
-        mass_guess_kg: None,
-        tare_span_m: [0.0; 2],
-        load_span_m: [0.0; 2],
-        imu_arm_m: 0.0,
-        layout: None,
-        accel_bias_sd_mps2: None,
-        gyro_bias_sd_radps: None,
         road: Some(RoadVehicle {
             drag_area_m2: 0.332 * 2.574,
             air_density_kgpm3: 1.2258,
@@ -59,6 +45,7 @@ pub fn car() -> Vehicle {
             front_cornering_npr: 120e3,
             rear_cornering_npr: 130e3,
         }),
+        ..VehicleData::default()
     })
     .unwrap()
 }

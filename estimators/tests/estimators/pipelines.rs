@@ -24,14 +24,7 @@ fn rail() -> Vehicle {
         rotating_mass_kg: 1_045.0,
         running_resistance: 0.02,
         mass_range_kg: [5_000.0, 27_000.0],
-        mass_guess_kg: None,
-        tare_span_m: [0.0; 2],
-        load_span_m: [0.0; 2],
-        imu_arm_m: 0.0,
-        layout: None,
-        accel_bias_sd_mps2: None,
-        gyro_bias_sd_radps: None,
-        road: None,
+        ..VehicleData::default()
     })
     .unwrap()
 }

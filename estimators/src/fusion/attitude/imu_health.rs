@@ -1,87 +1,23 @@
 //! Health of the IMU: stuck detectors, spike gate of the gyro, and the length of the specific force.
 
-use crate::Real;
 use crate::api::reading::Channels;
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
+use crate::instruments::spike_gate::{SpikeGate, SpikeLimits, apart};
+use crate::instruments::stuck_detector::StuckDetector;
 use crate::tuning;
+use crate::{Real, Time};
 
-/// Stuck detector for three axes at once: noise never repeats all of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct StuckVector {
-    last: [Real; 3],
-    run: u32,
-    changes: u32,
-    repeats: u32,
-}
+/// Instant for the stuck detectors of vectors, which go by no time.
+const NO_CLOCK: Time = Time::from_ns(0);
 
-impl StuckVector {
-    /// Takes a sample and returns whether the instrument is stuck.
-    fn take(&mut self, sample: [Real; 3]) -> bool {
-        if sample == self.last {
-            self.run = self.run.saturating_add(1);
-        } else {
-            // A repetition that ended soon was one of a coarse instrument.
-            if self.run < tuning::STUCK.imu_samples {
-                self.repeats = self.repeats.saturating_add(self.run);
-            }
-            self.changes = self.changes.saturating_add(1);
-            (self.last, self.run) = (sample, 0);
-        }
-        self.is_stuck()
-    }
-
-    fn is_stuck(&self) -> bool {
-        let noisy = self.changes >= tuning::STUCK.min_changes_per_repeat
-            && self
-                .repeats
-                .saturating_mul(tuning::STUCK.min_changes_per_repeat)
-                < self.changes;
-        noisy && self.run >= tuning::STUCK.imu_samples
-    }
-}
-
-/// Spike gate of the gyro. A sample that jumps is held back until the next sample confirms it, or a shock of the
-/// accelerometer does. A blow to the body moves both instruments; its rates have both signs and an integral of nearly
-/// nothing, which must not be cut. A jump that is real is added afterwards, so that the integral loses nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SpikeGate {
-    last: Option<[Real; 3]>,
-    pending: Option<[Real; 3]>,
-    jump: Real,
-}
-
-/// Largest difference of two vectors on an axis.
-fn apart(a: [Real; 3], b: [Real; 3]) -> Real {
-    a.iter()
-        .zip(&b)
-        .fold(0.0, |most: Real, (a, b)| most.max((a - b).abs()))
-}
-
-impl SpikeGate {
-    /// Takes a sample, with whether the body is `shaken`, and returns what is to be used.
-    fn take(&mut self, sample: [Real; 3], shaken: bool) -> [Real; 3] {
-        let Some(last) = self.last else {
-            self.last = Some(sample);
-            return sample;
-        };
-        let limit = (tuning::STATISTICS.jump_factor * self.jump).max(tuning::SHOCK.min_jump_radps);
-        let jump = apart(sample, last);
-        let pending = self.pending.take();
-        let confirmed = pending.filter(|before| shaken || apart(sample, *before) <= limit);
-        if jump > limit && !shaken && confirmed.is_none() {
-            self.pending = Some(sample);
-            return last;
-        }
-        if !shaken {
-            self.jump += (jump - self.jump) / tuning::SHOCK.jump_memory;
-        }
-        self.last = Some(sample);
-        let held = confirmed.filter(|_| shaken || jump > limit).unwrap_or(last);
-        let ([x, y, z], [x1, y1, z1], [x0, y0, z0]) = (sample, held, last);
-        [x + x1 - x0, y + y1 - y0, z + z1 - z0]
-    }
-}
+/// Limits of the gyro's spike gate, which holds one sample out at any rate.
+const RATE_LIMITS: SpikeLimits = SpikeLimits {
+    floor: tuning::SHOCK.min_jump_radps,
+    rate: 0.0,
+    longest: 1.0,
+    keeps_integral: true,
+};
 
 /// Instruments that are in use for a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -101,10 +37,11 @@ pub struct SoundImu {
 pub struct ImuHealth {
     gate: bool,
     spike_gate: bool,
-    spikes: SpikeGate,
+    spikes: SpikeGate<3>,
     last_force: Option<[Real; 3]>,
-    force: StuckVector,
-    rate: StuckVector,
+    last_rate: Option<[Real; 3]>,
+    force: StuckDetector<3>,
+    rate: StuckDetector<3>,
     norm_error_mps2: Real,
     out_s: Real,
     ring_s: Real,
@@ -116,10 +53,11 @@ impl ImuHealth {
         Self {
             gate,
             spike_gate,
-            spikes: SpikeGate::default(),
+            spikes: SpikeGate::new(RATE_LIMITS),
             last_force: None,
-            force: StuckVector::default(),
-            rate: StuckVector::default(),
+            last_rate: None,
+            force: StuckDetector::default(),
+            rate: StuckDetector::default(),
             norm_error_mps2: 0.0,
             out_s: 0.0,
             ring_s: 0.0,
@@ -137,30 +75,33 @@ impl ImuHealth {
         dt: Real,
     ) -> SoundImu {
         let [new_force, new_rate] = z.new;
+        let before = self.last_force;
         let mut imu = SoundImu {
             shock: self.is_shock(z.specific_force_mps2, dt),
             ..SoundImu::default()
         };
         if let Some(raw) = z.angular_rate_radps.filter(|_| gyro) {
-            let despiked = match (self.spike_gate, new_rate) {
-                (false, _) => raw,
-                (true, true) => self.spikes.take(raw, self.ring_s > 0.0),
-                (true, false) => self.spikes.last.unwrap_or(raw),
-            };
-            let stuck = match new_rate {
-                true => self.rate.take(raw),
-                false => self.rate.is_stuck(),
-            };
+            let mut despiked = raw;
+            if new_rate {
+                let before = self.last_rate.replace(raw);
+                before.inspect(|before| self.rate.take(raw, *before, NO_CLOCK));
+                let passed = self.spikes.take(raw, 1.0, self.ring_s > 0.0);
+                despiked = passed.or(self.spikes.value()).unwrap_or(raw);
+            } else if let Some(held) = self.spikes.value() {
+                despiked = held;
+            }
+            let stuck = self.rate.is_stuck(NO_CLOCK);
             imu.stuck |= stuck;
-            imu.rate_radps = (!stuck).then_some(despiked);
+            let used = if self.spike_gate { despiked } else { raw };
+            imu.rate_radps = (!stuck).then_some(used);
         } else {
-            self.spikes = SpikeGate::default();
+            self.spikes = SpikeGate::new(RATE_LIMITS);
         }
         if let Some(force) = z.specific_force_mps2 {
-            let stuck = match new_force {
-                true => self.force.take(force),
-                false => self.force.is_stuck(),
-            };
+            if let (true, Some(before)) = (new_force, before) {
+                self.force.take(force, before, NO_CLOCK);
+            }
+            let stuck = self.force.is_stuck(NO_CLOCK);
             imu.stuck |= stuck;
             if !stuck {
                 let yaw_rate = imu.rate_radps.map_or(0.0, |[_, _, r]| r - yaw_bias_radps);
@@ -195,9 +136,7 @@ impl ImuHealth {
     }
 }
 
-state!(StuckVector { last, run, changes, repeats; });
-state!(SpikeGate { last, pending, jump; });
-state!(ImuHealth { spikes, last_force, force, rate, norm_error_mps2, out_s, ring_s; gate, spike_gate });
+state!(ImuHealth { spikes, last_force, last_rate, force, rate, norm_error_mps2, out_s, ring_s; gate, spike_gate });
 
 #[cfg(test)]
 mod tests {
@@ -246,64 +185,6 @@ mod tests {
         assert!((used(&after) - 0.1).abs() < 1e-2);
     }
 
-    /// A gyro whose readings go to and fro by `j` has, after n jumps, a usual jump of j (1 − 0.95ⁿ). Six times that is
-    /// let through, or 0.1 rad/s where that is more; a sample beyond waits for the next one. Jumps of a body that is
-    /// shaken are not usual ones.
-    #[test]
-    fn a_noisy_gyro_may_jump_by_six_times_its_usual_jump() {
-        let usual = 0.08;
-        for n in [0, 3, 10, 40, 300] {
-            for shaken in [0, 50] {
-                let mut gate = SpikeGate::default();
-                let at = |k: i32| [if k % 2 == 0 { usual } else { 0.0 }, 0.0, 0.0];
-                for k in 0..=n {
-                    assert_eq!(gate.take(at(k), false), at(k));
-                }
-                let [rest, ..] = at(n);
-                for k in 0..shaken {
-                    let jump = if k % 2 == 0 { 2.0 } else { 0.0 };
-                    gate.take([rest + jump, 0.0, 0.0], true);
-                }
-                let limit = (6.0 * usual * (1.0 - (0.95 as Real).powi(n))).max(0.1);
-                for (by, passes) in [(0.99, true), (1.01, false), (-0.99, true), (-1.01, false)] {
-                    for axis in 0..3 {
-                        let mut sample = [rest, 0.0, 0.0];
-                        sample[axis] += by * limit;
-                        let taken = { gate }.take(sample, false);
-                        let expected = if passes { sample } else { [rest, 0.0, 0.0] };
-                        assert!(apart(taken, expected) < 1e-12, "{n} {shaken} {by} {axis}");
-                    }
-                }
-            }
-        }
-    }
-
-    /// A sample held back is added once it is confirmed, on each axis its own: by a sample next to it, or by a shock,
-    /// however far the gyro has come back then. Without a shock one that comes back was a spike, even if it comes back
-    /// to near where the spike was.
-    #[test]
-    fn a_jump_that_is_confirmed_is_added_on_its_own_axis() {
-        let held = [0.4, -0.5, 0.6];
-        for (next, shaken, counts) in [
-            ([0.41, -0.49, 0.62], false, true),
-            ([0.05, 0.06, -0.07], true, true),
-            ([0.05, 0.06, -0.07], false, false),
-        ] {
-            let mut gate = SpikeGate::default();
-            assert_eq!(gate.take([0.01; 3], false), [0.01; 3]);
-            assert_eq!(gate.take(held, false), [0.01; 3]);
-            let taken = gate.take(next, shaken);
-            for axis in 0..3 {
-                let late = if counts { held[axis] - 0.01 } else { 0.0 };
-                assert!((taken[axis] - next[axis] - late).abs() < 1e-12, "{next:?}");
-            }
-        }
-        let mut gate = SpikeGate::default();
-        for (sample, used) in [(0.0, 0.0), (0.12, 0.0), (0.05, 0.05), (0.0, 0.0)] {
-            assert_eq!(gate.take([sample, 0.0, 0.0], false), [used, 0.0, 0.0]);
-        }
-    }
-
     /// Bias of the gyro about z, rad/s: large, so that a wrong one shows.
     const YAW_BIAS_RADPS: Real = 0.5;
 
@@ -343,7 +224,7 @@ mod tests {
             let mut health = ImuHealth::new(true, true);
             let at = |k: u32, stuck: bool| if stuck { noise(3) } else { noise(k) };
             let quiet = |k: u32| ([noise(k), 0.0, GRAVITY], [noise(k), 0.0, 0.0]);
-            last(&mut health, 1.0, quiet, 1.0);
+            last(&mut health, 2.0, quiet, 1.0);
             let samples = |k: u32| {
                 (
                     [at(k, force_stuck), 0.0, GRAVITY],
@@ -404,30 +285,5 @@ mod tests {
         last(&mut health, 4.0, wrong, 0.0);
         assert!(last(&mut health, 0.60, right, 0.0).force_mps2.is_none());
         assert!(last(&mut health, 0.10, right, 0.0).force_mps2.is_some());
-    }
-
-    /// A coarse instrument that has repeated itself once in a hundred changes repeats itself again; one that has not
-    /// done so in a hundred, nor once in a hundred and one, is stuck from the third repetition on.
-    #[test]
-    fn an_instrument_that_repeats_itself_now_and_then_is_not_stuck() {
-        for (changes, repeats, stuck) in [
-            (99, 0, false),
-            (100, 0, true),
-            (100, 1, false),
-            (101, 1, true),
-            (200, 2, false),
-        ] {
-            let mut vector = StuckVector::default();
-            let at = |k: u32| [0.0, 0.0, Real::from(k)];
-            for k in 1..=changes {
-                assert!(!vector.take(at(k)));
-                if k <= repeats {
-                    vector.take(at(k));
-                }
-            }
-            let [first, second, third] = [0; 3].map(|_| vector.take(at(changes)));
-            assert!(!first && !second);
-            assert_eq!(third, stuck, "{changes} {repeats}");
-        }
     }
 }

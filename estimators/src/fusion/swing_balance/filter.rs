@@ -6,11 +6,10 @@ use super::block::Block;
 use super::params::{SwingBalanceParams, SwingSupervision};
 use crate::Real;
 use crate::aiding::force_balance::{BlockForce, BlockNoise};
-use crate::aiding::{Aid, GateRule, fuse};
+use crate::aiding::{Aid, GateRule, Innovation};
 use crate::api::aid::{AidOutcome, AidStatus};
-use crate::api::real::{GRAVITY, exp, sqrt};
+use crate::api::real::{GRAVITY, exp};
 use crate::api::snapshot::{Archive, State};
-use crate::detect::control::Control;
 use crate::filters::ekf;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::model::Process;
@@ -185,22 +184,22 @@ impl SwingBalance {
     )]
     fn correct(&mut self, block: &Block, means: &TrainMeans) -> BlockCorrection {
         let model = self.model;
-        let mut aid = self.aid(&model, block, means);
+        let aid = self.aid(&model, block, means);
         let of = |sd: Real| sd * sd;
         let share = (block.length_s() / tuning::BALANCE.excitation_s).min(1.0);
         let moved = of(aid.load_regressor(&self.belief.x));
         self.excitation += share * (moved - self.excitation);
-        let (y, h) = (aid.innovation(&self.belief.x), aid.H(&self.belief.x));
-        let square = y * y / (h.dot(&self.belief.covariance_with(&h)) + aid.R());
+        let mut innovation = Innovation::of(&self.belief, &aid);
+        let normalised = innovation.normalised();
         if self.residual_noise {
-            let most = square.min(tuning::STATISTICS.max_nis);
+            let most = of(normalised).min(tuning::STATISTICS.max_nis);
             let time = match most > self.inflation {
                 true => tuning::BALANCE.inflate_s,
                 false => 2.0 * tuning::BALANCE.inflate_s,
             };
             self.inflation += (block.length_s() / time) * (most - self.inflation);
             if self.inflation > tuning::BALANCE.min_inflation {
-                aid.variance *= self.inflation;
+                innovation.R *= self.inflation;
             }
         }
         // The noise of the regressor would pass for information about a load that nothing moves: the load is then a
@@ -208,7 +207,7 @@ impl SwingBalance {
         let excited = self.excitation > of(tuning::BALANCE.min_excitation * block.noise_mps2());
         let (load, load_variance) = (self.belief.x[MASS], self.belief.P[(MASS, MASS)]);
         let gate = GateRule::Deweight(tuning::STATISTICS.noise_sd);
-        let status = fuse(&mut self.belief, Control::New(aid), gate).unwrap_or_default();
+        let status = innovation.fuse(&mut self.belief, gate);
         if !excited {
             self.belief.x[MASS] = load;
             self.belief.P[(MASS, MASS)] = load_variance;
@@ -218,7 +217,7 @@ impl SwingBalance {
         x[LENGTH] = x[LENGTH].clamp(-tuning::BALANCE.max_length, tuning::BALANCE.max_length);
         BlockCorrection {
             status,
-            normalised: if y < 0.0 { -sqrt(square) } else { sqrt(square) },
+            normalised,
             weighs: excited,
         }
     }

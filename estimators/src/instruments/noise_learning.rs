@@ -4,13 +4,7 @@ use crate::Real;
 use crate::api::real::{PI, sqrt};
 use crate::api::snapshot::state;
 use crate::filters::lag_share::LagShare;
-
-/// Memory of the running mean, s, and the time after which it counts.
-const MEMORY_S: Real = 5.0;
-const KNOWN_S: Real = 0.3;
-
-/// A deviation counts for at most this many times the mean one: joints and bumps are no noise.
-const CLIP: Real = 4.0;
+use crate::tuning;
 
 /// Trend that is taken off a sample before its size counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,10 +85,10 @@ impl NoiseLearning {
                 value - before
             }
         };
-        self.known_s = (self.known_s + period_s).min(MEMORY_S);
+        self.known_s = (self.known_s + period_s).min(tuning::NOISE.memory_s);
         let share = self.share.of(period_s, self.known_s);
-        let size = if self.known_s > KNOWN_S {
-            away.abs().min(CLIP * self.mean + 1e-6)
+        let size = if self.known_s > tuning::NOISE.known_s {
+            away.abs().min(tuning::STATISTICS.clip * self.mean + 1e-6)
         } else {
             away.abs()
         };
@@ -103,7 +97,7 @@ impl NoiseLearning {
 
     /// Standard deviation, in the unit of the channel; `None` before the first 0.3 s of samples.
     pub fn sd(&self) -> Option<Real> {
-        (self.known_s > KNOWN_S).then_some(self.scale * self.mean)
+        (self.known_s > tuning::NOISE.known_s).then_some(self.scale * self.mean)
     }
 }
 

@@ -1,24 +1,8 @@
 //! When the samples of a channel come, and how long the last one stays fresh.
 
 use crate::api::snapshot::state;
+use crate::tuning;
 use crate::{Real, Time};
-
-/// Time without a sample after which an older stamp means that the sensor's clock was wrong before, or has been set
-/// back, s.
-const CLOCK_SET_BACK_S: Real = 1.0;
-
-/// Mean gaps of the channel, and mean deviations of them, after which its last sample is stale.
-const TIMEOUT_GAPS: Real = 3.0;
-const TIMEOUT_DEVIATIONS: Real = 4.0;
-
-/// Shortest timeout, s: a dozen lost samples of a fast channel are nothing to filters with a corner of 1 Hz.
-const MIN_TIMEOUT_S: Real = 0.1;
-
-/// The same in nanoseconds: a sample no older is fresh whatever the gaps are.
-const MIN_TIMEOUT_NS: i64 = 100_000_000;
-
-/// Gaps that their mean and deviation look back on.
-const GAP_MEMORY: Real = 16.0;
 
 /// When samples of one channel came: its last one is fresh for three mean gaps between arrivals and four mean
 /// deviations of the gaps, and never for less than 0.1 s.
@@ -57,7 +41,7 @@ impl Arrivals {
     pub fn take(&mut self, stamp: Time, now: Time, first: bool) -> bool {
         if !first {
             let gap = now.since(self.arrived);
-            let set_back = stamp < self.stamp && gap > CLOCK_SET_BACK_S;
+            let set_back = stamp < self.stamp && gap > tuning::ARRIVALS.clock_set_back_s;
             if !(stamp > self.stamp || set_back) {
                 return false;
             }
@@ -75,25 +59,22 @@ impl Arrivals {
             return;
         }
         let away = gap.min(self.timeout_s()) - self.gap_s;
-        self.gap_s += away / GAP_MEMORY;
-        self.deviation_s += (away.abs() - self.deviation_s) / GAP_MEMORY;
+        self.gap_s += away / tuning::ARRIVALS.gap_memory;
+        self.deviation_s += (away.abs() - self.deviation_s) / tuning::ARRIVALS.gap_memory;
     }
 
     #[inline]
     fn timeout_s(&self) -> Real {
-        TIMEOUT_GAPS * self.gap_s + TIMEOUT_DEVIATIONS * self.deviation_s
+        tuning::ARRIVALS.timeout_gaps * self.gap_s
+            + tuning::ARRIVALS.timeout_deviations * self.deviation_s
     }
 
     /// Returns true if the last sample is still fresh.
     #[inline]
     pub fn fresh(&self, now: Time, dt_s: Real) -> bool {
-        now.ns().saturating_sub(self.arrived.ns()) <= MIN_TIMEOUT_NS
-            || self.within_timeout(now, dt_s)
-    }
-
-    fn within_timeout(&self, now: Time, dt_s: Real) -> bool {
-        let timeout_s = self.timeout_s().max(TIMEOUT_GAPS * dt_s).max(MIN_TIMEOUT_S) + 1e-9;
-        now.since(self.arrived) <= timeout_s
+        let age_s = now.since(self.arrived);
+        age_s <= tuning::ARRIVALS.min_timeout_s
+            || age_s <= self.timeout_s().max(tuning::ARRIVALS.timeout_gaps * dt_s) + 1e-9
     }
 }
 

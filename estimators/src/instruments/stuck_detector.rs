@@ -1,27 +1,29 @@
-//! Stuck-at fault detector for one sensor channel.
+//! Stuck-at fault detector of an instrument with one axis or several.
 //!
-//! A repeated value is a fault only of a sensor whose noise moves it from sample to sample. One that often repeats a
-//! value legitimately (coarse quantisation, no noise, a train at rest) is never flagged, and neither is 0.
+//! A repeated value is a fault only of an instrument whose noise moves it from sample to sample. One that often repeats
+//! a value legitimately (coarse quantisation, no noise, a train at rest) is never flagged.
 
 use crate::api::snapshot::state;
 use crate::tuning;
 use crate::{Real, Time};
 
-/// Stuck-at fault detector: flags a channel that repeats one non-zero value for 20 samples or more and longer than 0.5
-/// s.
+/// Stuck-at fault detector of an instrument that repeats a sample.
+///
+/// One axis is stuck from 20 repetitions and more than 0.5 s on, and never at 0: a wheel at rest or a motor without
+/// torque reads that. Noise never repeats all axes of a vector, which is stuck from 3 repetitions on, whatever the time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct StuckDetector {
+pub struct StuckDetector<const N: usize> {
     changes: u32,
     legitimate_repeats: u32,
     run: u32,
     changed: Time,
 }
 
-impl StuckDetector {
+impl<const N: usize> StuckDetector<N> {
     /// Takes a new sample, with the one before it, at an instant of the estimator's clock.
     #[inline]
-    pub fn take(&mut self, value: Real, before: Real, now: Time) {
-        if value == before && value != 0.0 {
+    pub fn take(&mut self, value: [Real; N], before: [Real; N], now: Time) {
+        if value == before && (N > 1 || value != [0.0; N]) {
             self.run = self.run.saturating_add(1);
             return;
         }
@@ -45,22 +47,26 @@ impl StuckDetector {
         self.run > 0
     }
 
-    /// Returns true if the channel is stuck.
+    /// Returns true if the instrument is stuck.
     #[inline]
     pub fn is_stuck(&self, now: Time) -> bool {
-        if self.run < tuning::STUCK.max_repeats {
+        let repeats = match N {
+            1 => tuning::STUCK.max_repeats,
+            _ => tuning::STATISTICS.in_a_row,
+        };
+        if self.run < repeats {
             return false;
         }
-        let noisy = self.changes >= tuning::STUCK.min_changes
+        let noisy = self.changes >= tuning::STUCK.min_changes_per_repeat
             && self
                 .legitimate_repeats
                 .saturating_mul(tuning::STUCK.min_changes_per_repeat)
                 < self.changes;
-        noisy && now.since(self.changed) > tuning::STUCK.max_hold_s
+        noisy && (N > 1 || now.since(self.changed) > tuning::STUCK.max_hold_s)
     }
 }
 
-state!(StuckDetector { changes, legitimate_repeats, run, changed; });
+state!(@[const N: usize] StuckDetector<N> { changes, legitimate_repeats, run, changed; });
 
 #[cfg(test)]
 mod tests {
@@ -73,7 +79,7 @@ mod tests {
         let (mut repeats, mut last) = (StuckDetector::default(), signal(0));
         for k in 1..=count + held {
             let value = if k <= count { signal(k) } else { last };
-            repeats.take(value, last, at(k));
+            repeats.take([value], [last], at(k));
             last = value;
             assert!(k > count || !repeats.is_stuck(at(k)));
         }
@@ -85,7 +91,7 @@ mod tests {
         let mut random = Random::new(81);
         assert!(stuck(|_| 1.0 + 0.005 * random.normal(), 1000, 60));
         assert!(!stuck(|_| 1.0 + 0.005 * random.normal(), 1000, 40));
-        assert!(!stuck(|_| 1.0 + 0.005 * random.normal(), 100, 60));
+        assert!(!stuck(|_| 1.0 + 0.005 * random.normal(), 99, 60));
     }
 
     /// The last sample was a repetition if it is that of before, from the first one on; 0 never is.
@@ -96,7 +102,7 @@ mod tests {
         let zeros = [(2.0, true), (0.0, false), (0.0, false)];
         let mut last = 0.0;
         for (k, (value, repeats)) in (0..).zip(samples.into_iter().chain(zeros)) {
-            detector.take(value, last, Time::from_ns(10_000_000 * k));
+            detector.take([value], [last], Time::from_ns(10_000_000 * k));
             assert_eq!(detector.repeats(), repeats, "{k}");
             last = value;
         }
@@ -111,7 +117,7 @@ mod tests {
             detector.take_changes(300, now);
             let repeats = (1..200).find(|_| {
                 now = Time::from_ns(now.ns() + period_ns);
-                detector.take(1.0, 1.0, now);
+                detector.take([1.0], [1.0], now);
                 detector.is_stuck(now)
             });
             assert_eq!(repeats, Some(first), "{period_ns} ns");
@@ -137,13 +143,47 @@ mod tests {
             let mut last = 0.5;
             for k in 1..=200 + repeats {
                 let value = if k <= repeats + 1 { 1.0 } else { Real::from(k) };
-                detector.take(value, last, at(k));
+                detector.take([value], [last], at(k));
                 last = value;
             }
             for k in 300..=400 {
-                detector.take(last, last, at(k));
+                detector.take([last], [last], at(k));
             }
             assert_eq!(detector.is_stuck(at(400)), noisy, "{repeats} {detector:?}");
+        }
+    }
+
+    /// A vector that has repeated itself once in a hundred changes repeats itself again; one that has not done so is
+    /// stuck from the third repetition on, and at 0 like anywhere else.
+    #[test]
+    fn a_vector_that_repeats_itself_now_and_then_is_not_stuck() {
+        for (changes, repeats, stuck) in [
+            (99, 0, false),
+            (100, 0, true),
+            (100, 1, false),
+            (101, 1, true),
+            (200, 2, false),
+        ] {
+            for offset in [0, changes] {
+                let mut vector = StuckDetector::default();
+                let (mut last, mut now) = ([Real::NAN; 3], Time::from_ns(0));
+                let mut take = |k: i32| {
+                    let value = [0.0, 0.0, Real::from(k - offset)];
+                    now = Time::from_ns(now.ns() + 5_000_000);
+                    vector.take(value, last, now);
+                    last = value;
+                    vector.is_stuck(now)
+                };
+                for k in 1..=changes {
+                    assert!(!take(k));
+                    if k <= repeats {
+                        take(k);
+                    }
+                }
+                let [first, second, third] = [0; 3].map(|_| take(changes));
+                assert!(!first && !second);
+                assert_eq!(third, stuck, "{changes} {repeats}");
+            }
         }
     }
 }
