@@ -63,6 +63,24 @@ fn of_seed(seed: Option<u64>) -> String {
     seed.map_or_else(String::new, |seed| format!(", seed {seed}"))
 }
 
+/// Makes an error in a line of a file, or in the whole of it: what is wrong, and what would be right.
+pub fn wrong(
+    file: &Path,
+    line: Option<usize>,
+    message: impl Into<String>,
+    help: impl Into<String>,
+) -> Error {
+    InputError {
+        file: file.into(),
+        line,
+        column: line.map(|_| 1),
+        key: String::new(),
+        message: message.into(),
+        help: help.into(),
+    }
+    .into()
+}
+
 /// A mistake in an input: its place, the message and the remedy.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: {message}\n  help: {help}", place = self.place())]

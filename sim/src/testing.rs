@@ -130,14 +130,7 @@ pub fn vehicle() -> Vehicle {
         rotating_mass_kg: 1300.0,
         running_resistance: 0.02,
         mass_range_kg: [5e3, 4e4],
-        mass_guess_kg: None,
-        tare_span_m: [0.0; 2],
-        load_span_m: [0.0; 2],
-        imu_arm_m: 0.0,
-        layout: None,
-        accel_bias_sd_mps2: None,
-        gyro_bias_sd_radps: None,
-        road: None,
+        ..VehicleData::default()
     })
     .expect("vehicle")
 }

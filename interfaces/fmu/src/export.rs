@@ -53,14 +53,14 @@ pub fn estimator(
     names.dedup();
     let part = EstimatorPart {
         name: of_type.name().to_owned(),
-        in_library: settings.library.is_some(),
+        in_library: settings.file().is_some(),
         vehicle: VehicleFile::of(vehicle),
         parameters: settings.values.clone(),
         measured: names,
         keeps_state: matches!(built.snapshot(&mut []), Ok(_) | Err(SnapshotError::Room(_))),
     };
     let mut files = BTreeMap::new();
-    if let Some(library) = &settings.library {
+    if let Some(library) = settings.file() {
         let bytes = monorig_sim::config::file::read_library(Path::new(library))?;
         files.insert(LIBRARY.to_owned(), bytes.to_vec());
     }

@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// The estimator that the settings name in a library or an FMU, or the only one there is.
 pub(crate) fn load(path: &Path, settings: &Settings) -> Result<EstimatorType, Refusal> {
-    if settings.is_fmu {
+    if settings.fmu.is_some() {
         return fmu::estimator_of(path, settings);
     }
     let library = Library::load(path)?;

@@ -32,26 +32,9 @@ mod notation;
 pub mod read;
 pub mod replay;
 
-use monorig_sim::error::{Error, InputError};
+use monorig_sim::error::Error;
+pub(crate) use monorig_sim::error::wrong;
 use std::path::Path;
-
-/// An error in a log: file, line (of text) or none, what is wrong, and what would be right.
-pub(crate) fn wrong(
-    file: &Path,
-    line: Option<usize>,
-    message: impl Into<String>,
-    help: impl Into<String>,
-) -> Error {
-    InputError {
-        file: file.into(),
-        line,
-        column: line.map(|_| 1),
-        key: String::new(),
-        message: message.into(),
-        help: help.into(),
-    }
-    .into()
-}
 
 /// The operating system refused to read.
 pub(crate) fn io(file: &Path, source: std::io::Error) -> Error {

@@ -2,7 +2,8 @@
 //! added to others with an equal header.
 
 use crate::campaign::Shard;
-use crate::campaign::lines::{Lines, wrong};
+use crate::campaign::lines::Lines;
+use crate::campaign::wrong;
 use monorig_sim::error::Error;
 use monorig_sim::record::identity::Identity;
 use monorig_sim::record::manifest;

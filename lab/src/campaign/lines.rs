@@ -1,7 +1,7 @@
 //! The lines of a file of results, one at a time, each of bounded length.
 
 use monorig_sim::config::file::regular;
-use monorig_sim::error::{Error, InputError};
+use monorig_sim::error::{Error, wrong};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -71,22 +71,4 @@ impl Lines {
     pub(crate) fn wrong(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
         wrong(&self.path, Some(self.number), message, help)
     }
-}
-
-/// An error in a line of a file.
-pub(crate) fn wrong(
-    path: &Path,
-    line: Option<usize>,
-    message: impl Into<String>,
-    help: impl Into<String>,
-) -> Error {
-    InputError {
-        file: path.into(),
-        line,
-        column: line.map(|_| 1),
-        key: String::new(),
-        message: message.into(),
-        help: help.into(),
-    }
-    .into()
 }

@@ -1,7 +1,7 @@
 //! Shards of a campaign put together: the same rows as if it had been run whole.
 
-use crate::campaign::lines::wrong;
 use crate::campaign::store::to_line;
+use crate::campaign::wrong;
 use crate::campaign::{Campaign, CampaignKind, CampaignRow, Rows, Shard};
 use monorig_sim::error::Error;
 use monorig_sim::record::whole;

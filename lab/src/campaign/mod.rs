@@ -13,8 +13,8 @@ mod shard;
 mod store;
 
 pub use header::{Campaign, CampaignKind, PlannedRun, RunList};
-pub(crate) use lines::wrong;
 pub use merge::{Shards, merge};
+pub(crate) use monorig_sim::error::wrong;
 pub use rows::{CampaignRow, Rows};
 pub use shard::Shard;
 pub use store::{Store, text};

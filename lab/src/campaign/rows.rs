@@ -1,7 +1,8 @@
 //! The rows of a campaign, read back and held against its list of runs: a line that was edited, or is of another
 //! campaign, is found.
 
-use crate::campaign::lines::{Lines, RawLine, wrong};
+use crate::campaign::lines::{Lines, RawLine};
+use crate::campaign::wrong;
 use crate::campaign::{Campaign, CampaignKind};
 use monorig_sim::error::Error;
 use serde::Serialize;

@@ -2,7 +2,8 @@
 //!
 //! A kill can tear the last line only. That line is cut off when the file is opened again.
 
-use crate::campaign::lines::{Lines, RawLine, wrong};
+use crate::campaign::lines::{Lines, RawLine};
+use crate::campaign::wrong;
 use crate::campaign::{Campaign, CampaignRow, Rows};
 use monorig_sim::config::file::regular;
 use monorig_sim::error::Error;

@@ -4,9 +4,9 @@ use crate::bound::{BoundSample, RunningBound};
 use crate::metrics::Pace;
 use crate::metrics::lagged::GradeAtMiddle;
 use monorig_estimators::api::signals::Estimate;
-use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::run::{Observer, StepFrame};
+use monorig_sim::closed_loop::{AnswerCounts, Simulation};
 use monorig_sim::config::scenario::IntegrityLimits;
 use monorig_sim::error::Error;
 use monorig_sim::plant::Truth;
@@ -97,29 +97,14 @@ pub struct ErrorSample {
     pub nis: f64,
     /// Estimate minus truth, running-resistance coefficient; not a number from estimators that do not identify it.
     pub(crate) running_resistance: f64,
-    /// Answers of an external estimator in real time; not numbers of others.
-    pub(crate) answers: Answers,
+    /// Answers of an external estimator in real time.
+    pub(crate) answers: Option<AnswerCounts>,
     /// Cramér-Rao bound of the mass, as a share of it; not a number where there is none. Likewise the next two.
     pub(crate) mass_bound: f64,
     /// Bound of the slope, rad.
     pub(crate) slope_bound: f64,
     /// Bound of the effective slope, rad.
     pub(crate) effective_bound: f64,
-}
-
-/// Counts of the steps of an external estimator in real time, so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Answers {
-    /// Longest time to an answer that came in this step, ms.
-    pub latency_ms: f64,
-    /// Steps that were sent.
-    pub asked: f64,
-    /// Answers that came late.
-    pub late: f64,
-    /// Steps without an answer.
-    pub lost: f64,
-    /// Steps that were sent late.
-    pub rig_late: f64,
 }
 
 impl ErrorSample {
@@ -130,21 +115,17 @@ impl ErrorSample {
     }
 
     /// An estimate and the internals of [`TOLD`] against the truth.
-    fn of(e: &Estimate, internals: [Option<f64>; TOLD.len()], t: &Target) -> Self {
+    fn of(
+        e: &Estimate,
+        internals: [Option<f64>; TOLD.len()],
+        answers: Option<AnswerCounts>,
+        t: &Target,
+    ) -> Self {
         let mass = e.total_mass_kg.value - t.total_mass_kg;
         let slope = e.grade_rad.value - t.grade_at_imu_rad;
         let effective = e.effective_grade_rad.value - t.grade_effective_rad;
         let internals = internals.map(|value| value.unwrap_or(f64::NAN));
-        let [
-            lagged,
-            lagged_sd,
-            resistance,
-            latency_ms,
-            asked,
-            late,
-            lost,
-            rig_late,
-        ] = internals;
+        let [lagged, lagged_sd, resistance] = internals;
         let lagged = lagged - t.grade_at_middle_rad;
         Self {
             t_s: t.t_s,
@@ -168,30 +149,19 @@ impl ErrorSample {
             lagged_nees: normalised(lagged, lagged_sd, t.grade_sd_rad),
             nis: e.nis,
             running_resistance: resistance - t.running_resistance,
-            answers: Answers {
-                latency_ms,
-                asked,
-                late,
-                lost,
-                rig_late,
-            },
+            answers,
             mass_bound: t.bound.map_or(f64::NAN, |b| b.mass_rel),
             slope_bound: t.bound.map_or(f64::NAN, |b| b.slope_rad),
             effective_bound: t.bound.map_or(f64::NAN, |b| b.effective_rad),
         }
     }
 }
-/// Names of internals: the lagged grade, rad; its standard deviation, rad; the running-resistance coefficient; those of
-/// [`Answers`].
-const TOLD: [&str; 8] = [
+
+/// Names of internals: the lagged grade, rad; its standard deviation, rad; the running-resistance coefficient.
+const TOLD: [&str; 3] = [
     "lagged_grade_rad",
     "lagged_grade_sd_rad",
     "running_resistance",
-    "answer_latency_ms",
-    "answers_asked",
-    "answers_late",
-    "answers_lost",
-    "rig_late",
 ];
 
 /// Makes error samples of one estimator, step by step. The places of its internals are found once, by name.
@@ -217,7 +187,7 @@ impl ErrorSampler {
             member.internals(&mut self.internals);
         }
         let internals = self.places.map(|at| self.internals.get(at?).copied());
-        ErrorSample::of(&member.estimate, internals, t)
+        ErrorSample::of(&member.estimate, internals, member.answers(), t)
     }
 }
 

@@ -197,7 +197,7 @@ table! {
             = Estimator(rms(|x: &ErrorSample| x.running_resistance));
         "answer_latency_ms_p99" ["ms", Least]
             "99th percentile of the time from the sending of a step to its answer, of an external estimator in real time"
-            = Estimator(p99_of_numbers(|x: &ErrorSample| x.answers.latency_ms));
+            = Estimator(p99_of_numbers(|x: &ErrorSample| { x.answers.map_or(f64::NAN, |a| a.latency_ms) }));
         "answers_late_share" ["1", Least]
             "share of the steps whose answer came after its deadline, of an external estimator in real time"
             = Estimator(share_of_asked(|a| a.late));

@@ -1,5 +1,6 @@
 //! Estimators side by side on the same measurements.
 
+use crate::closed_loop::answers::{AnswerCounter, AnswerCounts};
 use crate::closed_loop::registry::BoxedEstimator;
 use crate::error::Error;
 use crate::guarded::guarded;
@@ -26,6 +27,8 @@ pub struct RunningEstimator {
     pub estimate: Estimate,
     /// Marks a published method without supervision. It is shown beside the others and is not for use.
     pub reference: bool,
+    /// Counts of its answers, if it runs outside of the program in real time.
+    pub(super) answers: Option<AnswerCounter>,
     estimator: BoxedEstimator,
     refused: u64,
     reason: String,
@@ -39,6 +42,7 @@ impl RunningEstimator {
             estimator,
             estimate: Estimate::default(),
             reference: false,
+            answers: None,
             refused: 0,
             reason: String::new(),
         }
@@ -107,6 +111,12 @@ impl RunningEstimator {
     /// Steps it refused, with the first reason, if any.
     pub(crate) fn refusals(&self) -> Option<(String, u64, String)> {
         (self.refused > 0).then(|| (self.name.clone(), self.refused, self.reason.clone()))
+    }
+
+    /// Counts of its answers, if it runs outside of the program in real time: what the rig has seen of it, and no
+    /// internals of its own.
+    pub fn answers(&self) -> Option<AnswerCounts> {
+        self.answers.as_ref().map(AnswerCounter::get)
     }
 
     /// Its internals, by name and unit.

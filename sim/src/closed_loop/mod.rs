@@ -10,6 +10,7 @@
 //! | `recorded` | a recorded drive in the loop |
 //! | `resolved` | a scenario with all defaults written out |
 //! | `estimators` | an estimator in a run |
+//! | `answers` | counts of the answers of an estimator outside of the program |
 //! | `observer` | what is shown to recorders and metrics after each step |
 //! | `instruments` | the instruments of a scenario, fitted to its vehicle |
 //! | `events` | the events of a scenario, applied when they are due |
@@ -20,6 +21,7 @@
 //! | `interned` | names kept as long as the program |
 //! | `obstacles` | the obstacles and walls of a scenario, placed beside the rail |
 
+mod answers;
 mod assemble;
 pub mod builder;
 mod checks;
@@ -42,6 +44,7 @@ mod simulation;
 mod step_plant;
 mod wall_clock;
 
+pub use answers::{AnswerCounter, AnswerCounts};
 pub use builder::SimulationBuilder;
 pub use end::Outcome;
 pub use interned::interned;

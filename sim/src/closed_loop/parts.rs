@@ -3,7 +3,7 @@
 use super::builder::MakeEstimator;
 use super::estimators::RunningEstimator;
 use super::registry::{BoxedController, Refusal, Registry};
-use crate::config::scenario::{PlantKind, Scenario, settings};
+use crate::config::scenario::{InstrumentSettings, PlantKind, Scenario};
 use crate::control::ControllerSetup;
 use crate::error::Error;
 use crate::guarded::guarded;
@@ -50,6 +50,7 @@ pub fn estimators(
             .map_err(|w| scenario.error(at, w.message, w.help))?;
         let mut running = RunningEstimator::new(name, estimator);
         running.reference = of_type.reference;
+        running.answers = of_type.answers.clone();
         built.push(running);
     }
     Ok(built)
@@ -81,13 +82,13 @@ pub fn instruments(
     registry: &Registry,
     on: &Fitting<'_>,
 ) -> Result<Vec<Box<dyn Instrument>>, Error> {
-    let build = |(name, values): (&String, _)| {
+    let build = |(name, settings): (&String, &InstrumentSettings)| {
         let at = format!("instruments.{name}");
         let refused = |at: &str, w: Refusal| scenario.error(at, w.message, w.help);
         let of_type = registry
             .find_instrument(name)
             .map_err(|w| refused(&at, w))?;
-        let values = settings(values);
+        let values = settings.named();
         for (key, value) in &values {
             of_type
                 .check(key, *value)
@@ -112,14 +113,14 @@ pub fn plant(
     registry: &Registry,
     setup: &PlantSetup<'_>,
 ) -> Result<Option<Box<dyn Plant>>, Error> {
-    let Some(PlantKind::Own { kind, values }) = &scenario.file.physics.plant else {
+    let Some(PlantKind::Own(settings)) = &scenario.file.physics.plant else {
         return Ok(None);
     };
     let refused = |at: &str, w: Refusal| scenario.error(at, w.message, w.help);
     let of_kind = registry
-        .find_plant(kind)
+        .find_plant(&settings.kind)
         .map_err(|w| refused("physics.plant", w))?;
-    let values = settings(values);
+    let values = settings.named();
     for (key, value) in &values {
         of_kind
             .check(key, *value)

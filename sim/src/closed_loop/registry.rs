@@ -31,6 +31,7 @@
 //! # Ok::<(), monorig_sim::closed_loop::registry::RegistryError>(())
 //! ```
 
+use super::answers::AnswerCounter;
 use super::wall_clock::WallClock;
 use crate::config::file::nearest;
 use crate::config::scenario::{
@@ -85,6 +86,8 @@ pub struct PartType<B: ?Sized> {
     /// A published method as it stands in its source, without supervision: for comparison, not for use. One that a
     /// program adds is none.
     pub(super) reference: bool,
+    /// Counts of the answers of an estimator outside of the program in real time.
+    pub(super) answers: Option<AnswerCounter>,
     /// The name of one of our estimators; none of a part that a program adds.
     ours: Option<&'static str>,
 }
@@ -377,7 +380,7 @@ impl Registry {
         let load = self.load_library.as_ref().ok_or_else(runs_none)?;
         // found when the scenario was loaded; one put together in code has the name alone
         let file = settings.library_file.as_deref();
-        let named = settings.library.as_deref().unwrap_or_default();
+        let named = settings.file().unwrap_or_default();
         load(
             file.unwrap_or(Path::new(named)),
             settings,
@@ -399,7 +402,8 @@ impl Registry {
     /// The type of the controller of a scenario: that of its FMU, or the one of its name.
     pub fn controller_of(&self, settings: &ControllerSettings) -> Result<ControllerType, Refusal> {
         let Some(fmu) = &settings.fmu else {
-            return self.find_controller(&settings.kind).cloned();
+            let kind = settings.kind.as_deref().unwrap_or(DEFAULT_CONTROLLER);
+            return self.find_controller(kind).cloned();
         };
         let load = self.load_controller.as_ref().ok_or_else(runs_none)?;
         let file = settings.fmu_file.as_deref();
@@ -431,6 +435,7 @@ impl<B: ?Sized> PartType<B> {
             groups,
             build,
             reference: false,
+            answers: None,
             ours: None,
         }
     }
@@ -438,6 +443,12 @@ impl<B: ?Sized> PartType<B> {
     /// Say in one sentence what it is.
     pub fn about(&mut self, sentence: &str) -> &mut Self {
         self.about = sentence.into();
+        self
+    }
+
+    /// The same, of an estimator outside of the program whose answers are counted there.
+    pub fn counted_by(mut self, counter: AnswerCounter) -> Self {
+        self.answers = Some(counter);
         self
     }
 
@@ -566,6 +577,7 @@ impl<B: ?Sized> Clone for PartType<B> {
             about: self.about.clone(),
             groups: self.groups,
             reference: self.reference,
+            answers: self.answers.clone(),
             ours: self.ours,
             build: self.build.clone(),
         }

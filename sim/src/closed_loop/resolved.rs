@@ -1,7 +1,7 @@
 //! Everything that a scenario leaves to defaults, written out: for manifests and hashes.
 
 use super::registry::{PartType, Registry};
-use crate::config::scenario::{PlantKind, Scenario, settings};
+use crate::config::scenario::{PlantKind, Scenario};
 use monorig_estimators::api::params::Setting;
 use serde_json::{Map, Value, json};
 
@@ -20,16 +20,16 @@ pub fn resolved(scenario: &Scenario, registry: &Registry) -> Value {
     let mut parts = Map::new();
     parts.insert("estimators".into(), estimators.into());
     parts.insert("controller".into(), json!(controller));
-    for (name, values) in &scenario.file.instruments {
+    for (name, given) in &scenario.file.instruments {
         if let Ok(of_type) = registry.find_instrument(name) {
             let all = parts.entry("instruments").or_insert_with(|| json!({}));
-            all[name] = parameters(of_type, &settings(values));
+            all[name] = parameters(of_type, &given.named());
         }
     }
-    if let Some(PlantKind::Own { kind, values }) = &scenario.file.physics.plant
-        && let Ok(of_kind) = registry.find_plant(kind)
+    if let Some(PlantKind::Own(given)) = &scenario.file.physics.plant
+        && let Ok(of_kind) = registry.find_plant(&given.kind)
     {
-        parts.insert("plant".into(), parameters(of_kind, &settings(values)));
+        parts.insert("plant".into(), parameters(of_kind, &given.named()));
     }
     // Strings, numbers and lists of them: nothing in a scenario can fail to serialise.
     let mut all = serde_json::to_value(scenario).unwrap_or_default();

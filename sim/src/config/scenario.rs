@@ -3,14 +3,17 @@
 mod check;
 mod check_expect;
 mod controller;
+mod estimator;
 mod event;
 mod expect;
 mod external;
 mod find_moment;
+mod instrument;
 mod integrity;
 mod lengths;
 mod load;
 mod moment;
+mod named_part;
 mod names;
 mod parameters;
 mod plant_kind;
@@ -18,18 +21,21 @@ mod published;
 mod seeds;
 mod wrong;
 
-pub use controller::ControllerSettings;
 pub(crate) use controller::DEFAULT_CONTROLLER;
+pub use controller::{ControllerKeys, ControllerSettings};
+pub use estimator::{EstimatorKeys, Settings};
 pub use event::{Event, FaultKind};
 pub use expect::{Availability, Expectation, KnownFailure, KnownFailureEntry, known_failures};
 pub use external::{AnswerFaults, External, SignalNumbers, Way};
+pub use instrument::InstrumentKeys;
+pub(crate) use instrument::InstrumentSettings;
 pub use integrity::{Integrity, IntegrityLimits};
 pub use load::{LogScenario, Scenario};
 pub use moment::{Moment, MomentOf, VehiclePart};
+pub use named_part::{NamedPart, PartKeys};
 pub use names::valid_name;
-pub use parameters::{ParameterFile, ParameterValue, Provenance, Settings};
-pub use plant_kind::PlantKind;
-pub(crate) use plant_kind::settings;
+pub use parameters::{ParameterFile, ParameterValue, Provenance};
+pub use plant_kind::{PlantKeys, PlantKind, PlantSettings};
 pub use published::Published;
 pub use seeds::Seeds;
 
@@ -76,7 +82,7 @@ pub struct ScenarioFile {
     pub(crate) sensors: String,
     /// Instruments that the program adds beside those of the sheet, by name, with their parameters.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub(crate) instruments: BTreeMap<String, BTreeMap<String, ParameterValue>>,
+    pub(crate) instruments: BTreeMap<String, InstrumentSettings>,
     /// Nominal values given to estimators and controller where they differ from the train's data sheet.
     #[serde(default)]
     pub(crate) vehicle: NominalVehicle,

@@ -27,10 +27,11 @@ pub struct Perception {
 }
 
 /// Source of slope and mass for the feed-forward.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FeedForward {
     /// None.
+    #[default]
     None,
     /// The truth (an upper limit, not a real controller).
     Truth,

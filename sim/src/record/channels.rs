@@ -2,6 +2,7 @@
 //! a channel.
 
 use super::Channel;
+use crate::closed_loop::AnswerCounts;
 use crate::closed_loop::estimators::RunningEstimator;
 use crate::control::{Perception, Reference};
 use crate::plant::train::balance::ForceBalance;
@@ -60,6 +61,7 @@ pub fn descriptions() -> Vec<ChannelDescription> {
     add(&mut all, "truth/road", TRUTH_ROAD);
     add(&mut all, "control", CONTROL);
     add(&mut all, "estimates/NAME", ESTIMATE);
+    add(&mut all, "internals/NAME", ANSWERS);
     add(&mut all, "aid/NAME/SOURCE", AID);
     all
 }
@@ -430,6 +432,32 @@ const ESTIMATE: &[Column<Estimate>] = &[
     ),
 ];
 
+/// `internals/NAME/…` of an estimator outside of the program in real time: counts of the rig, beside internals of the
+/// estimator.
+const ANSWERS: &[Column<AnswerCounts>] = &[
+    column(
+        "answer_latency_ms",
+        "ms",
+        "Longest time to an answer that came in this step; of an estimator outside of the program in real time, as the next four.",
+        |a| a.latency_ms,
+    ),
+    column("answers_asked", "1", "Steps that were sent to it.", |a| {
+        a.asked as f64
+    }),
+    column("answers_late", "1", "Answers that came too late.", |a| {
+        a.late as f64
+    }),
+    column("answers_lost", "1", "Steps without an answer.", |a| {
+        a.lost as f64
+    }),
+    column(
+        "rig_late",
+        "1",
+        "Steps that monorig itself sent too late.",
+        |a| a.rig_late as f64,
+    ),
+];
+
 /// `aid/NAME/SOURCE/…`, one group for each source of measurements of each estimator.
 const AID: &[Column<AidStatus>] = &[
     column(
@@ -509,6 +537,9 @@ fn visit(visitor: &mut impl Visitor, row: &RowSource<'_>) {
         let estimate = &estimator.estimate;
         visitor.group(format_args!("estimates/{name}"), ESTIMATE, estimate);
         visitor.internals(estimator);
+        if let Some(answers) = estimator.answers() {
+            visitor.group(format_args!("internals/{name}"), ANSWERS, &answers);
+        }
         for (source, status) in estimator.aid_sources().iter().zip(estimator.aid_status()) {
             visitor.group(format_args!("aid/{name}/{source}"), AID, &status);
         }

@@ -5,7 +5,7 @@ use monorig_estimators::{
 };
 use monorig_sim::closed_loop::registry::Refusal;
 use monorig_sim::closed_loop::run::Steps;
-use monorig_sim::config::scenario::{ControllerSettings, FeedForward, PlantKind};
+use monorig_sim::config::scenario::{ControllerSettings, FeedForward, PlantKind, PlantSettings};
 use monorig_sim::plant::PlantSetup;
 use monorig_sim::plant::point_mass::PointMass;
 use monorig_sim::sensors::fault::FaultWindow;
@@ -335,11 +335,7 @@ fn an_instrument_and_a_plant_by_name() {
         bits(&mut estimated(with("point-mass")).build(1).unwrap()),
         ours
     );
-    let values = [("load_mass_kg".to_owned(), 5e3.into())].into();
-    let lighter = PlantKind::Own {
-        kind: "point".into(),
-        values,
-    };
+    let lighter = PlantKind::Own(PlantSettings::of_kind("point").set("load_mass_kg", 5e3));
     let lighter = estimated(with("rapier")).plant_kind(lighter).build(1);
     assert_ne!(bits(&mut lighter.unwrap()), ours);
 

@@ -15,7 +15,7 @@ fn answers_that_come_late_or_not_at_all_are_counted() {
     let faults = "deadline_ms: 40, faults: {lose_every: 30, delay_every: 70, delay_ms: 150}";
     let ecu =
         ecu("attitude", "minimal.yaml", "fixed").replace("signals: fixed}", &format!("{faults}}}"));
-    let mut internals = [0.0; 5];
+    let mut answers = None;
     let mut steps = 0;
     let ran = watch(
         scenario("minimal.yaml", &format!("{{ecu: {ecu}}}"), "0.8"),
@@ -24,20 +24,12 @@ fn answers_that_come_late_or_not_at_all_are_counted() {
             let due = clock.due(frame.time_ns as f64 * 1e-9);
             std::thread::sleep(due.saturating_duration_since(Instant::now()));
             steps += 1;
-            let names = [
-                "answers_asked",
-                "answers_late",
-                "answers_lost",
-                "rig_late",
-                "sent_again",
-            ];
-            internals = frame.estimators[0]
-                .internals_named(names)
-                .map(Option::unwrap);
+            answers = frame.estimators[0].answers();
         },
     );
     let outcome = ran.unwrap();
-    let [asked, late, lost, ..] = internals;
+    let counts = answers.expect("counts of the rig");
+    let [asked, late, lost] = [counts.asked, counts.late, counts.lost].map(|n| n as f64);
     assert_eq!(
         asked,
         f64::from(steps - 1),

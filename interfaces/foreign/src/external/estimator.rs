@@ -6,7 +6,7 @@ use crate::foreign::checked;
 use monorig_estimators::api::estimator::Internal;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements};
 use monorig_estimators::{Error, Estimator, Real};
-use monorig_sim::closed_loop::WallClock;
+use monorig_sim::closed_loop::{AnswerCounter, AnswerCounts, WallClock};
 use monorig_sim::config::scenario::AnswerFaults;
 use monorig_wire::SEQUENCES;
 use monorig_wire::answer::{Answer, Answers, Came};
@@ -19,15 +19,8 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(2);
 /// Time between two looks for an answer in real time.
 const LOOKS: Duration = Duration::from_micros(50);
-/// Quantities that it shows; in lockstep the first one alone.
-const INTERNALS: [Internal; 6] = [
-    Internal::new("sent_again", "1"),
-    Internal::new("answer_latency_ms", "ms"),
-    Internal::new("answers_asked", "1"),
-    Internal::new("answers_late", "1"),
-    Internal::new("answers_lost", "1"),
-    Internal::new("rig_late", "1"),
-];
+/// Quantities that it shows.
+const INTERNALS: [Internal; 1] = [Internal::new("sent_again", "1")];
 
 /// An estimator at the end of a way.
 pub(super) struct Outside {
@@ -45,6 +38,8 @@ pub(super) struct Outside {
     sent_again: u64,
     /// The time, if it is real.
     real_time: Option<RealTime>,
+    /// Where the rig finds the counts of its answers.
+    counter: AnswerCounter,
     faults: AnswerFaults,
     /// True once the first step was answered.
     begun: bool,
@@ -75,15 +70,23 @@ impl Outside {
             times: 0,
             sent_again: 0,
             real_time: None,
+            counter: AnswerCounter::default(),
             faults,
             begun: false,
             lost: None,
         }
     }
 
-    /// The same in real time on a clock, if there is one.
-    pub fn on_clock(mut self, clock: Option<Arc<WallClock>>, deadline: Duration) -> Self {
-        self.real_time = clock.map(|clock| RealTime::new(clock, deadline, self.faults));
+    /// The same in real time on a clock, with the counts of its answers in `counter`.
+    pub fn on_clock(
+        mut self,
+        clock: Arc<WallClock>,
+        deadline: Duration,
+        counter: AnswerCounter,
+    ) -> Self {
+        self.real_time = Some(RealTime::new(clock, deadline, self.faults));
+        self.counter = counter;
+        self.counter.set(AnswerCounts::default());
         self
     }
 
@@ -206,6 +209,9 @@ impl Estimator for Outside {
         };
         let answered = self.ask_in_time(&step);
         self.sent_again += u64::from(self.times > 1);
+        if let Some(time) = &self.real_time {
+            self.counter.set(time.counts);
+        }
         match answered {
             Ok(None) => Err(Error::own("its answer did not come in time")),
             Ok(Some(answer)) if answer.refused => Err(Error::own("it refused the step")),
@@ -223,28 +229,11 @@ impl Estimator for Outside {
     }
 
     fn internals(&self) -> &[Internal] {
-        match self.real_time {
-            Some(_) => &INTERNALS,
-            None => INTERNALS.get(..1).unwrap_or_default(),
-        }
+        &INTERNALS
     }
 
     fn internal_values(&self, values: &mut [Real]) {
-        let counts = self
-            .real_time
-            .as_ref()
-            .map(|time| time.counts)
-            .unwrap_or_default();
-        let whole = |n: u64| n as f64;
-        let all = [
-            whole(self.sent_again),
-            counts.latency_ms,
-            whole(counts.asked),
-            whole(counts.late),
-            whole(counts.lost),
-            whole(counts.rig_late),
-        ];
-        values.iter_mut().zip(all).for_each(|(to, from)| *to = from);
+        values.fill(self.sent_again as f64);
     }
 }
 

@@ -33,8 +33,8 @@ pub use serve::{serve_lines, serve_udp};
 use estimator::Outside;
 use link::Link;
 use monorig_estimators::Vehicle;
-use monorig_sim::closed_loop::WallClock;
 use monorig_sim::closed_loop::registry::{BoxedEstimator, EstimatorType, NamedSettings, Refusal};
+use monorig_sim::closed_loop::{AnswerCounter, WallClock};
 use monorig_sim::config::scenario::{External, SignalNumbers, Way};
 use monorig_wire::signal::Numbers;
 use std::sync::Arc;
@@ -56,7 +56,9 @@ pub(crate) fn estimator_of(
     if let Way::Process(words) = &external.way {
         process::find(words, &external.folder)?;
     }
-    let (external, clock) = (external.clone(), clock.cloned());
+    let external = external.clone();
+    let timed = clock.map(|clock| (clock.clone(), AnswerCounter::default()));
+    let counter = timed.as_ref().map(|(_, counter)| counter.clone());
     let build = move |vehicle: &Vehicle, _: NamedSettings<'_>| {
         let numbers = numbers(external.signals);
         let link: Box<dyn Link> = match &external.way {
@@ -73,9 +75,15 @@ pub(crate) fn estimator_of(
                 ));
             }
         };
-        let outside = Outside::new(link, numbers, vehicle.drives, external.faults)
-            .on_clock(clock.clone(), external.deadline());
+        let mut outside = Outside::new(link, numbers, vehicle.drives, external.faults);
+        if let Some((clock, counter)) = &timed {
+            outside = outside.on_clock(clock.clone(), external.deadline(), counter.clone());
+        }
         Ok(Box::new(outside) as BoxedEstimator)
     };
-    Ok(EstimatorType::new("external", &[], build))
+    let of_type = EstimatorType::new("external", &[], build);
+    Ok(match counter {
+        Some(counter) => of_type.counted_by(counter),
+        None => of_type,
+    })
 }

@@ -1,6 +1,6 @@
 //! An estimator outside of the program in real time: an answer that has not come in time counts as not delivered.
 
-use monorig_sim::closed_loop::WallClock;
+use monorig_sim::closed_loop::{AnswerCounts, WallClock};
 use monorig_sim::config::scenario::AnswerFaults;
 use monorig_wire::answer::{Answer, Came};
 use std::collections::VecDeque;
@@ -22,22 +22,7 @@ pub(super) struct RealTime {
     /// Answers that are held up on purpose, and until when.
     held: Vec<(Instant, Answer)>,
     last_answer: Instant,
-    pub counts: Counts,
-}
-
-/// Counts of the steps so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Counts {
-    /// Longest time to an answer that came since the step before, ms; not a number if none came.
-    pub latency_ms: f64,
-    /// Steps that were sent.
-    pub asked: u64,
-    /// Answers that came too late.
-    pub late: u64,
-    /// Steps without an answer.
-    pub lost: u64,
-    /// Steps that were sent too late.
-    pub rig_late: u64,
+    pub counts: AnswerCounts,
 }
 
 impl RealTime {
@@ -49,7 +34,7 @@ impl RealTime {
             sent: VecDeque::new(),
             held: Vec::new(),
             last_answer: Instant::now(),
-            counts: Counts::default(),
+            counts: AnswerCounts::default(),
         }
     }
 
@@ -175,7 +160,7 @@ mod tests {
         let numbers: Vec<u16> = in_time.iter().map(|a| a.sequence).collect();
         assert_eq!(numbers, [1, 2, 3, 6, 9, 11, 13, 14, 17, 18, 19]);
         // 20 is lost and not held up; 4, 8, 12, 16 are lost; 5, 10 and 15 come later, 7 came late
-        let Counts {
+        let AnswerCounts {
             asked, late, lost, ..
         } = all.counts;
         assert_eq!((asked, late, lost), (20, 4, 5));

@@ -63,7 +63,7 @@ fn vehicle(file: &ScenarioFile) -> Result<(), Wrong> {
         (_, car) => car.is_some(),
     };
     match (car, file.plant()) {
-        (true, PlantKind::Road) | (_, PlantKind::Own { .. }) => {}
+        (true, PlantKind::Road) | (_, PlantKind::Own(_)) => {}
         (false, PlantKind::Road) => {
             return wrong(
                 "physics.plant",

@@ -95,7 +95,7 @@ fn include_parameters(
         let parameters = ParameterFile::read(&found)?;
         let type_name = settings.type_name(name);
         // the name of the only one in a library or an FMU is known later; its parameters are checked then
-        let known = settings.library.is_none() || settings.is.is_some();
+        let known = settings.file().is_none() || settings.is.is_some();
         if known && parameters.estimator != type_name {
             return Err(document.error(
                 key,
@@ -135,9 +135,9 @@ fn find_libraries(
         if let Some(external) = &mut settings.external {
             external.folder = document.path().parent().unwrap_or(Path::new("")).into();
         }
-        if let Some(library) = &settings.library {
+        if let Some(file) = settings.file() {
             let key = format!("estimators.{name}.{}", settings.foreign_key());
-            settings.library_file = Some(find_library(&key, library, document)?);
+            settings.library_file = Some(find_library(&key, file, document)?);
         }
     }
     Ok(())

@@ -1,17 +1,12 @@
 //! The plant that a scenario names: one of ours, or one that a program adds.
 
-use super::ParameterValue;
-use monorig_estimators::api::params::Setting;
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::{Error, MapAccess, Visitor};
-use serde::ser::SerializeMap;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::borrow::Cow;
-use std::collections::BTreeMap;
-use std::fmt;
+use super::named_part::{NamedPart, PartKeys};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize, Serializer};
 
 /// The plant of a train or a car.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(try_from = "PlantSettings")]
 pub enum PlantKind {
     /// Rigid bodies in rapier.
     Rapier,
@@ -20,12 +15,29 @@ pub enum PlantKind {
     /// A car on a road.
     Road,
     /// One of the registry.
-    Own {
-        /// Its name.
-        kind: String,
-        /// Its parameters by name.
-        values: BTreeMap<String, ParameterValue>,
-    },
+    Own(PlantSettings),
+}
+
+/// A plant by its name, and its parameters.
+pub type PlantSettings = NamedPart<PlantKeys>;
+
+/// The plant of a train or a car: `rapier` for rigid bodies, `point-mass` for a point on the rail, `road` for a car on
+/// a road, or one that the program adds, with its parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "PlantKind")]
+pub struct PlantKeys {
+    /// Name of the plant.
+    pub kind: String,
+}
+
+impl PartKeys for PlantKeys {
+    const FORM: &'static str =
+        "the name of a plant, or a mapping such as {kind: NAME, mass_kg: 2000}";
+    const NAME_ALONE: bool = true;
+
+    fn of_name(name: &str) -> Option<Self> {
+        Some(Self { kind: name.into() })
+    }
 }
 
 /// Ours, by name.
@@ -45,95 +57,41 @@ impl PlantKind {
     pub fn named(name: &str) -> Self {
         let ours = OURS.iter().find(|(known, _)| *known == name);
         ours.map_or_else(
-            || Self::Own {
-                kind: name.into(),
-                values: BTreeMap::new(),
-            },
+            || Self::Own(PlantSettings::of_kind(name)),
             |(_, kind)| kind.clone(),
         )
     }
 }
 
-/// Parameters by name as a build function takes them.
-pub(crate) fn settings(values: &BTreeMap<String, ParameterValue>) -> Vec<(&str, Setting<'_>)> {
-    let values = values.iter();
-    values.map(|(k, v)| (k.as_str(), v.setting())).collect()
+impl PlantSettings {
+    /// A plant of this name, with its defaults.
+    pub fn of_kind(name: &str) -> Self {
+        Self::from(PlantKeys { kind: name.into() })
+    }
 }
 
-impl<'de> Deserialize<'de> for PlantKind {
-    fn deserialize<D: Deserializer<'de>>(de: D) -> Result<Self, D::Error> {
-        struct Entries;
-        impl<'de> Visitor<'de> for Entries {
-            type Value = PlantKind;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("the name of a plant, or a mapping such as {kind: NAME, mass_kg: 2000}")
-            }
-            fn visit_str<E: Error>(self, name: &str) -> Result<PlantKind, E> {
-                Ok(PlantKind::named(name))
-            }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<PlantKind, A::Error> {
-                let (mut name, mut given) = (None::<String>, BTreeMap::new());
-                while let Some(key) = map.next_key::<String>()? {
-                    match key.as_str() {
-                        "kind" => name = Some(map.next_value()?),
-                        _ => {
-                            given.insert(key, map.next_value()?);
-                        }
-                    }
-                }
-                let name = name.ok_or_else(|| A::Error::missing_field("kind"))?;
-                match PlantKind::named(&name) {
-                    PlantKind::Own { kind, .. } => Ok(PlantKind::Own {
-                        kind,
-                        values: given,
-                    }),
-                    ours if given.is_empty() => Ok(ours),
-                    _ => Err(A::Error::custom(format!("`{name}` has no parameters"))),
-                }
-            }
+impl TryFrom<PlantSettings> for PlantKind {
+    type Error = String;
+    fn try_from(part: PlantSettings) -> Result<Self, String> {
+        match Self::named(&part.kind) {
+            Self::Own(_) => Ok(Self::Own(part)),
+            ours if part.values.is_empty() => Ok(ours),
+            _ => Err(format!("`{}` has no parameters", part.kind)),
         }
-        de.deserialize_any(Entries)
     }
 }
 
 impl Serialize for PlantKind {
     fn serialize<S: Serializer>(&self, ser: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Own { kind, values } if !values.is_empty() => {
-                let mut map = ser.serialize_map(None)?;
-                map.serialize_entry("kind", kind)?;
-                for (key, value) in values {
-                    map.serialize_entry(key, value)?;
-                }
-                map.end()
-            }
-            Self::Own { kind, .. } => ser.serialize_str(kind),
-            ours => {
-                let named = OURS.iter().find(|(_, kind)| kind == ours);
-                ser.serialize_str(named.map_or("", |(name, _)| name))
-            }
-        }
-    }
-}
-
-impl JsonSchema for PlantKind {
-    fn schema_name() -> Cow<'static, str> {
-        "PlantKind".into()
-    }
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let value = generator.subschema_for::<ParameterValue>();
-        json_schema!({
-            "description": "The plant of a train or a car: `rapier` for rigid bodies, `point-mass` for a point on the rail, `road` for a car on a road, or one that the program adds, with its parameters.",
-            "anyOf": [
-                { "type": "string" },
-                {
-                    "type": "object",
-                    "properties": { "kind": { "type": "string" } },
-                    "required": ["kind"],
-                    "additionalProperties": value
-                }
-            ]
-        })
+        let name = match self {
+            Self::Own(part) if !part.values.is_empty() => return part.serialize(ser),
+            Self::Own(part) => &part.kind,
+            ours => OURS
+                .iter()
+                .find(|(_, kind)| kind == ours)
+                .map_or("", |(name, _)| *name),
+        };
+        ser.serialize_str(name)
     }
 }
 
@@ -155,7 +113,7 @@ mod tests {
             read(&serde_yaml::to_string(&own).unwrap()).unwrap(),
             "read back"
         );
-        assert!(matches!(own, PlantKind::Own { values, .. } if values.len() == 1));
+        assert!(matches!(own, PlantKind::Own(part) if part.values.len() == 1));
         for bad in ["{kind: rapier, gain: 2}", "{gain: 2}", "[rapier]"] {
             assert!(read(bad).is_err(), "{bad}");
         }
