@@ -156,6 +156,24 @@ fn source_files_in_backquotes_are_there() {
     });
 }
 
+/// ARCHITECTURE names the files of a newcomer's path with their lines, to a tenth.
+#[test]
+fn the_newcomers_path_has_the_lines_it_says() {
+    let text = std::fs::read_to_string(project().join("ARCHITECTURE.md")).unwrap();
+    let (_, path) = text.split_once("## A newcomer's path").unwrap();
+    let (path, _) = path.split_once("\n## ").unwrap();
+    let mut files = 0;
+    for row in path.lines().filter(|row| row.contains(".rs`")) {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        let told: f64 = cells[3].parse().unwrap();
+        let file = project().join(cells[2].trim_matches('`'));
+        let lines = std::fs::read_to_string(&file).unwrap().lines().count() as f64;
+        assert!((lines / told - 1.0).abs() <= 0.1, "{row}: {lines} lines");
+        files += 1;
+    }
+    assert!(files >= 5, "{files}");
+}
+
 /// Names of the commands, from the files that have them.
 fn commands() -> Vec<String> {
     let files = files_below(&project().join("cli/src/commands"));

@@ -6,7 +6,7 @@ use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::terminal;
-use crate::verdicts::stress::print_matrix;
+use crate::verdicts::stress::{judge_matrix, print_matrix};
 use crate::verdicts::study::print_results;
 use crate::verdicts::{self, lines};
 use monorig_lab::batch::judged;
@@ -58,6 +58,7 @@ fn merge(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
             let file = StressFile::new(shards.campaign(), runs?);
             output::write(into, &file.to_json())?;
             print_matrix(&file, terminal::verbose())?;
+            judge_matrix(&file, None, false)?;
             Ok(CommandOutcome::Held)
         }
         CampaignKind::Study | CampaignKind::Tune => {

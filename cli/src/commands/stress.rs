@@ -10,7 +10,7 @@ use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::output;
 use crate::ui::terminal;
-use crate::verdicts::stress::{compared, print_matrix};
+use crate::verdicts::stress::{compared, judge_matrix, print_matrix};
 use monorig_lab::batch::Interrupted;
 use monorig_lab::campaign::{self, Shard};
 use monorig_lab::reports::stress::report;
@@ -71,6 +71,9 @@ pub struct StressArgs {
     /// Share by which an error may be worse; shares of samples may be worse by 1 %
     #[arg(long, value_name = "SHARE", value_parser = share, default_value = "5%", requires = "against")]
     pub worse_than: f64,
+    /// Largest share of the valid samples that may mislead in a condition; beyond it the exit code is 1
+    #[arg(long, value_name = "SHARE", value_parser = share, conflicts_with = "shard")]
+    pub max_misled: Option<f64>,
     #[command(flatten)]
     pub out: Out,
 }
@@ -122,15 +125,17 @@ fn stress(task: &StressArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     if let Some(path) = &task.json {
         output::write(path, &file.to_json())?;
     }
-    if !task.json.as_deref().is_some_and(output::is_standard) {
+    note(&end);
+    let silent = task.json.as_deref().is_some_and(output::is_standard);
+    if !silent {
         print_matrix(&file, terminal::verbose())?;
     }
-    note(&end);
+    let good = judge_matrix(&file, task.max_misled, silent)?;
     let worse = match before {
         Some(before) => compared(&before, &file, task.worse_than)?,
         None => false,
     };
-    Ok(CommandOutcome::of(!worse))
+    Ok(CommandOutcome::of(good && !worse))
 }
 
 /// Reads scenarios and conditions, and checks them against each other.

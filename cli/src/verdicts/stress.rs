@@ -6,17 +6,104 @@ use crate::ui::prose::counted;
 use crate::ui::tables::{lines, right, shown, table};
 use monorig_lab::stress::{Figures, MatrixCell, SHARE_TOLERANCE, StressFile, differences};
 
-/// Cells that are printed unless all are asked for.
+/// Conditions that are printed unless all are asked for.
 const SHOWN: usize = 15;
 
-/// Prints the nominal cells and the worst others, or all.
+/// Prints the share of the valid samples that misleads in the worst conditions, or all figures of all conditions.
 pub(crate) fn print_matrix(file: &StressFile, all: bool) -> Result<(), CliError> {
-    let nominal = file.estimators.len();
-    let shown = match all {
-        true => file.cells.len(),
-        false => nominal + SHOWN,
+    match all {
+        true => print_figures(file),
+        false => print_misled(file),
+    }
+}
+
+/// Prints a row for each of the worst conditions, with one figure for each estimator.
+fn print_misled(file: &StressFile) -> Result<(), CliError> {
+    let mut conditions: Vec<&str> = Vec::new();
+    for cell in &file.cells {
+        if !conditions.contains(&cell.condition.as_str()) {
+            conditions.push(&cell.condition);
+        }
+    }
+    let names = file.estimators.iter().map(String::as_str);
+    let mut text = table(["misled %"].into_iter().chain(names).collect::<Vec<_>>());
+    for condition in conditions.iter().take(1 + SHOWN) {
+        let of = |estimator: &String| {
+            let cell = file
+                .cells
+                .iter()
+                .find(|c| (&c.condition, &c.estimator) == (&(*condition).to_owned(), estimator));
+            match cell {
+                Some(cell) if cell.broken > 0 => {
+                    format!("{} broke down", counted(cell.broken, "run"))
+                }
+                Some(cell) => percent(cell.misled()),
+                None => "-".to_owned(),
+            }
+        };
+        let cells = file.estimators.iter().map(of);
+        text.add_row(
+            [(*condition).to_owned()]
+                .into_iter()
+                .chain(cells)
+                .collect::<Vec<_>>(),
+        );
+    }
+    right(&mut text, 1..1 + file.estimators.len());
+    let rest = match conditions.len().saturating_sub(1 + SHOWN) {
+        0 => String::new(),
+        n => format!("; {n} better conditions, and all figures, with -v"),
     };
-    let several = nominal > 1;
+    output::print(&format!(
+        "{}\n\nshare of the valid samples that mislead, the largest of mass, slope and effective slope{rest}\n",
+        lines(&text)
+    ))
+}
+
+/// Judges each cell by the share that may mislead, and prints how many conditions mislead each estimator unless
+/// `silent`; true if no cell is beyond the share.
+pub(crate) fn judge_matrix(
+    file: &StressFile,
+    most: Option<f64>,
+    silent: bool,
+) -> Result<bool, CliError> {
+    let misled = |c: &MatrixCell| c.misled().unwrap_or(0.0);
+    let mut text = String::new();
+    for name in &file.estimators {
+        let cells = || file.cells.iter().filter(|c| c.estimator == *name);
+        let of = counted(cells().count(), "condition");
+        let worst = cells().max_by(|a, b| misled(a).total_cmp(&misled(b)));
+        text += &match worst.filter(|c| misled(c) > 0.0) {
+            None => format!("{name}: misled in none of {of}\n"),
+            Some(worst) => format!(
+                "{name}: misled in {} of {of}, at most {} % of its valid samples ({})\n",
+                cells().filter(|c| misled(c) > 0.0).count(),
+                percent(worst.misled()),
+                worst.condition
+            ),
+        };
+    }
+    let bad = |c: &&MatrixCell| most.is_some_and(|most| !c.is_good(most));
+    let beyond = file.cells.iter().filter(bad).count();
+    if let Some(most) = most {
+        text += &match beyond {
+            0 => format!("held: misled at most {} %\n", 100.0 * most),
+            n => format!(
+                "FAILED: {} misled more than {} % or broke down\n",
+                counted(n, "cell"),
+                100.0 * most
+            ),
+        };
+    }
+    if !silent {
+        output::print(&text)?;
+    }
+    Ok(beyond == 0)
+}
+
+/// Prints all figures of all conditions.
+fn print_figures(file: &StressFile) -> Result<(), CliError> {
+    let several = file.estimators.len() > 1;
     let mut titles = vec!["condition"];
     titles.extend(several.then_some("estimator"));
     titles.extend([
@@ -29,7 +116,7 @@ pub(crate) fn print_matrix(file: &StressFile, all: bool) -> Result<(), CliError>
     ]);
     let numbers = titles.len() - 6;
     let mut text = table(titles);
-    for cell in file.cells.iter().take(shown) {
+    for cell in &file.cells {
         let mut row = vec![cell.condition.clone()];
         row.extend(several.then(|| cell.estimator.clone()));
         if cell.broken > 0 {
@@ -50,13 +137,8 @@ pub(crate) fn print_matrix(file: &StressFile, all: bool) -> Result<(), CliError>
         text.add_row(row);
     }
     right(&mut text, numbers..numbers + 6);
-    let rest = file.cells.len().saturating_sub(shown);
-    let rest = match rest {
-        0 => String::new(),
-        n => format!("; {n} better ones with -v"),
-    };
     output::print(&format!(
-        "{}\n\nmass/slope/effective slope; error and sd of the mass in %, of slopes in °, of valid samples{rest}\n",
+        "{}\n\nmass/slope/effective slope; error and sd of the mass in %, of slopes in °, of valid samples\n",
         lines(&text)
     ))
 }

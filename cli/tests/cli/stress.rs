@@ -97,6 +97,31 @@ fn threads_kills_and_shards_change_no_byte() {
     assert!(dir.read("all.json") == whole);
 }
 
+/// The largest share that misleads is within itself and beyond less, and no share is beyond 100 %.
+#[test]
+fn the_share_that_misleads_is_judged() {
+    let dir = dir();
+    let mount = "version: 1\ncondition: a test\ngroup: instruments\nset:\n  sensors.accelerometer.misalignment_deg: [0, 3, 0]\n";
+    dir.write("bad/mount.yaml", mount.as_bytes());
+    let told = stress(&dir, &["--json", "all.json", "--max-misled", "100%"]);
+    assert!(told.ends_with("held: misled at most 100 %\n"), "{told}");
+    let all: serde_json::Value = serde_json::from_str(&dir.read("all.json")).unwrap();
+    let cells = all["cells"].as_array().unwrap();
+    let shares = cells.iter().flat_map(|cell| {
+        let quantities = ["mass", "slope", "effective_slope"];
+        quantities.map(|quantity| cell[quantity]["misleading"].as_f64().unwrap_or(0.0))
+    });
+    let most = shares.fold(0.0, f64::max);
+    assert!(
+        most > 0.0,
+        "a battery in which nothing misleads tests nothing"
+    );
+    let less = (0.9 * most).to_string();
+    let (code, out, err) = dir.monorig(&[&STRESS[..], &["--max-misled", &less]].concat());
+    assert_eq!(code, Some(1), "{out}{err}");
+    assert!(out.contains("FAILED: 1 cell misled more than"), "{out}");
+}
+
 /// Against itself nothing is worse; against a matrix with a smaller error a figure is, and the exit code is 1.
 #[test]
 fn what_has_become_worse_fails() {

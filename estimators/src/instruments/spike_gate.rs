@@ -18,8 +18,8 @@ pub struct SpikeLimits {
     pub keeps_integral: bool,
 }
 
-/// Spike gate: a sample that jumps further from the last accepted one than the instrument can is held out, for a time at
-/// most.
+/// Spike gate: a sample that jumps further from the last accepted one than the instrument can is held out, for a time
+/// at most.
 ///
 /// Joints and bumps make a wheel's speed jump by 0.1 to 1.3 m/s for a few samples; low-passes, derivatives and
 /// integrals in front of an estimator have no innovation to gate. Without a spike nothing is delayed and nothing

@@ -10,7 +10,8 @@ use crate::{Real, Time};
 /// Stuck-at fault detector of an instrument that repeats a sample.
 ///
 /// One axis is stuck from 20 repetitions and more than 0.5 s on, and never at 0: a wheel at rest or a motor without
-/// torque reads that. Noise never repeats all axes of a vector, which is stuck from 3 repetitions on, whatever the time.
+/// torque reads that. Noise never repeats all axes of a vector, which is stuck from 3 repetitions on, whatever the
+/// time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StuckDetector<const N: usize> {
     changes: u32,

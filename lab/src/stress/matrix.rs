@@ -20,7 +20,7 @@ pub struct ConditionRow {
     pub over_s: f64,
 }
 
-/// Figures of a quantity, over valid samples from 5 s on.
+/// Figures of a quantity, over valid samples from 5 s on; what misleads counts from the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
     /// Root mean square error: a share of the mass, or degrees; none where nothing is valid.
@@ -71,9 +71,15 @@ impl MatrixCell {
         all.fold(0.0, f64::max)
     }
 
+    /// Largest share of the valid samples of a quantity that misleads; none where nothing is valid.
+    pub fn misled(&self) -> Option<f64> {
+        let all = self.quantities().into_iter().filter_map(|f| f.misleading);
+        all.reduce(f64::max)
+    }
+
     /// True if no more than this share of the valid samples of a quantity misleads.
     pub fn is_good(&self, most: f64) -> bool {
-        self.broken == 0 && self.largest(|f| f.misleading) <= most
+        self.broken == 0 && self.misled().unwrap_or(0.0) <= most
     }
 }
 

@@ -25,7 +25,7 @@ pub struct NamedPart<K> {
 
 /// The keys of a sort of part that are no parameters: a struct whose fields are these keys.
 pub trait PartKeys: for<'de> Deserialize<'de> + JsonSchema {
-    /// What a part is written as, for errors.
+    /// Form in which a part is written, for errors.
     const FORM: &'static str;
     /// True if a part without parameters can be written as the name of its kind alone.
     const NAME_ALONE: bool = false;

@@ -4,7 +4,8 @@ use super::named_part::{NamedPart, PartKeys};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
-/// The plant of a train or a car.
+/// The plant of a train or a car: `rapier` for rigid bodies, `point-mass` for a point on the rail, `road` for a car on
+/// a road, or one that the program adds, with its parameters.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(try_from = "PlantSettings")]
 pub enum PlantKind {
