@@ -157,14 +157,15 @@ class Health:
         last, ringing = self.used, self.ring > 0.0
         limit, jump = 0.1 + 6.0 * self.jump, np.max(np.abs(w - last))
         held, self.held = self.held, None
-        if held is None and not ringing:
+        confirmed = held is not None and (ringing or np.max(np.abs(w - held)) <= limit)
+        if (held is None or confirmed) and not ringing:
             self.jump += (min(jump, limit) - self.jump) / 64.0
-        if jump > limit and not ringing and held is None:
+        if jump > limit and not ringing and not confirmed:
             self.held = w
             self.events.add("spike")
             return last
         self.used = w
-        return w + (held - last) if held is not None and (ringing or jump > limit) else w
+        return w + (held - last) if confirmed and (ringing or jump > limit) else w
 
     def step(self, force, w, yaw_bias, v, gyro):
         self.ring = max(self.ring - DT, 0.0)

@@ -14,7 +14,8 @@ pub struct SpikeLimits {
     pub rate: Real,
     /// Time that samples may be held out for; a jump that has stayed for longer is real.
     pub longest: Real,
-    /// True if the integral of the samples counts: those held out of a jump that is real are added to the next one.
+    /// True if the integral of the samples counts: a jump is then real as soon as the next sample agrees with the one
+    /// held out, whose jump is added to it.
     pub keeps_integral: bool,
 }
 
@@ -35,8 +36,7 @@ pub struct SpikeGate<const N: usize> {
     last: Option<[Real; N]>,
     jump: Real,
     held_for: Real,
-    /// Sum of the jumps of the samples held out.
-    held: [Real; N],
+    held: Option<[Real; N]>,
 }
 
 /// Largest difference of two vectors on an axis.
@@ -53,7 +53,7 @@ impl<const N: usize> SpikeGate<N> {
             last: None,
             jump: 0.0,
             held_for: 0.0,
-            held: [0.0; N],
+            held: None,
         }
     }
 
@@ -67,29 +67,29 @@ impl<const N: usize> SpikeGate<N> {
         let limit =
             limits.floor + limits.rate * waited + tuning::STATISTICS.jump_factor * self.jump;
         let jump = apart(sample, last);
-        if self.held_for == 0.0 && !shaken {
+        let held = self.held.filter(|_| limits.keeps_integral);
+        let held = held.filter(|held| shaken || apart(sample, *held) <= limit);
+        if !shaken && (self.held_for == 0.0 || held.is_some()) {
             self.jump += (jump.min(limit) - self.jump) / tuning::SPIKE_GATE.memory;
         }
         let beyond = jump > limit;
-        if beyond && !shaken && waited <= limits.longest {
-            self.held_for = waited;
-            for ((held, new), old) in self.held.iter_mut().zip(sample).zip(last) {
-                *held += new - old;
-            }
+        if beyond && !shaken && held.is_none() && waited <= limits.longest {
+            (self.held, self.held_for) = (Some(sample), waited);
             return None;
         }
         let mut used = sample;
-        if limits.keeps_integral && (beyond || shaken) {
+        if let Some(held) = held.filter(|_| beyond || shaken) {
+            let jumps = held.iter().zip(last).map(|(held, last)| held - last);
             used.iter_mut()
-                .zip(self.held)
-                .for_each(|(used, held)| *used += held);
+                .zip(jumps)
+                .for_each(|(used, jump)| *used += jump);
         }
         self.accept(sample);
         Some(used)
     }
 
     fn accept(&mut self, sample: [Real; N]) -> [Real; N] {
-        (self.last, self.held_for, self.held) = (Some(sample), 0.0, [0.0; N]);
+        (self.last, self.held_for, self.held) = (Some(sample), 0.0, None);
         sample
     }
 
@@ -195,36 +195,33 @@ mod tests {
     const RATE: SpikeLimits = SpikeLimits {
         floor: 0.1,
         rate: 0.0,
-        longest: 5.0,
+        longest: Real::INFINITY,
         keeps_integral: true,
     };
 
-    /// The largest axis counts. A jump that stays is added once it has stayed for longer than the longest time, on each
-    /// axis its own; or as soon as the body is shaken, however far the instrument has come back then. One that comes
-    /// back was a spike, whatever it was in between.
+    /// The largest axis counts. A jump is added, on each axis its own, once the next sample agrees with it; or as soon
+    /// as the body is shaken, however far the instrument has come back then. One that comes back was a spike, and what
+    /// jumps to and fro is held out.
     #[test]
     fn a_jump_that_stays_loses_nothing_of_its_integral() {
-        let (jump, back) = ([0.4, -0.5, 0.6], [0.05, 0.06, -0.07]);
-        for (held, next, shaken, counts) in [
-            (5, jump, false, true),
-            (1, back, true, true),
-            (3, back, false, false),
+        let (jump, near, back) = ([0.4, -0.5, 0.6], [0.41, -0.49, 0.62], [0.05, 0.06, -0.07]);
+        for (fro, next, shaken, counts) in [
+            (0, near, false, true),
+            (0, back, true, true),
+            (0, back, false, false),
+            (5, back, false, false),
         ] {
             let mut gate = SpikeGate::new(RATE);
             assert_eq!(gate.take([0.0; 3], 1.0, false), Some([0.0; 3]));
-            for k in 0..held {
-                let sample = if counts || k == 0 {
-                    jump
-                } else {
-                    jump.map(|x| -x)
-                };
+            assert_eq!(gate.take(jump, 1.0, false), None);
+            for k in 0..fro {
+                let sample = if k % 2 == 0 { jump.map(|x| -x) } else { jump };
                 assert_eq!(gate.take(sample, 1.0, false), None);
             }
             let taken = gate.take(next, 1.0, shaken).unwrap();
-            let late = if counts { Real::from(held) } else { 0.0 };
             for axis in 0..3 {
-                let expected = next[axis] + late * jump[axis];
-                assert!((taken[axis] - expected).abs() < 1e-12, "{next:?}");
+                let late = if counts { jump[axis] } else { 0.0 };
+                assert!((taken[axis] - next[axis] - late).abs() < 1e-12, "{next:?}");
             }
             assert_eq!(gate.value(), Some(next));
             assert_eq!(gate.take(next, 1.0, false), Some(next));

@@ -11,11 +11,11 @@ use crate::{Real, Time};
 /// Instant for the stuck detectors of vectors, which go by no time.
 const NO_CLOCK: Time = Time::from_ns(0);
 
-/// Limits of the gyro's spike gate, which holds one sample out at any rate.
+/// Limits of the gyro's spike gate, which counts samples.
 const RATE_LIMITS: SpikeLimits = SpikeLimits {
     floor: tuning::SHOCK.min_jump_radps,
     rate: 0.0,
-    longest: 1.0,
+    longest: Real::INFINITY,
     keeps_integral: true,
 };
 
