@@ -134,8 +134,7 @@ impl SimulationBuilder {
         self
     }
 
-    /// An estimator of the registry, under this name: its type is [`EstimatorKeys::is`](crate::config::scenario::EstimatorKeys::is),
-    /// or has the same name.
+    /// An estimator of the registry, under this name: its type is that of the key `is`, or has the same name.
     pub fn registered_estimator(mut self, name: &str, settings: Settings) -> Self {
         let estimators = &mut self.scenario.file.estimators;
         if estimators.insert(name.into(), settings).is_some() {
