@@ -52,10 +52,10 @@ fn print_misled(file: &StressFile) -> Result<(), CliError> {
     right(&mut text, 1..1 + file.estimators.len());
     let rest = match conditions.len().saturating_sub(1 + SHOWN) {
         0 => String::new(),
-        n => format!("; {n} better conditions, and all figures, with -v"),
+        n => format!("\n{n} better conditions, and all figures: -v"),
     };
     output::print(&format!(
-        "{}\n\nshare of the valid samples that mislead, the largest of mass, slope and effective slope{rest}\n",
+        "{}\n\nvalid samples that mislead, the largest of mass, slope, effective slope{rest}\n",
         lines(&text)
     ))
 }
@@ -86,12 +86,12 @@ pub(crate) fn judge_matrix(
     let bad = |c: &&MatrixCell| most.is_some_and(|most| !c.is_good(most));
     let beyond = file.cells.iter().filter(bad).count();
     if let Some(most) = most {
+        let limit = (1e5 * most).round() / 1e3; // 7 % is not 7.000000000000001 %
         text += &match beyond {
-            0 => format!("held: misled at most {} %\n", 100.0 * most),
+            0 => format!("held: misled at most {limit} %\n"),
             n => format!(
-                "FAILED: {} misled more than {} % or broke down\n",
-                counted(n, "cell"),
-                100.0 * most
+                "FAILED: {} misled more than {limit} % or broke down\n",
+                counted(n, "cell")
             ),
         };
     }

@@ -38,7 +38,7 @@ pub(super) struct Outside {
     sent_again: u64,
     /// The time, if it is real.
     real_time: Option<RealTime>,
-    /// Where the rig finds the counts of its answers.
+    /// Counts of its answers, which the rig reads.
     counter: AnswerCounter,
     faults: AnswerFaults,
     /// True once the first step was answered.
