@@ -4,6 +4,7 @@
 //! Terms after the navigation of aircraft (RTCA DO-229; Stanford diagram: Tossaint et al. 2007).
 
 use crate::metrics::Quantity;
+use crate::metrics::of_estimator::CONVERGED;
 use crate::metrics::series::ErrorSample;
 use crate::metrics::statistics::{Accumulator, Mean, Running};
 use monorig_sim::config::scenario::IntegrityLimits;
@@ -19,6 +20,10 @@ pub(crate) enum Marks {
     Integrity,
     /// Share of the valid samples that is beyond the protection level, whatever the size of the error.
     Overconfidence,
+    /// Share of the valid samples that is beyond the alert limit, whatever the standard deviation.
+    BeyondLimit,
+    /// Time from which every valid value is right to the end.
+    Convergence,
     /// Time from which the quantity stays valid and right to the end.
     Recovery,
     /// Losses of validity per hour.
@@ -33,20 +38,25 @@ pub(super) fn start(
     quantity: Quantity,
     limits: &IntegrityLimits,
 ) -> Running<ErrorSample> {
+    let wrong = |is_wrong| -> Running<ErrorSample> {
+        Box::new(WrongShare {
+            quantity,
+            limits: *limits,
+            is_wrong,
+            share: Mean::default(),
+        })
+    };
     match kind {
         Marks::Availability => Box::new(Availability {
             quantity,
             share: Mean::default(),
         }),
-        Marks::Integrity => Box::new(MisleadingShare {
+        Marks::Integrity => wrong(|q, x, limits| q.is_misleading(x, limits)),
+        Marks::Overconfidence => wrong(|q, x, limits| q.is_overconfident(x, limits.k)),
+        Marks::BeyondLimit => wrong(|q, x, limits| q.error(x).abs() > q.alert(limits)),
+        Marks::Convergence => Box::new(Convergence {
             quantity,
-            limits: *limits,
-            share: Mean::default(),
-        }),
-        Marks::Overconfidence => Box::new(OverconfidentShare {
-            quantity,
-            k: limits.k,
-            share: Mean::default(),
+            since_s: f64::NAN,
         }),
         Marks::Recovery => Box::new(Recovery {
             quantity,
@@ -91,18 +101,19 @@ impl Accumulator<ErrorSample> for ReferenceShare {
     }
 }
 
-/// Of the samples that are valid and have a reference: without one nobody knows whether a sample misleads.
-struct MisleadingShare {
+/// Of the samples that are valid and have a reference: without one nobody knows whether a sample is wrong.
+struct WrongShare {
     quantity: Quantity,
     limits: IntegrityLimits,
+    is_wrong: fn(Quantity, &ErrorSample, &IntegrityLimits) -> bool,
     share: Mean,
 }
 
-impl Accumulator<ErrorSample> for MisleadingShare {
+impl Accumulator<ErrorSample> for WrongShare {
     fn add(&mut self, x: &ErrorSample) {
         if self.quantity.is_judged(x) {
-            let misleading = self.quantity.is_misleading(x, &self.limits);
-            self.share.add_bool(misleading);
+            let wrong = (self.is_wrong)(self.quantity, x, &self.limits);
+            self.share.add_bool(wrong);
         }
     }
 
@@ -111,23 +122,27 @@ impl Accumulator<ErrorSample> for MisleadingShare {
     }
 }
 
-/// Of the same samples as [`MisleadingShare`]: whatever the size of the error.
-struct OverconfidentShare {
+/// Time of the first valid value from which on every valid value is within the error that convergence means. NaN where
+/// the last one is not. The value at the start is no estimate.
+struct Convergence {
     quantity: Quantity,
-    k: f64,
-    share: Mean,
+    since_s: f64,
 }
 
-impl Accumulator<ErrorSample> for OverconfidentShare {
+impl Accumulator<ErrorSample> for Convergence {
     fn add(&mut self, x: &ErrorSample) {
-        if self.quantity.is_judged(x) {
-            self.share
-                .add_bool(self.quantity.is_overconfident(x, self.k));
+        if !self.quantity.is_judged(x) || !x.mass_estimated {
+            return;
         }
+        self.since_s = match self.quantity.error(x).abs() <= CONVERGED {
+            false => f64::NAN,
+            true if self.since_s.is_nan() => x.t_s,
+            true => self.since_s,
+        };
     }
 
     fn value(&self) -> f64 {
-        self.share.value()
+        self.since_s
     }
 }
 
@@ -215,6 +230,7 @@ mod tests {
             mass_rel: error * limits.mass_rel,
             mass_nees: (error / sd).powi(2),
             mass_valid: valid,
+            mass_estimated: true,
             slope: error * limits.slope_deg * DEGREE,
             slope_nees: (error / sd).powi(2),
             slope_valid: valid,
@@ -251,6 +267,8 @@ mod tests {
                 Marks::Availability => 0.7,
                 Marks::Integrity => 2.0 / 7.0,
                 Marks::Overconfidence => 3.0 / 7.0,
+                Marks::BeyondLimit => 3.0 / 7.0,
+                Marks::Convergence => 6.0,
                 Marks::Recovery => 8.0,
                 Marks::Continuity => 2.0 * 3600.0 / 9.0,
                 Marks::Referenced => 1.0,

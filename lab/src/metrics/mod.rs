@@ -162,7 +162,7 @@ impl Metric {
             || matches!(
                 self.of,
                 Of::Marks {
-                    kind: Marks::Integrity | Marks::Overconfidence,
+                    kind: Marks::Integrity | Marks::Overconfidence | Marks::BeyondLimit,
                     ..
                 }
             )

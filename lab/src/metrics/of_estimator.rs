@@ -5,14 +5,14 @@ use crate::metrics::statistics::{Accumulator, Mean, Running};
 use std::collections::VecDeque;
 
 /// Mass counts as converged when its error stays within this share.
-const CONVERGED: f64 = 0.02;
+pub(super) const CONVERGED: f64 = 0.02;
 /// Errors *after convergence* count from where the error has first stayed within that share for so long, s.
 const SETTLED_S: f64 = 1.0;
 /// rad.
 pub(super) const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 fn close(x: &ErrorSample) -> bool {
-    x.mass_rel.abs() <= CONVERGED
+    x.mass_valid && x.mass_estimated && x.mass_rel.abs() <= CONVERGED
 }
 
 /// Largest magnitude after convergence.
@@ -73,27 +73,6 @@ impl Accumulator<ErrorSample> for LastStretch {
     }
 }
 
-/// Time from which the mass stays converged to the end, s.
-pub(super) fn convergence() -> Running<ErrorSample> {
-    Box::new(Convergence(f64::NAN))
-}
-
-struct Convergence(f64);
-
-impl Accumulator<ErrorSample> for Convergence {
-    fn add(&mut self, x: &ErrorSample) {
-        self.0 = match close(x) {
-            false => f64::NAN,
-            true if self.0.is_nan() => x.t_s,
-            true => self.0,
-        };
-    }
-
-    fn value(&self) -> f64 {
-        self.0
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -107,6 +86,7 @@ mod tests {
             mass_rel: e,
             mass_kg: 1000.0 * e,
             mass_valid: valid,
+            mass_estimated: true,
             mass_sd_rel: 0.1,
             slope_sd: 0.05 * DEGREE,
             effective_sd: 0.1 * DEGREE,
@@ -275,7 +255,8 @@ mod tests {
         assert!(of(&partly, "nis_mean") > of(&known, "nis_mean"));
     }
 
-    /// An estimator that marks only its good samples valid has no better errors for it.
+    /// An estimator that marks only its good samples valid has no better errors for it, but for those that begin with
+    /// its first valid sample.
     #[test]
     fn marking_only_the_good_samples_valid_changes_no_error() {
         let errors = [0.5, 0.01, -0.3, 0.02, 0.001];
@@ -283,10 +264,13 @@ mod tests {
         let choosy = series(&errors.map(|e| (e, e.abs() < 0.05)));
         for m in estimator_metrics() {
             let of = |s| measure(s, "x", m.name, 0.0, 9.0).unwrap();
+            let begins_valid = m.name.contains("_over_bound") || m.name.contains("_converged_");
             match m.of {
                 Of::Error {
                     valid_only: false, ..
-                } => assert_eq!(of(&honest).to_bits(), of(&choosy).to_bits(), "{}", m.name),
+                } if !begins_valid => {
+                    assert_eq!(of(&honest).to_bits(), of(&choosy).to_bits(), "{}", m.name)
+                }
                 Of::Marks {
                     kind: Marks::Availability,
                     ..
@@ -294,6 +278,24 @@ mod tests {
                 _ => {}
             }
         }
+    }
+
+    /// Neither the value at the start nor one that is not marked valid has converged.
+    #[test]
+    fn the_first_guess_and_what_is_not_valid_have_not_converged() {
+        let mut s = series(&[(0.0, true), (0.01, false), (0.5, false), (0.01, true)]);
+        s.estimators[0].1[0].mass_estimated = false;
+        let of = |m: &str| measure(&s, "x", m, 0.0, 9.0).unwrap();
+        assert_eq!(of("mass_convergence_s"), 3.0);
+        assert!(of("mass_error_converged_rel_max").is_nan());
+    }
+
+    /// The error over its bound counts from the first valid sample on, the invalid ones after it too.
+    #[test]
+    fn over_the_bound_counts_from_the_first_valid_sample() {
+        let s = series(&[(9.0, false), (0.1, true), (0.3, false)]);
+        let x = measure(&s, "x", "mass_rmse_over_bound", 0.0, 9.0).unwrap();
+        assert!((x - (0.05f64).sqrt() / 0.1).abs() < 1e-12, "{x}");
     }
 
     /// Samples after convergence count, also where they are worse than the 2 % that convergence means.

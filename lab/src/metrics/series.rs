@@ -70,6 +70,8 @@ pub struct ErrorSample {
     pub mass_nees: f64,
     /// True where the estimator marks the mass valid.
     pub mass_valid: bool,
+    /// True once the mass has become another than it was at the start: the value at the start is no estimate.
+    pub(crate) mass_estimated: bool,
     /// Estimate minus grade at the IMU, rad.
     pub slope: f64,
     /// The estimate of the slope, and the grade at the IMU, rad.
@@ -138,6 +140,7 @@ impl ErrorSample {
             effective_sd: e.effective_grade_rad.sd,
             mass_nees: normalised(mass, e.total_mass_kg.sd, t.mass_sd_kg),
             mass_valid: e.total_mass_kg.valid,
+            mass_estimated: true,
             slope,
             slopes: [e.grade_rad.value, t.grade_at_imu_rad],
             slope_effective: effective,
@@ -168,6 +171,10 @@ const TOLD: [&str; 3] = [
 pub(crate) struct ErrorSampler {
     places: [Option<usize>; TOLD.len()],
     internals: Vec<f64>,
+    /// The mass at the start, kg.
+    start_kg: Option<f64>,
+    /// True once it has become another.
+    mass_estimated: bool,
 }
 
 impl ErrorSampler {
@@ -177,6 +184,8 @@ impl ErrorSampler {
         Self {
             places: TOLD.map(|name| list.iter().position(|i| i.name == name)),
             internals: Vec::new(),
+            start_kg: None,
+            mass_estimated: false,
         }
     }
 
@@ -187,7 +196,12 @@ impl ErrorSampler {
             member.internals(&mut self.internals);
         }
         let internals = self.places.map(|at| self.internals.get(at?).copied());
-        ErrorSample::of(&member.estimate, internals, member.answers(), t)
+        let mass_kg = member.estimate.total_mass_kg.value;
+        self.mass_estimated |= *self.start_kg.get_or_insert(mass_kg) != mass_kg;
+        ErrorSample {
+            mass_estimated: self.mass_estimated,
+            ..ErrorSample::of(&member.estimate, internals, member.answers(), t)
+        }
     }
 }
 

@@ -100,39 +100,41 @@ pub(crate) fn rms<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
     })
 }
 
-/// Root mean square of an error over that of its bound, over the samples that have a bound.
+/// Root mean square of an error over that of its bound, of samples that have a bound, from the first valid one on.
 pub(crate) fn rms_over<T: 'static>(
-    of: impl Fn(&T) -> f64 + 'static,
-    bound: impl Fn(&T) -> f64 + 'static,
+    pair: impl Fn(&T) -> [f64; 2] + 'static,
+    valid: impl Fn(&T) -> bool + 'static,
 ) -> Running<T> {
     Box::new(Ratio {
-        of,
-        bound,
+        pair,
+        valid,
+        begun: false,
         squares: [Mean::default(); 2],
     })
 }
 
-/// An accumulator of two values of each sample.
+/// An accumulator of an error and its bound.
 struct Ratio<F, G> {
-    of: F,
-    bound: G,
-    /// Mean squares of the value and of its bound.
+    pair: F,
+    valid: G,
+    begun: bool,
+    /// Mean squares of the error and of its bound.
     squares: [Mean; 2],
 }
 
-impl<T, F: Fn(&T) -> f64, G: Fn(&T) -> f64> Accumulator<T> for Ratio<F, G> {
+impl<T, F: Fn(&T) -> [f64; 2], G: Fn(&T) -> bool> Accumulator<T> for Ratio<F, G> {
     fn add(&mut self, x: &T) {
-        let (value, bound) = ((self.of)(x), (self.bound)(x));
-        if bound.is_finite() {
-            let [values, bounds] = &mut self.squares;
-            values.add(value * value);
-            bounds.add(bound * bound);
+        self.begun |= (self.valid)(x);
+        let pair = (self.pair)(x);
+        if self.begun && pair[1].is_finite() {
+            let all = self.squares.iter_mut().zip(pair);
+            all.for_each(|(mean, x)| mean.add(x * x));
         }
     }
 
     fn value(&self) -> f64 {
-        let [values, bounds] = self.squares.map(|mean| mean.value());
-        (values / bounds).sqrt()
+        let [errors, bounds] = self.squares.map(|mean| mean.value());
+        (errors / bounds).sqrt()
     }
 }
 
@@ -199,7 +201,7 @@ mod tests {
     #[test]
     fn a_ratio_counts_what_is_bounded() {
         let ratio = |x: &[[f64; 2]]| {
-            let mut ratio = rms_over(|x: &[f64; 2]| x[0], |x: &[f64; 2]| x[1]);
+            let mut ratio = rms_over(|x: &[f64; 2]| *x, |_| true);
             x.iter().for_each(|x| ratio.add(x));
             ratio.value()
         };

@@ -1,7 +1,7 @@
 //! The table of metrics.
 
 use crate::metrics::answers::share_of_asked;
-use crate::metrics::of_estimator::{DEGREE, converged_max, convergence, end};
+use crate::metrics::of_estimator::{DEGREE, converged_max, end};
 use crate::metrics::of_run::{energy, energy_per_metre, jerk};
 use crate::metrics::percentile::{p95, p99_of_numbers};
 use crate::metrics::series::{ErrorSample, Tracking};
@@ -80,14 +80,12 @@ table! {
             = max(|x: &ErrorSample| x.mass_rel);
         Mass "mass_error_rel_p95" ["1", Least] "95th percentile of the absolute error of the total mass over the total mass"
             = p95(|x: &ErrorSample| x.mass_rel);
-        Mass "mass_error_converged_max_kg" ["kg", Least] "largest error of the total mass after convergence: from where it has first stayed within 2 % for 1 s"
+        Mass "mass_error_converged_max_kg" ["kg", Least] "largest error of the total mass after convergence: from where it has first been valid and within 2 % for 1 s"
             = converged_max(|x: &ErrorSample| x.mass_kg);
         Mass "mass_error_converged_rel_max" ["1", Least] "largest error of the total mass after convergence, over the total mass"
             = converged_max(|x: &ErrorSample| x.mass_rel);
         Mass "mass_error_rel_end" ["1", Least] "error of the total mass over the total mass, mean of the last second, absolute"
             = end();
-        Mass "mass_convergence_s" ["s", Least] "time from which the mass error stays within 2 % to the end"
-            = convergence();
         Mass "mass_bias" ["1", Zero] "mean error of the total mass over the total mass"
             = mean(|x: &ErrorSample| x.mass_rel);
         Mass "mass_rmse_rel" ["1", Least] "root mean square error of the total mass over the total mass"
@@ -98,8 +96,8 @@ table! {
             = mean(|x: &ErrorSample| x.mass_nees);
         Mass "mass_nees_in_band" ["1", InBand] "share of samples with a NEES of the mass within the 95 % band of χ²₁ (below 3.84); 0.95 when consistent, more when cautious"
             = share_in_band(|x: &ErrorSample| x.mass_nees);
-        Mass "mass_rmse_over_bound" ["1", Least] "root mean square relative error of the total mass over its Cramér-Rao bound, over the same samples"
-            = rms_over(|x: &ErrorSample| x.mass_rel, |x: &ErrorSample| x.mass_bound);
+        Mass "mass_rmse_over_bound" ["1", Least] "root mean square relative error of the total mass over its Cramér-Rao bound, from the first valid sample on"
+            = rms_over(|x: &ErrorSample| [x.mass_rel, x.mass_bound], |x: &ErrorSample| x.mass_valid);
         Slope "slope_rmse_deg" ["°", Least] "root mean square error of the slope against the grade at the IMU"
             = rms(|x: &ErrorSample| x.slope / DEGREE);
         Slope "slope_mae_deg" ["°", Least] "mean absolute error of the slope"
@@ -120,8 +118,8 @@ table! {
             = mean(|x: &ErrorSample| x.slope_nees);
         Slope "slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the slope within the 95 % band of χ²₁"
             = share_in_band(|x: &ErrorSample| x.slope_nees);
-        Slope "slope_rmse_over_bound" ["1", Least] "root mean square error of the slope over its Cramér-Rao bound, over the same samples"
-            = rms_over(|x: &ErrorSample| x.slope, |x: &ErrorSample| x.slope_bound);
+        Slope "slope_rmse_over_bound" ["1", Least] "root mean square error of the slope over its Cramér-Rao bound, from the first valid sample on"
+            = rms_over(|x: &ErrorSample| [x.slope, x.slope_bound], |x: &ErrorSample| x.slope_valid);
         Slope "lagged_slope_rmse_deg" ["°", Least] "root mean square error of the slope told with the lag of the IMU's arm, against the grade under the middle of the unit that carries the IMU; of estimators that tell one (internal `lagged_grade_rad`)"
             = rms(|x: &ErrorSample| x.lagged / DEGREE);
         Slope "lagged_slope_error_max_deg" ["°", Least] "largest error of that slope"
@@ -144,8 +142,8 @@ table! {
             = mean(|x: &ErrorSample| x.effective_nees);
         EffectiveSlope "effective_slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the effective slope within the 95 % band of χ²₁"
             = share_in_band(|x: &ErrorSample| x.effective_nees);
-        EffectiveSlope "effective_slope_rmse_over_bound" ["1", Least] "root mean square error of the effective slope over its Cramér-Rao bound, over the same samples"
-            = rms_over(|x: &ErrorSample| x.slope_effective, |x: &ErrorSample| x.effective_bound);
+        EffectiveSlope "effective_slope_rmse_over_bound" ["1", Least] "root mean square error of the effective slope over its Cramér-Rao bound, from the first valid sample on"
+            = rms_over(|x: &ErrorSample| [x.slope_effective, x.effective_bound], |x: &ErrorSample| x.effective_valid);
     }
     innovations: {
         "nis_mean" ["1", OneOnAverage] "mean normalised innovation squared; 1 when consistent"
@@ -160,6 +158,10 @@ table! {
             "integrity: share of the valid samples with a reference whose error of the mass exceeds k standard deviations and the alert limit";
         Mass Overconfidence "mass_overconfident_share" ["1", Least]
             "overconfidence: share of the valid samples with a reference whose error of the mass exceeds k standard deviations, whatever its size";
+        Mass BeyondLimit "mass_beyond_limit_share" ["1", Least]
+            "share of the valid samples with a reference whose error of the mass exceeds the alert limit, whatever the standard deviation";
+        Mass Convergence "mass_convergence_s" ["s", Least]
+            "convergence: time of the first valid mass from which every valid mass is within 2 % to the end; the value at the start is none";
         Mass Recovery "mass_recovered_s" ["s", Least]
             "recovery: time from which the mass stays valid and within its alert limit to the end";
         Mass Continuity "mass_losses_per_h" ["1/h", Least]
@@ -172,6 +174,8 @@ table! {
             "integrity: share of the valid samples with a reference whose error of the slope exceeds k standard deviations and the alert limit";
         Slope Overconfidence "slope_overconfident_share" ["1", Least]
             "overconfidence: share of the valid samples with a reference whose error of the slope exceeds k standard deviations, whatever its size";
+        Slope BeyondLimit "slope_beyond_limit_share" ["1", Least]
+            "share of the valid samples with a reference whose error of the slope exceeds the alert limit, whatever the standard deviation";
         Slope Recovery "slope_recovered_s" ["s", Least]
             "recovery: time from which the slope stays valid and within its alert limit to the end";
         Slope Continuity "slope_losses_per_h" ["1/h", Least]
@@ -184,6 +188,8 @@ table! {
             "integrity: share of the valid samples with a reference whose error of the effective slope exceeds k standard deviations and the alert limit";
         EffectiveSlope Overconfidence "effective_slope_overconfident_share" ["1", Least]
             "overconfidence: share of the valid samples with a reference whose error of the effective slope exceeds k standard deviations, whatever its size";
+        EffectiveSlope BeyondLimit "effective_slope_beyond_limit_share" ["1", Least]
+            "share of the valid samples with a reference whose error of the effective slope exceeds the alert limit, whatever the standard deviation";
         EffectiveSlope Recovery "effective_slope_recovered_s" ["s", Least]
             "recovery: time from which the effective slope stays valid and within its alert limit to the end";
         EffectiveSlope Continuity "effective_slope_losses_per_h" ["1/h", Least]
