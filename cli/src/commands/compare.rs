@@ -253,6 +253,8 @@ const MISLEADING: [&str; 3] = [
 ];
 /// Columns that a title of the overview may take.
 const TITLE: usize = 8;
+/// Columns of what is told beside an error, such as ` ± 0.456`.
+const TOLD: usize = 8;
 /// Columns of a multiple, such as `0.16 ± 0.02`.
 const MULTIPLE: usize = 11;
 
@@ -275,16 +277,18 @@ fn overview(
         all.any(|c| c.metric == metric && c.valid.is_some())
     };
     // what misleads stands beside whatever is compared
+    let mean = |estimator: &str, metric: &str| {
+        let of = runs.iter().filter_map(|run| {
+            let summary = run.summary.as_ref().filter(|s| s.finished)?;
+            summary.estimators.get(estimator)?.get(metric).copied()?
+        });
+        let all: Vec<f64> = of.collect();
+        (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
+    };
     let misleads = |estimator: &str| {
-        let share = |metric: &&str| {
-            let of = runs.iter().filter_map(|run| {
-                let summary = run.summary.as_ref().filter(|s| s.finished)?;
-                summary.estimators.get(estimator)?.get(*metric).copied()?
-            });
-            let all: Vec<f64> = of.collect();
-            (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
-        };
-        let shares = MISLEADING.iter().filter_map(share);
+        let shares = MISLEADING
+            .iter()
+            .filter_map(|metric| mean(estimator, metric));
         shares.fold(None, |most: Option<f64>, x| {
             Some(most.map_or(x, |m| m.max(x)))
         })
@@ -302,7 +306,7 @@ fn overview(
     let name_width = names.max().unwrap_or(0) + 2;
     let room = usize::from(terminal::width()).saturating_sub(name_width + TITLE + 2);
     let width = |metric: &String| match is_error(metric) {
-        true => TITLE + 2 + MULTIPLE + 2,
+        true => TITLE + 2 + TOLD + MULTIPLE + 2,
         false => TITLE + 2,
     };
     let mut chunks: Vec<Vec<&String>> = Vec::new();
@@ -336,7 +340,9 @@ fn overview(
                 false => name.clone(),
             }];
             for metric in chunk {
-                row.push(shown(of(name, metric)));
+                let sd = metrics::told_sd(metric).and_then(|sd| mean(name, sd));
+                let told = sd.map_or(String::new(), |sd| format!(" ± {}", number(2.0 * sd)));
+                row.push(shown(of(name, metric)) + &told);
                 if is_error(metric) {
                     let ratio = match name == reference {
                         true => Some("1".to_owned()),

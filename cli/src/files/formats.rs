@@ -214,7 +214,6 @@ pub const KINDS: &[FileFormat] = &[
             "sensors",
             "noise_factor",
             "bias_factor",
-            "told_resistance_factor",
             "track",
             "drive",
             "estimators",

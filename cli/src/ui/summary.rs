@@ -4,6 +4,7 @@
 use crate::ui::prose::paragraph;
 use crate::ui::tables::{grouped, lines, number, right, table, whole, within_terminal};
 use crate::ui::terminal;
+use monorig_lab::metrics::{VALID, told_sd};
 use monorig_lab::verdicts::findings::of_summaries;
 use monorig_lab::verdicts::summary::Summary;
 use monorig_lab::verdicts::verdict::{Check, ScenarioVerdict};
@@ -27,6 +28,8 @@ const ROWS: &[(&str, &str, f64, &str)] = &[
     ),
 ];
 const CONVERGENCE: &str = "mass_convergence_s";
+/// Steps of estimators are not longer, s.
+const STEP_S: f64 = 0.1;
 /// Failures that are shown; the others are counted.
 const SHOWN: usize = 5;
 
@@ -86,41 +89,65 @@ pub(crate) fn tail(summary: &Summary, about: &About) -> Vec<String> {
 fn estimators(summary: &Summary, about: &About) -> String {
     let titles = [
         "",
-        "mass\n% at\nend",
-        "slope °\nRMSE",
+        "mass\n% at end\n± 2 σ",
+        "slope °\nRMSE\n± 2 σ",
         "valid\nmass/\nslope %",
+        "beyond\nlimit %\n",
         "mass\n2 %\nfrom s",
         "misleading\n%",
     ];
     let mut table = table(titles);
     for (name, values) in &summary.estimators {
-        let of = |metric: &str, factor: f64| {
-            let value = values.get(metric).copied().flatten();
-            value.map_or("-".to_owned(), |x| number(x * factor))
+        let value = |metric: &str| values.get(metric).copied().flatten();
+        let of = |metric: &str, sd: &str, factor: f64| {
+            let told = value(sd).map_or(String::new(), |sd| {
+                format!(" ± {}", short(2.0 * sd * factor))
+            });
+            value(metric).map_or("-".to_owned(), |x| short(x * factor) + &told)
         };
-        let share = |metric: &str| {
-            let value = values.get(metric).copied().flatten();
-            value.map_or("-".to_owned(), |x| format!("{:.0}", 100.0 * x))
-        };
-        let converged = values.get(CONVERGENCE).copied().flatten();
-        table.add_row([
-            marked(summary, name, about.in_loop.as_deref()),
-            of("mass_error_rel_end", 100.0),
-            of("slope_rmse_deg", 1.0),
+        let share =
+            |metric: &str| value(metric).map_or("-".to_owned(), |x| format!("{:.0}", 100.0 * x));
+        let pair = |what: &str| {
             format!(
                 "{}/{}",
-                share("mass_availability"),
-                share("slope_availability")
-            ),
-            converged.map_or("never".to_owned(), |x| format!("{x:.1}")),
+                share(&format!("mass_{what}")),
+                share(&format!("slope_{what}"))
+            )
+        };
+        table.add_row([
+            marked(summary, name, about.in_loop.as_deref()),
+            of("mass_error_rel_end", "mass_sd_rel_mean_valid", 100.0),
+            of("slope_rmse_deg", "slope_sd_mean_deg_valid", 1.0),
+            pair("availability"),
+            pair("beyond_limit_share"),
+            converged(value(CONVERGENCE), summary.after_s),
             summary.misleading(name),
         ]);
     }
     within_terminal(&mut table);
     whole(&mut table, 0);
-    right(&mut table, 1..=4);
+    right(&mut table, 1..=5);
     let legend = legend(summary, about.in_loop.as_deref());
     format!("{}\n{}{legend}", about.title, lines(&table))
+}
+
+/// Two digits that count, for a column that must be narrow.
+fn short(x: f64) -> String {
+    match x.abs() {
+        a if a >= 9.95 => format!("{x:.0}"),
+        a if a >= 0.995 => format!("{x:.1}"),
+        a if a >= 0.0995 => format!("{x:.2}"),
+        _ => format!("{x:.3}"),
+    }
+}
+
+/// The time of convergence; of one that is there when counting begins nothing is known but that.
+fn converged(t_s: Option<f64>, after_s: f64) -> String {
+    match t_s {
+        None => "never".to_owned(),
+        Some(t_s) if t_s <= after_s + STEP_S => format!("≤ {after_s}"),
+        Some(t_s) => format!("{t_s:.1}"),
+    }
 }
 
 /// The name of an estimator with its marks.
@@ -156,7 +183,14 @@ pub(crate) fn legend(summary: &Summary, in_loop: Option<&str>) -> String {
 /// A line for the name, then one for each quantity: so it fits a terminal however long names are.
 fn details(summary: &Summary) -> String {
     let title = format!("from {} s on", summary.after_s);
-    let titles = ["all", "valid ones", "valid %", "converged s"];
+    let titles = [
+        "all",
+        "valid ones",
+        "± 2 σ",
+        "valid %",
+        "beyond %",
+        "converged s",
+    ];
     let titles: Vec<&str> = std::iter::once(title.as_str()).chain(titles).collect();
     let group = |(name, values): (&String, &BTreeMap<String, Option<f64>>)| {
         let of = |metric: &str, factor: f64| {
@@ -165,15 +199,20 @@ fn details(summary: &Summary) -> String {
         };
         let row = |(what, metric, factor, availability): &(&str, &str, f64, &str)| {
             let converged = match metric.starts_with("mass") {
-                true => of(CONVERGENCE, 1.0).unwrap_or_else(|| "never".to_owned()),
+                true => converged(values.get(CONVERGENCE).copied().flatten(), summary.after_s),
                 false => String::new(),
             };
+            let told = told_sd(metric).map(|sd| format!("{sd}{VALID}"));
+            let beyond = availability.replace("availability", "beyond_limit_share");
             let without = || "-".to_owned();
             vec![
                 (*what).to_owned(),
                 of(metric, *factor).unwrap_or_else(without),
                 of(&format!("{metric}_valid"), *factor).unwrap_or_else(without),
+                told.and_then(|sd| of(&sd, 2.0 * factor))
+                    .unwrap_or_else(without),
                 of(availability, 100.0).unwrap_or_else(without),
+                of(&beyond, 100.0).unwrap_or_else(without),
                 converged,
             ]
         };
@@ -281,6 +320,7 @@ mod tests {
                 at_most: Some(1.0),
                 at_least: None,
                 quantile: None,
+                mean: false,
                 value,
                 held,
                 known_failure: None,

@@ -13,4 +13,5 @@ pub mod signals;
 pub mod snapshot;
 pub mod text;
 pub mod time;
+pub mod tolerances;
 pub(crate) mod vehicle;

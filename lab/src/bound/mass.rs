@@ -2,6 +2,7 @@
 
 use super::sheet::SheetNoise;
 use monorig_estimators::api::signals::Vehicle;
+use monorig_estimators::api::tolerances::{TOLERANCES, Tolerances};
 use monorig_sim::plant::Truth;
 use nalgebra::{SMatrix, SVector};
 
@@ -17,9 +18,8 @@ const UNSEEN: usize = 4;
 const BLOCK_S: f64 = 0.1;
 /// Slower than this the resistance is friction at rest, m/s.
 const MOVES_MPS: f64 = 0.06;
-/// Priors: of the resistance as a share of the nominal one; of its growth with the speed, N·s/m; with the curvature
-/// of a bend, N·m; of the grade of the rail behind, rad, over so many metres.
-const RESISTANCE: f64 = 0.3;
+/// Priors: of the resistance's growth with the speed, N·s/m; with the curvature of a bend, N·m; of the grade of the
+/// rail behind, rad, over so many metres.
 const BY_SPEED: f64 = 60.0;
 const BY_CURVATURE: f64 = 10e3;
 const BEHIND: (f64, f64) = (0.02, 9.0);
@@ -45,6 +45,8 @@ struct DriveBlock {
 /// U: moment of the masses that still stand on the rail behind the start.
 pub(crate) struct MassBound {
     noise: SheetNoise,
+    /// Standard deviation of gears and wheels, a share of the force.
+    drive_sd: f64,
     covariance: Option<MassCovariance>,
     mass_kg: f64,
     start_m: f64,
@@ -55,10 +57,11 @@ pub(crate) struct MassBound {
 }
 
 impl MassBound {
-    /// For instruments of this noise.
-    pub(crate) fn new(noise: SheetNoise) -> Self {
+    /// For instruments of this noise, and a vehicle that is told with these tolerances.
+    pub(crate) fn new(noise: SheetNoise, tolerances: &Tolerances) -> Self {
         Self {
             noise,
+            drive_sd: tolerances.efficiency.hypot(tolerances.wheel_radius),
             covariance: None,
             mass_kg: f64::NAN,
             start_m: 0.0,
@@ -100,7 +103,8 @@ impl MassBound {
         let [low, high] = vehicle.mass_range_kg;
         let prior = (high - low) / 12f64.sqrt();
         let p = self.covariance.get_or_insert_with(|| {
-            let resistance = RESISTANCE * vehicle.running_resistance * mass_kg * gravity;
+            let resistance =
+                TOLERANCES.running_resistance * vehicle.running_resistance * mass_kg * gravity;
             let sds = [prior, resistance, BY_SPEED, BY_CURVATURE, BEHIND.0];
             MassCovariance::from_diagonal(&MassRow::from(sds.map(|sd| sd * sd)))
         });
@@ -151,13 +155,15 @@ impl MassBound {
         self.unseen_rad = p[(UNSEEN, UNSEEN)].sqrt() * moment / (BEHIND.1 * self.mass_kg);
     }
 
-    /// Standard deviation of the mass as a share of it, with the scale of the torque sensors, which cannot be separated
-    /// from mass; and of the effective grade by the rail behind, rad.
+    /// Standard deviation of the mass as a share of it, with the scale of torque sensors, gears and wheels, which cannot
+    /// be separated from mass; and of the effective grade by the rail behind, rad.
     pub(crate) fn sd(&self, drives: usize) -> Option<(f64, f64)> {
         let p = self.covariance?;
         let gain = self.noise.motor_torque?.scale_sd / (drives.max(1) as f64).sqrt();
         Some((
-            (p[(MASS, MASS)].sqrt() / self.mass_kg).hypot(gain),
+            (p[(MASS, MASS)].sqrt() / self.mass_kg)
+                .hypot(gain)
+                .hypot(self.drive_sd),
             self.unseen_rad,
         ))
     }

@@ -4,7 +4,7 @@ use super::attitude::{AttitudeBound, Motion};
 use super::mass::MassBound;
 use super::sheet::SheetNoise;
 use monorig_estimators::api::signals::Vehicle;
-use monorig_sim::closed_loop::Simulation;
+use monorig_sim::closed_loop::{Simulation, tolerances};
 use monorig_sim::plant::Truth;
 
 /// Standard deviations that no estimator can be better than, at an instant.
@@ -25,6 +25,8 @@ pub(crate) struct RunningBound {
     attitude: AttitudeBound,
     mass: MassBound,
     vehicle: Vehicle,
+    /// Standard deviation of the pitch of the IMU against its unit, rad.
+    mount_rad: f64,
     gravity: f64,
     /// When the next step of the attitude is due, s.
     next_s: f64,
@@ -38,9 +40,11 @@ impl RunningBound {
         noise.accelerometer.and(noise.wheel_speed)?;
         let mut attitude = AttitudeBound::new(noise);
         attitude.drives(simulation.vehicle.drives);
+        let tolerances = tolerances(&simulation.scenario);
         Some(Self {
             attitude,
-            mass: MassBound::new(noise),
+            mass: MassBound::new(noise, &tolerances),
+            mount_rad: tolerances.mount_deg.to_radians(),
             vehicle: simulation.vehicle,
             gravity: simulation.scenario.file.physics.gravity_mps2.get(),
             next_s: 0.0,
@@ -87,8 +91,10 @@ impl RunningBound {
         let (mass_rel, unseen) = self.mass.sd(self.vehicle.drives).unwrap_or((f64::NAN, 0.0));
         Some(BoundSample {
             t_s: truth.t_s,
-            slope_rad: tilt,
-            effective_rad: (bias / (self.gravity * cos)).hypot(unseen),
+            slope_rad: tilt.hypot(self.mount_rad),
+            effective_rad: (bias / (self.gravity * cos))
+                .hypot(unseen)
+                .hypot(self.mount_rad),
             mass_rel,
         })
     }

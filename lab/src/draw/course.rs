@@ -68,7 +68,6 @@ pub fn course(ranges: &RangesFile, file: &Path, folder: &Path, seed: u64) -> Res
     let sheet_path = named(file, &format!("sensors[{place}]"), &ranges.sensors[place])?;
     let noise = round(draws.log_within(ranges.noise_factor), 2);
     let bias = round(draws.log_within(ranges.bias_factor), 2);
-    let told = draws.log_within(ranges.told_resistance_factor);
 
     let profile = named(file, "profile", &ranges.profile)?;
     let profile = format!("../{}", relative(folder, &profile)?); // from PARTS
@@ -89,9 +88,6 @@ pub fn course(ranges: &RangesFile, file: &Path, folder: &Path, seed: u64) -> Res
             after_s: round(drive.over_s + AFTER_S, 1),
         },
         drive,
-        vehicle: Told {
-            running_resistance: round(told * climb.resistance, 4),
-        },
         estimators: &ranges.estimators,
         in_loop: ranges.in_loop.as_deref(),
         seeds: [seed],
@@ -132,8 +128,6 @@ fn relative(from: &Path, to: &Path) -> Result<String, Error> {
 
 /// Steepest grade that a loaded train can climb.
 struct Climb {
-    /// Running-resistance coefficient of the data sheet.
-    resistance: f64,
     steepest_deg: f64,
     speed_mps: f64,
 }
@@ -159,7 +153,6 @@ impl Climb {
         let drawn = steepest.min(high.abs().max(low.abs()));
         let needed = weight_n * (libm::sin(drawn) + level);
         Self {
-            resistance,
             steepest_deg: steepest.to_degrees(),
             speed_mps: (power / needed).min(train.limits.max_speed_mps),
         }
@@ -178,7 +171,6 @@ struct Scenario<'a> {
     start: Start,
     stop: Stop,
     drive: Drive,
-    vehicle: Told,
     estimators: &'a BTreeMap<String, Settings>,
     #[serde(skip_serializing_if = "Option::is_none")]
     in_loop: Option<&'a str>,
@@ -198,9 +190,4 @@ struct Start {
 #[derive(Serialize)]
 struct Stop {
     after_s: f64,
-}
-
-#[derive(Serialize)]
-struct Told {
-    running_resistance: f64,
 }

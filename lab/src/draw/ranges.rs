@@ -32,8 +32,6 @@ pub struct RangesFile {
     pub(crate) noise_factor: [Positive; 2],
     /// Factor on every bias, drift and scale error of the sheet; even in its logarithm.
     pub(crate) bias_factor: [Positive; 2],
-    /// Running resistance that estimators and controller are told, as a factor on the train's; even in its logarithm.
-    pub(crate) told_resistance_factor: [Positive; 2],
     /// The track.
     pub track: TrackRanges,
     /// The drive.
@@ -212,7 +210,6 @@ impl RangesFile {
         let mut all = vec![
             ends("noise_factor", self.noise_factor),
             ends("bias_factor", self.bias_factor),
-            ends("told_resistance_factor", self.told_resistance_factor),
             ends("track.length_m", track.length_m),
             ends("track.grade_deg", track.grade_deg),
             ends("track.grade_length_m", track.grade_length_m),

@@ -120,8 +120,11 @@ pub fn sources(scenario: &Scenario) -> Result<Vec<Source>, Error> {
 
 /// The vehicle's parameters as on its data sheet; a train as a point on the rail.
 fn model(scenario: &Scenario) -> Source {
-    let mut changes = vec![("vehicle".to_owned(), "{}".to_owned())];
-    let mut what = "what estimators are told of the vehicle is as on its data sheet".to_owned();
+    let mut changes = vec![(
+        "vehicle".to_owned(),
+        "{exact: {all: nothing is drawn}}".to_owned(),
+    )];
+    let mut what = "what estimators are told of the vehicle is true of it".to_owned();
     if scenario.file.plant() == PlantKind::Rapier {
         changes.push(("physics.plant".into(), "point-mass".into()));
         what += "; the train is a point on the rail: no sway, no slack, no length";

@@ -112,7 +112,24 @@ impl Best {
 }
 
 /// End of the names of metrics over valid samples.
-pub(crate) const VALID: &str = "_valid";
+pub const VALID: &str = "_valid";
+
+/// The metric that is the mean standard deviation told beside this error, in its unit; none of what is no error.
+pub fn told_sd(metric: &str) -> Option<&'static str> {
+    let is_error = ["_rmse", "_mae", "_error", "_bias", "_scatter"];
+    let is_error = |m: &&Metric| {
+        let named = is_error.iter().any(|part| m.name.contains(part));
+        named && !m.name.contains("_over_bound")
+    };
+    let metric = find(metric).filter(is_error)?;
+    Some(match (metric.error_of()?, metric.unit) {
+        (Quantity::Mass, "kg") => "mass_sd_mean_kg",
+        (Quantity::Mass, "1") => "mass_sd_rel_mean",
+        (Quantity::Slope, "°") => "slope_sd_mean_deg",
+        (Quantity::EffectiveSlope, "°") => "effective_slope_sd_mean_deg",
+        _ => return None,
+    })
+}
 
 impl Metric {
     /// True for a metric of an estimator, false for one of train and controller.

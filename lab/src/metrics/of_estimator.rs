@@ -88,6 +88,7 @@ mod tests {
             mass_valid: valid,
             mass_estimated: true,
             mass_sd_rel: 0.1,
+            mass_sd_kg: 100.0,
             slope_sd: 0.05 * DEGREE,
             effective_sd: 0.1 * DEGREE,
             mass_nees: 100.0 * e * e,
@@ -204,6 +205,18 @@ mod tests {
         ] {
             close(name, 1.0, factor * -0.1 / 4.0);
             close(&format!("{name}_valid"), 1.0, factor * 0.3 / 3.0);
+        }
+        for (name, factor) in [
+            ("mass_scatter_rel", 1.0),
+            ("slope_scatter_deg", 1.0),
+            ("effective_slope_scatter_deg", 3.0),
+        ] {
+            close(name, 1.0, factor * (0.2502 / 4.0f64 - 0.025 * 0.025).sqrt());
+            close(
+                &format!("{name}_valid"),
+                1.0,
+                factor * (0.0902 / 3.0f64 - 0.01).sqrt(),
+            );
         }
         // within the band: |e| below 0.196, 0.098, 0.065; of the innovation 0.49
         for name in [

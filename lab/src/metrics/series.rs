@@ -64,6 +64,8 @@ pub struct ErrorSample {
     pub(crate) mass_rel: f64,
     /// Estimate minus truth, total mass, kg.
     pub mass_kg: f64,
+    /// Reported standard deviation, total mass, kg.
+    pub(crate) mass_sd_kg: f64,
     /// Reported standard deviation over truth, total mass.
     pub(crate) mass_sd_rel: f64,
     /// Normalised square of the error: (error / standard deviation)².
@@ -135,6 +137,7 @@ impl ErrorSample {
                 .map(f64::is_nan),
             mass_rel: mass / t.total_mass_kg,
             mass_kg: mass,
+            mass_sd_kg: e.total_mass_kg.sd,
             mass_sd_rel: e.total_mass_kg.sd / t.total_mass_kg,
             slope_sd: e.grade_rad.sd,
             effective_sd: e.effective_grade_rad.sd,

@@ -100,6 +100,25 @@ pub(crate) fn rms<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
     })
 }
 
+/// Root of the mean square about the mean: what is left when a constant part is taken away.
+pub(crate) fn scatter<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
+    Box::new(Folded {
+        of,
+        add: |[x, squares]: &mut [Mean; 2], value: f64| {
+            x.add(value);
+            squares.add(value * value);
+        },
+        value: |[x, squares]: &[Mean; 2]| {
+            let variance = squares.value() - x.value() * x.value();
+            match variance.is_nan() {
+                true => f64::NAN,
+                false => variance.max(0.0).sqrt(),
+            }
+        },
+        so_far: [Mean::default(); 2],
+    })
+}
+
 /// Root mean square of an error over that of its bound, of samples that have a bound, from the first valid one on.
 pub(crate) fn rms_over<T: 'static>(
     pair: impl Fn(&T) -> [f64; 2] + 'static,

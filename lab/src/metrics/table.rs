@@ -5,7 +5,7 @@ use crate::metrics::of_estimator::{DEGREE, converged_max, end};
 use crate::metrics::of_run::{energy, energy_per_metre, jerk};
 use crate::metrics::percentile::{p95, p99_of_numbers};
 use crate::metrics::series::{ErrorSample, Tracking};
-use crate::metrics::statistics::{max, mean, rms, rms_over, share_in_band};
+use crate::metrics::statistics::{max, mean, rms, rms_over, scatter, share_in_band};
 use crate::metrics::{Best, Marks, Metric, Of, Quantity};
 
 /// From one list of errors, each of all samples and of those marked valid, and the lists of the others: the table.
@@ -90,6 +90,10 @@ table! {
             = mean(|x: &ErrorSample| x.mass_rel);
         Mass "mass_rmse_rel" ["1", Least] "root mean square error of the total mass over the total mass"
             = rms(|x: &ErrorSample| x.mass_rel);
+        Mass "mass_scatter_rel" ["1", Least] "scatter: root mean square of the error of the total mass about its mean, over the total mass"
+            = scatter(|x: &ErrorSample| x.mass_rel);
+        Mass "mass_sd_mean_kg" ["kg", Least] "mean reported standard deviation of the mass"
+            = mean(|x: &ErrorSample| x.mass_sd_kg);
         Mass "mass_sd_rel_mean" ["1", Least] "mean reported standard deviation of the mass over the total mass"
             = mean(|x: &ErrorSample| x.mass_sd_rel);
         Mass "mass_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the mass; 1 when consistent"
@@ -104,6 +108,8 @@ table! {
             = mean(|x: &ErrorSample| (x.slope / DEGREE).abs());
         Slope "slope_bias_deg" ["°", Zero] "mean error of the slope"
             = mean(|x: &ErrorSample| x.slope / DEGREE);
+        Slope "slope_scatter_deg" ["°", Least] "scatter: root mean square of the error of the slope about its mean"
+            = scatter(|x: &ErrorSample| x.slope / DEGREE);
         Slope "slope_error_max_deg" ["°", Least] "largest error of the slope"
             = max(|x: &ErrorSample| x.slope / DEGREE);
         Slope "slope_error_p95_deg" ["°", Least] "95th percentile of the absolute error of the slope"
@@ -132,6 +138,8 @@ table! {
             = mean(|x: &ErrorSample| (x.slope_effective / DEGREE).abs());
         EffectiveSlope "effective_slope_bias_deg" ["°", Zero] "mean error of the effective slope"
             = mean(|x: &ErrorSample| x.slope_effective / DEGREE);
+        EffectiveSlope "effective_slope_scatter_deg" ["°", Least] "scatter: root mean square of the error of the effective slope about its mean"
+            = scatter(|x: &ErrorSample| x.slope_effective / DEGREE);
         EffectiveSlope "effective_slope_error_max_deg" ["°", Least] "largest error of the effective slope"
             = max(|x: &ErrorSample| x.slope_effective / DEGREE);
         EffectiveSlope "effective_slope_error_p95_deg" ["°", Least] "95th percentile of the absolute error of the effective slope"

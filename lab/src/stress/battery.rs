@@ -225,11 +225,18 @@ impl Base {
         expected::check(&scenario)?;
         let resolved = resolved(&scenario, registry);
         let seeds = scenario.seeds().to_vec();
-        let simulation =
-            Simulation::build(scenario, registry, seeds.first().copied().unwrap_or(1))?;
+        let name = scenario.name.clone();
+        // what is told by a factor is told of the truth, whatever a seed would draw
+        let mut exactly = changes.clone();
+        exactly.push((
+            "vehicle.exact.all".into(),
+            "a factor is of the truth".into(),
+        ));
+        let exactly = Scenario::load_with(path, &Sets::new(&exactly).written_in("monorig stress"))?;
+        let simulation = Simulation::build(exactly, registry, seeds.first().copied().unwrap_or(1))?;
         Ok(Self {
             path: path.into(),
-            name: simulation.scenario.name.clone(),
+            name,
             changes,
             seeds,
             vehicle: simulation.vehicle.data(),

@@ -272,6 +272,7 @@ fn judge(
         at_most: e.at_most.map(f64::from),
         at_least: e.at_least.map(f64::from),
         quantile: Some(e.share_of_runs()),
+        mean: e.mean,
         value: finite(value).filter(|_| whole),
         held: false,
         known_failure: bound.known.as_ref().map(|k| k.why.clone()),

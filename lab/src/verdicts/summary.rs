@@ -14,12 +14,15 @@ pub(crate) const MAIN: &[&str] = &[
     "mass_error_rel_max",
     "mass_error_rel_max_valid",
     "mass_availability",
+    "mass_beyond_limit_share",
     "slope_rmse_deg",
     "slope_rmse_deg_valid",
     "slope_availability",
+    "slope_beyond_limit_share",
     "effective_slope_rmse_deg",
     "effective_slope_rmse_deg_valid",
     "effective_slope_availability",
+    "effective_slope_beyond_limit_share",
 ];
 
 /// The numbers of one run.
@@ -83,6 +86,9 @@ pub struct ExpectationVerdict {
     pub at_least: Option<f64>,
     /// Share of the seeds that must hold it; none = all.
     pub quantile: Option<f64>,
+    /// True if the mean over the seeds is judged, and no single run.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub mean: bool,
     /// Measured value; null = could not be measured, which is a failure.
     pub value: Option<f64>,
     /// True if it held. A run that did not finish holds nothing.
@@ -98,9 +104,10 @@ pub struct ExpectationVerdict {
 impl ExpectationVerdict {
     /// The measured value, such as `dffrls_aekf_robust mass_error_rel_max from 10 s`.
     pub fn what(&self) -> String {
+        let mean = if self.mean { ", mean of seeds" } else { "" };
         match &self.estimator {
-            Some(name) => format!("{name} {}{}", self.metric, self.window),
-            None => format!("{}{}", self.metric, self.window),
+            Some(name) => format!("{name} {}{}{mean}", self.metric, self.window),
+            None => format!("{}{}{mean}", self.metric, self.window),
         }
     }
 
@@ -129,9 +136,12 @@ impl ExpectationVerdict {
 
     /// True if the value holds the bounds, in a run that finished or not.
     pub(crate) fn follows(&self, finished: bool) -> bool {
-        let within =
-            |x: f64| self.at_most.is_none_or(|m| x <= m) && self.at_least.is_none_or(|l| x >= l);
-        finished && self.value.is_some_and(within)
+        finished && self.value.is_some_and(|x| self.mean || self.is_within(x))
+    }
+
+    /// True for a value within the bounds.
+    pub(crate) fn is_within(&self, x: f64) -> bool {
+        self.at_most.is_none_or(|m| x <= m) && self.at_least.is_none_or(|l| x >= l)
     }
 
     /// The bound in words, such as `≤ 0.032`.

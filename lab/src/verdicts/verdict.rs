@@ -144,15 +144,48 @@ pub struct Tally {
     finishes: Count,
     /// Counts of the runs with a valid sample, by estimator.
     valid: BTreeMap<String, Count>,
-    /// The expectations of the scenario, each with its count, and the count of the runs that do not fail beyond what is
-    /// known.
-    expected: Vec<(ExpectationVerdict, Count, Count)>,
+    /// The expectations of the scenario.
+    expected: Vec<Expected>,
     /// Integrity of the estimators that are judged, over all runs, each with the count of runs within the limit.
     integrity: Vec<(Integrity, Count)>,
     /// Seeds of runs that broke down.
     broken: Vec<u64>,
     /// Limits that hold more easily than usual.
     weakened: BTreeSet<String>,
+}
+
+/// An expectation over the runs.
+#[derive(Clone, Debug)]
+struct Expected {
+    verdict: ExpectationVerdict,
+    count: Count,
+    /// Counts the runs that do not fail beyond what is known.
+    beyond: Count,
+    /// Sum of the measured values.
+    sum: f64,
+}
+
+impl Expected {
+    fn check(&self) -> Check {
+        let (v, runs) = (&self.verdict, self.count.holding);
+        let judged = |count: &Count| count.check(v.what(), v.bound(), v.quantile.unwrap_or(1.0));
+        let mut check = match &v.known_failure {
+            Some(why) => judged(&self.count).known(why, judged(&self.beyond)),
+            None => judged(&self.count),
+        };
+        if !v.mean || !check.held {
+            return check;
+        }
+        let mean = self.sum / runs as f64;
+        check.not_judged = runs < ENOUGH_RUNS;
+        check.held = check.not_judged || v.is_within(mean);
+        if check.not_judged {
+            check.worst = Some(format!("{ENOUGH_RUNS} runs are needed for a mean"));
+        } else if !check.held {
+            check.worst = Some(format!("{mean:.4} is not {}", v.bound()));
+        }
+        check
+    }
 }
 
 /// Number of seeds that hold a check.
@@ -209,9 +242,9 @@ impl Tally {
     pub fn add(&mut self, run: &RunResult) {
         self.finishes.add(run.seed, unfinished(run));
         let Some(summary) = &run.summary else {
-            for (_, count, beyond) in &mut self.expected {
-                count.add(run.seed, Some(broke_down()));
-                beyond.add(run.seed, Some(broke_down()));
+            for expected in &mut self.expected {
+                expected.count.add(run.seed, Some(broke_down()));
+                expected.beyond.add(run.seed, Some(broke_down()));
             }
             self.broken.push(run.seed);
             return;
@@ -231,12 +264,19 @@ impl Tally {
                 for seed in &self.broken {
                     count.add(*seed, Some(broke_down()));
                 }
-                self.expected.push((v.clone(), count.clone(), count));
+                self.expected.push(Expected {
+                    verdict: v.clone(),
+                    beyond: count.clone(),
+                    count,
+                    sum: 0.0,
+                });
             }
-            if let Some((_, count, beyond)) = self.expected.get_mut(i) {
+            if let Some(expected) = self.expected.get_mut(i) {
                 let wrong = (!v.held).then(|| (v.excess(), wrong_words(v)));
-                count.add(run.seed, wrong);
-                beyond.add(run.seed, v.beyond_known().map(|words| (v.excess(), words)));
+                expected.count.add(run.seed, wrong);
+                let beyond = v.beyond_known().map(|words| (v.excess(), words));
+                expected.beyond.add(run.seed, beyond);
+                expected.sum += v.value.unwrap_or(f64::NAN);
             }
         }
         for new in summary.integrity.iter().filter(|i| i.at_most.is_some()) {
@@ -272,14 +312,7 @@ impl Tally {
         for (name, count) in &self.valid {
             checks.push(count.check(name.clone(), "is valid at least once".into(), 1.0));
         }
-        for (v, count, beyond) in &self.expected {
-            let judged =
-                |count: &Count| count.check(v.what(), v.bound(), v.quantile.unwrap_or(1.0));
-            checks.push(match &v.known_failure {
-                Some(why) => judged(count).known(why, judged(beyond)),
-                None => judged(count),
-            });
-        }
+        checks.extend(self.expected.iter().map(Expected::check));
         for (sum, count) in &self.integrity {
             checks.extend(self.integrity(sum, count));
         }
@@ -445,6 +478,7 @@ mod tests {
             at_most: Some(1.0),
             at_least: None,
             quantile,
+            mean: false,
             value,
             held: finished && value.is_some_and(|x| x <= 1.0),
             known_failure: None,
@@ -507,6 +541,32 @@ mod tests {
                 "{share}"
             );
         }
+    }
+
+    /// One run of ten is far beyond the bound, and the mean decides; of fewer runs nothing does.
+    #[test]
+    fn a_mean_is_judged_over_ten_runs_or_more() {
+        let judged = |values: &[f64]| {
+            let runs = values.iter().zip(1..).map(|(value, seed)| {
+                let mut run = run(seed, Some(*value), true, None);
+                let verdict = &mut run.summary.as_mut().unwrap().expectations[0];
+                (verdict.mean, verdict.held) = (true, true);
+                run
+            });
+            ScenarioVerdict::new("hill", runs.collect())
+        };
+        let (mut held, mut failed) = ([0.1; 10], [0.1; 10]);
+        (held[3], failed[3]) = (9.0, 9.2);
+        assert!(judged(&held).held);
+        let failed = judged(&failed);
+        assert_eq!(
+            reasons(&failed),
+            [
+                "dffrls_aekf_robust slope_rmse_deg from 5 s, mean of seeds: 1.0100 is not ≤ 1; 10 of 10 seeds hold"
+            ]
+        );
+        let few = judged(&[9.0; 9]);
+        assert!(few.held && few.checks.iter().any(|c| c.not_judged));
     }
 
     #[test]

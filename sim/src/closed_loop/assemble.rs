@@ -5,6 +5,7 @@ use super::end::EndCondition;
 use super::events::EventSchedule;
 use super::registry::Registry;
 use super::simulation::Simulation;
+use super::told::Told;
 use super::{checks, instruments, nominal_vehicle, obstacles, parts};
 use crate::config::scenario::{PlantKind, Scenario};
 use crate::control::{ControllerSetup, PerceptionModel};
@@ -85,13 +86,14 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
             "`.sensors(Sheet::load(…)?)`, or specifications by name",
         ));
     };
+    let turned = nominal_vehicle::turned(&specs, Told::new(&scenario, seed).mount_deg());
     let joints_m: Vec<f64> = rail.joint_chainages().collect();
     let on = Fitting {
         joints_m: &joints_m,
         ..Fitting::new(&train, gravity, seed)
     };
     others.extend(parts::instruments(&scenario, &registry, &on)?);
-    let sensors = instruments::fit(&scenario, &specs, others, &on)
+    let sensors = instruments::fit(&scenario, &turned, others, &on)
         .map_err(|e| e.in_file(&scenario, &sheet_file))?;
     let imu = sensors
         .imu_mount()
@@ -119,16 +121,15 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
         };
         plant = parts::plant(&scenario, &registry, &setup)?;
     }
-    let vehicle = moving.nominal_vehicle(&scenario, &train, imu);
+    let vehicle = moving.nominal_vehicle(&scenario, &train, imu, seed);
     let vehicle = nominal_vehicle::with_biases(vehicle, &specs, gravity);
     let vehicle = Vehicle::new(vehicle).map_err(|e| {
         let help = "values that the data sheet of a vehicle can have";
         scenario.error("vehicle", e.to_string(), help)
     })?;
-    let nominal_mass_kg = s
-        .vehicle
-        .total_mass_guess_kg
-        .map_or(nominal_vehicle::nominal_mass_kg(&train), f64::from);
+    let nominal_mass_kg = vehicle
+        .mass_guess_kg
+        .unwrap_or(nominal_vehicle::nominal_mass_kg(&train));
     let estimators = parts::estimators(&scenario, &registry, &vehicle, &mut estimators)?;
     let in_loop = s.in_loop.as_ref();
     let in_loop = in_loop.and_then(|name| estimators.iter().position(|e| e.name == *name));

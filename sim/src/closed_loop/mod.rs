@@ -18,6 +18,7 @@
 //! | `mass_layout` | where the masses sit, for estimators that use more than spans |
 //! | `moving` | a train or a car |
 //! | `nominal_vehicle` | vehicle parameters given to estimators and controller |
+//! | `told` | what of them is drawn about the truth |
 //! | `interned` | names kept as long as the program |
 //! | `obstacles` | the obstacles and walls of a scenario, placed beside the rail |
 
@@ -42,6 +43,7 @@ mod resolved;
 pub mod run;
 mod simulation;
 mod step_plant;
+mod told;
 mod wall_clock;
 
 pub use answers::{AnswerCounter, AnswerCounts};
@@ -53,4 +55,5 @@ pub use registry::Registry;
 pub use resolved::resolved;
 pub use run::run;
 pub use simulation::Simulation;
+pub use told::tolerances;
 pub use wall_clock::WallClock;

@@ -63,10 +63,17 @@ impl Moving {
         }
     }
 
-    /// The nominal vehicle: the data sheet, with the changes of the scenario. `imu` is the mount of the IMU in `train`.
-    pub fn nominal_vehicle(&self, scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
+    /// The nominal vehicle: the data sheet, with the changes of the scenario; of a train with what is drawn about it.
+    /// `imu` is the mount of the IMU in `train`.
+    pub fn nominal_vehicle(
+        &self,
+        scenario: &Scenario,
+        train: &Train,
+        imu: usize,
+        seed: u64,
+    ) -> VehicleData {
         let Self::Car(car) = self else {
-            return nominal_vehicle::of_train(scenario, train, imu);
+            return nominal_vehicle::of_train(scenario, train, imu, seed);
         };
         let nominal = &scenario.file.vehicle;
         let gravity = scenario.file.physics.gravity_mps2.get();

@@ -1,7 +1,8 @@
 //! Nominal vehicle: the parameters of the train given to estimators and controller, never its true values.
 
 use super::mass_layout;
-use crate::checked::NonNegative;
+use super::told::Told;
+use crate::checked::{Finite, NonNegative};
 use crate::config::scenario::{PlantKind, Scenario};
 use crate::sensors::instruments::{accelerometer, gyro};
 use crate::sensors::spec::{InstrumentSpec, InstrumentSpecs};
@@ -15,11 +16,12 @@ pub fn nominal_mass_kg(train: &Train) -> f64 {
     train.tare_kg() + 0.5 * train.limits.max_load_kg
 }
 
-/// The nominal vehicle of a train: its data sheet, with the changes of the scenario. `imu` is the mount of the IMU.
-pub fn of_train(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
+/// The nominal vehicle of a train: its data sheet with what is drawn about it, and the changes of the scenario. `imu` is the mount of the IMU.
+pub fn of_train(scenario: &Scenario, train: &Train, imu: usize, seed: u64) -> VehicleData {
     let nominal = &scenario.file.vehicle;
+    let told = Told::new(scenario, seed);
     let first = train.drives.first();
-    let tare = nominal.tare_kg.map_or(train.tare_kg(), f64::from);
+    let tare = told.near("tare", nominal.tare_kg, train.tare_kg(), |t| t.tare);
     // The IMU pitches with its unit: it measures the grade under the middle of the unit.
     let unit = train
         .mounts
@@ -50,32 +52,39 @@ pub fn of_train(scenario: &Scenario, train: &Train, imu: usize) -> VehicleData {
         let at_m = start_s + middle_x;
         let layout = mass_layout::of_train(train, at_m, mount.body, -mount.pose.translation.z)?;
         let mut load = layout.load;
-        load.chain_m = nominal.chain_m.map_or(load.chain_m, f64::from);
+        load.chain_m = told.near("chain", nominal.chain_m, load.chain_m, |t| t.chain);
         Some(MassLayout {
             load_share_of_resistance: (train.resistance.running_wheel / resistance).min(1.0),
             load,
             ..layout
         })
     });
-    let told = !point && nominal.layout.unwrap_or(true);
+    let with_layout = !point && nominal.layout.unwrap_or(true);
+    let wheel_radius_m = first.map_or(0.17, |d| d.wheel_radius_m);
     VehicleData {
         tare_kg: tare,
         drives: train.drives.len(),
-        wheel_radius_m: nominal
-            .wheel_radius_m
-            .map_or(first.map_or(0.17, |d| d.wheel_radius_m), f64::from),
+        wheel_radius_m: told.near(
+            "wheel_radius",
+            nominal.wheel_radius_m,
+            wheel_radius_m,
+            |t| t.wheel_radius,
+        ),
         gear_ratio: first.map_or(1.0, |d| d.gear_ratio),
-        efficiency: nominal
-            .efficiency
-            .map_or(first.map_or(1.0, |d| d.efficiency_drive), f64::from),
+        efficiency: told.efficiency(first.map_or(1.0, |d| d.efficiency_drive)),
         rotating_mass_kg: train.rotating_mass_kg(),
-        running_resistance: nominal.running_resistance.map_or(resistance, f64::from),
+        running_resistance: told.near(
+            "running_resistance",
+            nominal.running_resistance,
+            resistance,
+            |t| t.running_resistance,
+        ),
         mass_range_kg: [0.5 * tare, tare + 1.5 * train.limits.max_load_kg],
-        mass_guess_kg: nominal.total_mass_guess_kg.map(f64::from),
+        mass_guess_kg: told.mass_guess_kg([tare, tare + train.limits.max_load_kg]),
         tare_span_m,
         load_span_m,
         imu_arm_m: nominal.imu_arm_m.map_or(imu_arm_m, f64::from),
-        layout: layout.filter(|_| told),
+        layout: layout.filter(|_| with_layout),
         accel_bias_sd_mps2: None,
         gyro_bias_sd_radps: None,
         road: None,
@@ -104,4 +113,17 @@ pub fn with_biases(vehicle: VehicleData, specs: &InstrumentSpecs, gravity: f64) 
         gyro_bias_sd_radps: gyro.map(|spec| spec.errors.drawn_bias_sd()),
         ..vehicle
     }
+}
+
+/// The specifications with the IMU's mount turned by a rotation vector, degrees.
+pub fn turned(specs: &InstrumentSpecs, mount_deg: [f64; 3]) -> InstrumentSpecs {
+    let mut specs = specs.clone();
+    for name in [accelerometer::KIND.name, gyro::KIND.name] {
+        if let Some(spec) = specs.get_mut(name) {
+            let known = spec.misalignment_deg.unwrap_or_default().map(Finite::get);
+            let sum: [f64; 3] = std::array::from_fn(|i| known[i] + mount_deg[i]);
+            spec.misalignment_deg = Some(sum.map(Finite::new));
+        }
+    }
+    specs
 }

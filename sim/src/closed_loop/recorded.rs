@@ -9,7 +9,7 @@ use super::registry::{BoxedController, BoxedEstimator, Registry};
 use super::simulation::Simulation;
 use crate::config::file::Document;
 use crate::config::input_files::InputFiles;
-use crate::config::scenario::{LogScenario, NominalVehicle, Scenario};
+use crate::config::scenario::{LogScenario, NominalVehicle, Scenario, ToldValue};
 use crate::control::PerceptionModel;
 use crate::error::Error;
 use crate::plant::Plant;
@@ -128,8 +128,10 @@ fn no_rail() -> Rail {
 pub fn nominal_vehicle(file: &Path, changes: NominalVehicle) -> Result<VehicleData, Error> {
     let mut scenario = Scenario::in_code("", None, None);
     scenario.file.vehicle = changes;
+    let exact = &mut scenario.file.vehicle.exact;
+    exact.insert(ToldValue::All, "the drive is real".into());
     let moving = Moving::of_file(file)?;
     let train = moving.consist();
     let imu = train.mount("imu_link").unwrap_or(0);
-    Ok(moving.nominal_vehicle(&scenario, &train, imu))
+    Ok(moving.nominal_vehicle(&scenario, &train, imu, 0))
 }

@@ -15,6 +15,7 @@ mod load;
 mod moment;
 mod named_part;
 mod names;
+mod nominal_vehicle;
 mod parameters;
 mod plant_kind;
 mod published;
@@ -34,6 +35,7 @@ pub use load::{LogScenario, Scenario};
 pub use moment::{Moment, MomentOf, VehiclePart};
 pub use named_part::{NamedPart, PartKeys};
 pub use names::valid_name;
+pub use nominal_vehicle::{NominalVehicle, ToldValue};
 pub use parameters::{ParameterFile, ParameterValue, Provenance};
 pub use plant_kind::{PlantKeys, PlantKind, PlantSettings};
 pub use published::Published;
@@ -297,32 +299,6 @@ pub struct SpeedPoint {
     /// Name of a point by time, for windows of expectations (`after: {event: drives_off}`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-}
-
-/// Nominal values given to estimators and controller, where they differ from the train's data sheet.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct NominalVehicle {
-    /// kg.
-    pub tare_kg: Option<Positive>,
-    /// First guess of the total mass, from which estimators and feed-forward start, kg.
-    pub total_mass_guess_kg: Option<Positive>,
-    /// Running-resistance coefficient.
-    pub running_resistance: Option<NonNegative>,
-    /// m.
-    pub wheel_radius_m: Option<Positive>,
-    /// Share of motor power that reaches the rim when driving.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub efficiency: Option<Positive>,
-    /// Distance of the IMU ahead of the middle of its unit, m; of a train only.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub imu_arm_m: Option<Finite>,
-    /// Length of the chains that the load hangs on, m; of a train only.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub chain_m: Option<NonNegative>,
-    /// False: where the masses of the train sit is not told; of a train only.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub layout: Option<bool>,
 }
 
 /// A box beside the rail.

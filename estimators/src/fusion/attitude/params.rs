@@ -3,6 +3,7 @@
 use crate::Real;
 use crate::api::params::params;
 use crate::api::real::sqrt;
+use crate::api::tolerances::TOLERANCES;
 use crate::api::vehicle::Vehicle;
 use crate::models::attitude::AttitudeNoise;
 use crate::tuning;
@@ -13,7 +14,7 @@ params! {
         accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 1.0, "Standard deviation of the accelerometer's bias; not set: that of the vehicle's sheet, or 0.00978 (1 mg).";
         velocity_random_walk ["m/s/√s"] = 6.94e-4, 1e-8 => 1.0, "Velocity random walk of the accelerometer: its noise density over √2.";
         accel_bias_walk ["m/s²/√s"] = 1.5e-4, 0.0 => 0.1, "Random walk of the accelerometer's bias (warm-up).";
-        mount_sd_deg ["deg"] = 0.2, 0.0 => 10.0, "Standard deviation of the pitch of the IMU against its unit: it goes into the grade, nothing can see it.";
+        mount_sd_deg ["deg"] = TOLERANCES.mount_deg, 0.0 => 10.0, "Standard deviation of the pitch of the IMU against its unit: it goes into the grade, nothing can see it.";
         gyro_bias_sd_radps ["rad/s"] = none, 0.0 => 0.1, "Standard deviation of the gyro's bias; not set: that of the vehicle's sheet, or 2.4e-6 (0.5 °/h).";
         gyro_bias_walk ["rad/s/√s"] = 0.0, 0.0 => 0.1, "Random walk of the gyro's bias.";
         angle_random_walk ["rad/√s"] = 4.072e-5, 1e-9 => 0.1, "Angle random walk of the gyro.";

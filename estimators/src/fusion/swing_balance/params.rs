@@ -3,6 +3,7 @@
 use crate::Real;
 use crate::api::params::params;
 use crate::api::real::sqrt;
+use crate::api::tolerances::TOLERANCES;
 
 params! {
     /// Priors and noise of the force balance with a swinging load. Shares are of the nominal weight or running
@@ -12,9 +13,9 @@ params! {
         torque_noise ["-"] = 0.01, 0.0 => 1.0, "Standard deviation of a torque sample, as a share of it.";
         torque_noise_nm ["N·m"] = 0.2, 0.0 => 1e3, "Constant part of it.";
         torque_gain_sd ["-"] = 0.005, 0.0 => 0.2, "Standard deviation of the scale of one torque sensor: nothing can see it, it is added to the mass's.";
-        efficiency_sd ["-"] = 0.035, 0.0 => 0.2, "Standard deviation of the efficiency of the gears; as above.";
-        radius_sd ["-"] = 0.01, 0.0 => 0.2, "Standard deviation of the wheels' radius (wear); as above.";
-        resistance_sd ["-"] = 0.4, 0.0 => 2.0, "Standard deviation of the constant part of running resistance, as a share of all.";
+        efficiency_sd ["-"] = TOLERANCES.efficiency, 0.0 => 0.2, "Standard deviation of the efficiency of the gears; as above.";
+        radius_sd ["-"] = TOLERANCES.wheel_radius, 0.0 => 0.2, "Standard deviation of the wheels' radius (wear); as above.";
+        resistance_sd ["-"] = 2.0 * TOLERANCES.running_resistance, 0.0 => 2.0, "Standard deviation of the constant part of running resistance, as a share of all: twice that of what is told, for what it also depends on.";
         speed_resistance ["s/m"] = 0.03, 0.0 => 1.0, "Part of running resistance that grows with speed, as a share of all per m/s.";
         speed_resistance_sd ["s/m"] = 0.04, 0.0 => 1.0, "Its standard deviation.";
         bend_resistance_sd ["N·m"] = 15e3, 0.0 => 1e6, "Standard deviation of the resistance in bends: force times radius.";
@@ -22,7 +23,7 @@ params! {
         swing_rate_sd ["rad/s"] = 0.08, 0.0 => 2.0, "That of its rate.";
         swing_walk ["rad/s/√s"] = 0.003, 0.0 => 1.0, "Random walk of the swing rate.";
         swing_damping ["-"] = 0.04, 0.0 => 1.0, "Uncertainty of the swing, as a share of its amplitude per √s.";
-        length_sd ["-"] = 0.1, 0.0 => 1.0, "Standard deviation of the pendulum's length (natural logarithm).";
+        length_sd ["-"] = TOLERANCES.chain, 0.0 => 1.0, "Standard deviation of the pendulum's length (natural logarithm).";
         length_walk ["1/√s"] = 0.0, 0.0 => 0.1, "Random walk of that: hoisting.";
         force_sd_mps2 ["m/s²"] = 0.006, 0.0 => 1.0, "Standard deviation of unmodelled force per mass, with a memory of 2 s.";
         place_sd_m ["m"] = 0.06, 0.0 => 1.0, "Error of the places of the masses, which turns a change of grade into such a force.";

@@ -62,7 +62,10 @@ impl Consistency {
             } else {
                 format!("means of {n} samples")
             };
-            chart.note = format!("Share of {what} in the band: {}.", shares.join(", "));
+            chart.note = format!(
+                "Share of {what} in the band: {}. It is 95 % where the standard deviation is right, and more where it is too wide.",
+                shares.join(", ")
+            );
         }
         chart.figure()
     }

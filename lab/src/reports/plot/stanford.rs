@@ -103,10 +103,11 @@ impl Stanford {
             ],
             title: self.title,
             note: format!(
-                "Of the valid samples: {} nominal, {} too uncertain (protection level beyond the alert limit), {} more sure than right, {} \
-                 misleading.",
+                "Of the valid samples {} are right and sure enough to use; {} are within their {} σ, which is wider than the alert limit; {} \
+                 are less than the alert limit off and more sure than right; {} mislead.",
                 percent(r.nominal),
                 percent(r.uncertain),
+                self.k,
                 percent(r.overconfident),
                 percent(r.misleading)
             ),

@@ -1,6 +1,6 @@
 //! Expectations with their verdicts, and the main figures.
 
-use crate::metrics::{Metric, estimator_metrics, run_metrics};
+use crate::metrics::{Metric, VALID, estimator_metrics, run_metrics, told_sd};
 use crate::reports::findings;
 use crate::reports::page::Section;
 use crate::reports::table::{Cell, Table};
@@ -85,7 +85,7 @@ fn of_metric(values: &BTreeMap<String, Option<f64>>, metric: &Metric) -> Cell {
 fn key_figures(summary: &Summary) -> Table {
     let mut table = Table::new(&["estimator"], &[]);
     table.caption = format!(
-        "Estimators, from {} s on: errors of all samples, `…_valid` of those marked valid",
+        "Estimators, from {} s on: errors ± 2 told standard deviations, of all samples and `…_valid` of those marked valid",
         summary.after_s
     );
     let shown = estimator_metrics().filter(|m| MAIN.contains(&m.name));
@@ -93,10 +93,23 @@ fn key_figures(summary: &Summary) -> Table {
         table.columns.push((metric.name.to_owned(), true));
     }
     for (name, values) in &summary.estimators {
-        let numbers = shown.clone().map(|m| of_metric(values, m));
+        let numbers = shown.clone().map(|m| with_told(values, m));
         table.row(std::iter::once(name.clone().into()).chain(numbers));
     }
     table
+}
+
+/// The value of a metric; of an error with twice the standard deviation that was told beside it.
+fn with_told(values: &BTreeMap<String, Option<f64>>, metric: &Metric) -> Cell {
+    let of = |name: &str| values.get(name).copied().flatten();
+    let sd = told_sd(metric.name).and_then(|sd| match metric.is_of_valid() {
+        true => of(&format!("{sd}{VALID}")),
+        false => of(sd),
+    });
+    match of(metric.name).zip(sd) {
+        Some((error, sd)) => format!("{} ± {}", number(error), number(2.0 * sd)).into(),
+        None => of_metric(values, metric),
+    }
 }
 
 fn of_the_run(summary: &Summary) -> Table {

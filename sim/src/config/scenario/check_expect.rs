@@ -255,6 +255,13 @@ fn expectations(file: &ScenarioFile) -> Result<(), Wrong> {
                 "write an earlier time",
             );
         }
+        if e.mean && e.quantile.is_some() {
+            return wrong(
+                format!("{key}.quantile"),
+                "a mean over the seeds has no quantile",
+                "`mean: true` or `quantile`, not both",
+            );
+        }
         if e.quantile.is_some_and(|q| q.get() == 0.0) {
             return wrong(
                 format!("{key}.quantile"),
