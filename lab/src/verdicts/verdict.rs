@@ -170,8 +170,8 @@ impl Expected {
         let (v, runs) = (&self.verdict, self.count.holding);
         let judged = |count: &Count| count.check(v.what(), v.bound(), v.quantile.unwrap_or(1.0));
         let mut check = match &v.known_failure {
-            Some(why) => judged(&self.count).known(why, judged(&self.beyond)),
-            None => judged(&self.count),
+            Some(why) if !v.mean => judged(&self.count).known(why, judged(&self.beyond)),
+            _ => judged(&self.count),
         };
         if !v.mean || !check.held {
             return check;
