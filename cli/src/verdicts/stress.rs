@@ -1,5 +1,6 @@
 //! The matrix of a stress battery on the terminal.
 
+use super::drawn::print_summary;
 use crate::ui::errors::CliError;
 use crate::ui::output;
 use crate::ui::prose::counted;
@@ -9,12 +10,15 @@ use monorig_lab::stress::{Figures, MatrixCell, SHARE_TOLERANCE, StressFile, diff
 /// Conditions that are printed unless all are asked for.
 const SHOWN: usize = 15;
 
-/// Prints the share of the valid samples that misleads in the worst conditions, or all figures of all conditions.
+/// Prints the share of the valid samples that misleads in the worst conditions, or all figures of all conditions; of
+/// drawn ones a summary before.
 pub(crate) fn print_matrix(file: &StressFile, all: bool) -> Result<(), CliError> {
-    match all {
-        true => print_figures(file),
-        false => print_misled(file),
+    match (all, &file.summary) {
+        (true, _) => print_figures(file)?,
+        (false, None) => print_misled(file)?,
+        (false, Some(_)) => {}
     }
+    file.summary.iter().try_for_each(|s| print_summary(file, s))
 }
 
 /// Prints a row for each of the worst conditions, with one figure for each estimator.
@@ -150,7 +154,7 @@ fn three(cell: &MatrixCell, of: impl Fn(&Figures, f64) -> String) -> String {
     all.join("/")
 }
 
-fn percent(share: Option<f64>) -> String {
+pub(super) fn percent(share: Option<f64>) -> String {
     match share.map(|x| 100.0 * x) {
         None => "-".into(),
         Some(0.0) => "0".into(),

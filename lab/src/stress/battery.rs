@@ -3,7 +3,7 @@
 use crate::batch::{Interrupted, RunSpec, run_observed};
 use crate::campaign::{Campaign, CampaignKind, PlannedRun, RunList};
 use crate::stress::print::Print;
-use crate::stress::{Condition, ConditionRow, NOMINAL, StressRun};
+use crate::stress::{Classes, Condition, ConditionRow, NOMINAL, StressRun};
 use crate::verdicts::expected;
 use monorig_estimators::api::signals::VehicleData;
 use monorig_sim::closed_loop::registry::Registry;
@@ -19,6 +19,15 @@ use std::path::{Path, PathBuf};
 
 /// An estimator that is wanted: its name and, if it was given, its type.
 pub type WantedEstimator = (String, Option<String>);
+
+/// Scenarios that a condition is applied to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pairing {
+    /// All of them, which are also run without a condition.
+    Every,
+    /// The one of the same place in its list.
+    OneByOne,
+}
 
 /// A checked battery.
 pub struct Battery {
@@ -52,6 +61,7 @@ impl Battery {
     pub fn load(
         scenarios: &[PathBuf],
         conditions: Vec<Condition>,
+        pairing: Pairing,
         estimators: &[WantedEstimator],
         sets: &[(String, String)],
         registry: &Registry,
@@ -78,18 +88,25 @@ impl Battery {
             };
             battery.estimators.sort();
             battery.estimators.dedup();
-            battery.plan(registry)?;
+            battery.plan(pairing, registry)?;
             battery.inputs.seal();
             Ok(battery)
         })
     }
 
     /// Lists the runs: without a condition, then under each.
-    fn plan(&mut self, registry: &Registry) -> Result<(), Error> {
-        for condition in std::iter::once(None).chain((0..self.conditions.len()).map(Some)) {
+    fn plan(&mut self, pairing: Pairing, registry: &Registry) -> Result<(), Error> {
+        let nominal = (pairing == Pairing::Every).then_some(None);
+        for condition in nominal
+            .into_iter()
+            .chain((0..self.conditions.len()).map(Some))
+        {
             let mut refused = None;
             let before = self.cases.len();
             for (scenario, base) in self.scenarios.iter().enumerate() {
+                if pairing == Pairing::OneByOne && condition != Some(scenario) {
+                    continue;
+                }
                 let under = condition.and_then(|i| self.conditions.get(i));
                 if let Some(under) = under
                     && let Err(e) = base.check(under, registry)
@@ -121,22 +138,25 @@ impl Battery {
         &self.estimators
     }
 
-    /// Rows of the matrix: the nominal one, then the conditions.
+    /// Rows of the matrix: the nominal one, if it is run, then the conditions.
     pub fn rows(&self) -> Vec<ConditionRow> {
         let nominal = ConditionRow {
             condition: NOMINAL.into(),
             group: None,
             words: "nothing is wrong".into(),
+            classes: Classes::new(),
             over_s: 0.0,
         };
         let of = |c: &Condition| ConditionRow {
             condition: c.name.clone(),
             group: Some(c.group()),
             words: c.words().into(),
+            classes: c.classes().clone(),
             over_s: c.over_s(),
         };
-        let rows = self.conditions.iter().map(of);
-        std::iter::once(nominal).chain(rows).collect()
+        let is_run = self.cases.iter().any(|(_, condition)| condition.is_none());
+        let nominal = is_run.then_some(nominal).into_iter();
+        nominal.chain(self.conditions.iter().map(of)).collect()
     }
 
     /// Number of runs.

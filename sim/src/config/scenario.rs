@@ -25,7 +25,7 @@ mod wrong;
 pub(crate) use controller::DEFAULT_CONTROLLER;
 pub use controller::{ControllerKeys, ControllerSettings};
 pub use estimator::{EstimatorKeys, Settings};
-pub use event::{Event, FaultKind};
+pub use event::{Axis, Event, FaultKind};
 pub use expect::{Availability, Expectation, KnownFailure, KnownFailureEntry, known_failures};
 pub use external::{AnswerFaults, External, SignalNumbers, Way};
 pub use instrument::InstrumentKeys;

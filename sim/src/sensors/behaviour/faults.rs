@@ -10,6 +10,7 @@ fn from(from_s: f64, fault: Fault) -> FaultWindow {
         from_s,
         to_s: f64::INFINITY,
         fault,
+        axis: None,
     }
 }
 
