@@ -34,13 +34,12 @@ fn overall(estimators: &[EstimatorSummary]) -> String {
     ]);
     for e in estimators {
         let seconds = |s: Option<f64>| s.map_or("never".into(), |s| format!("{s:.0}"));
-        let valid = e.all.quantities().into_iter().filter_map(|f| f.valid);
         text.add_row([
             e.all.estimator.clone(),
             percent(e.all.misled()),
             percent(e.all.largest(|f| f.overconfident)),
             percent(e.all.largest(|f| f.beyond)),
-            percent(valid.reduce(f64::min)),
+            percent(e.all.least_valid()),
             format!("{}/{}", e.misled_in, e.conditions),
             format!(
                 "{}/{}",

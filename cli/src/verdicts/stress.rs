@@ -113,12 +113,13 @@ fn print_figures(file: &StressFile) -> Result<(), CliError> {
     titles.extend([
         "misled %",
         ">3 sd %",
+        "beyond %",
         "valid %",
         "error",
         "told sd",
         "recovered s",
     ]);
-    let numbers = titles.len() - 6;
+    let numbers = titles.len() - 7;
     let mut text = table(titles);
     for cell in &file.cells {
         let mut row = vec![cell.condition.clone()];
@@ -131,6 +132,7 @@ fn print_figures(file: &StressFile) -> Result<(), CliError> {
         row.extend([
             three(cell, |f, _| percent(f.misleading)),
             three(cell, |f, _| percent(f.overconfident)),
+            three(cell, |f, _| percent(f.beyond)),
             three(cell, |f, _| percent(f.valid)),
             three(cell, |f, factor| value(f.error, factor)),
             three(cell, |f, factor| value(f.sd, factor)),
@@ -140,7 +142,7 @@ fn print_figures(file: &StressFile) -> Result<(), CliError> {
         ]);
         text.add_row(row);
     }
-    right(&mut text, numbers..numbers + 6);
+    right(&mut text, numbers..numbers + 7);
     output::print(&format!(
         "{}\n\nmass/slope/effective slope; error and sd of the mass in %, of slopes in °, of valid samples\n",
         lines(&text)

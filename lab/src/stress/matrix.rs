@@ -37,6 +37,9 @@ pub struct Figures {
     pub misleading: Option<f64>,
     /// Share of the valid samples beyond k standard deviations.
     pub overconfident: Option<f64>,
+    /// Share of the valid samples beyond the alert limit, whatever standard deviation is told.
+    #[serde(default)]
+    pub beyond: Option<f64>,
     /// Time from the end of the condition's events until valid and within the alert limit for good, s: the longest of
     /// all runs; none where one of them never comes there.
     pub recovery_s: Option<f64>,
@@ -78,6 +81,12 @@ impl MatrixCell {
     /// Largest share of the valid samples of a quantity that misleads; none where nothing is valid.
     pub fn misled(&self) -> Option<f64> {
         self.largest(|f| f.misleading)
+    }
+
+    /// Least share of the samples that is marked valid, of the three quantities.
+    pub fn least_valid(&self) -> Option<f64> {
+        let all = self.quantities().into_iter().filter_map(|f| f.valid);
+        all.reduce(f64::min)
     }
 
     /// Time until all quantities have recovered, s; none where one never does.
@@ -182,8 +191,16 @@ impl Matrix {
 
 /// Figures over runs, each with the time from which on nothing new happens. Those over valid samples are weighted with the valid share: over samples if the runs are equally
 /// long.
-fn figures(estimator: &str, metrics: &[String; 6], runs: &[(&StressRun, f64)]) -> Figures {
-    let [error, sd, valid, misleading, overconfident, recovered] = metrics
+fn figures(estimator: &str, metrics: &[String; 7], runs: &[(&StressRun, f64)]) -> Figures {
+    let [
+        error,
+        sd,
+        valid,
+        misleading,
+        overconfident,
+        beyond,
+        recovered,
+    ] = metrics
         .each_ref()
         .map(|metric| move |r: &StressRun| r.figure(estimator, metric));
     let over_valid = |of: &dyn Fn(&StressRun) -> Option<f64>| {
@@ -203,6 +220,7 @@ fn figures(estimator: &str, metrics: &[String; 6], runs: &[(&StressRun, f64)]) -
         valid: (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64),
         misleading: over_valid(&misleading),
         overconfident: over_valid(&overconfident),
+        beyond: over_valid(&beyond),
         recovery_s: longest.and_then(|all| all.into_iter().reduce(f64::max)),
     }
 }

@@ -173,3 +173,126 @@ fn event(
     });
     words
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn course(drives: usize, instruments: &[&'static str]) -> Course {
+        Course {
+            name: "test".into(),
+            files: Vec::new(),
+            over_s: 200.0,
+            drives,
+            instruments: instruments.to_vec(),
+        }
+    }
+
+    const ALL: [&str; 5] = [
+        "accelerometer",
+        "clamp_pressure",
+        "gyro",
+        "motor_torque",
+        "wheel_speed",
+    ];
+
+    fn many(course: &Course) -> Vec<ConditionFile> {
+        (0..4000).map(|seed| fault(course, seed)).collect()
+    }
+
+    fn has(made: &ConditionFile, of: &str, class: &str) -> bool {
+        made.classes[of].contains(class)
+    }
+
+    /// Each sensor, kind and size is drawn; events hold, begin in the run and are of parts that are there.
+    #[test]
+    fn everything_is_drawn_and_stands_within_its_range() {
+        let made = many(&course(8, &ALL));
+        for sensor in &SENSORS {
+            for range in sensor.faults() {
+                let both = made
+                    .iter()
+                    .filter(|m| has(m, "kind", range.kind) && has(m, "sensor", sensor.name));
+                let sizes: BTreeSet<&String> = both.flat_map(|m| &m.classes["size"]).collect();
+                assert!(!sizes.is_empty(), "{} {}", sensor.name, range.kind);
+            }
+        }
+        for event in made.iter().flat_map(|m| &m.events) {
+            let (name, window) = event.sensor_fault().unwrap().unwrap();
+            assert!((0.0..=190.0).contains(&window.from_s) && window.to_s > window.from_s);
+            let unit = name
+                .split_once('[')
+                .map(|(_, unit)| unit.trim_end_matches(']'));
+            assert!(
+                unit.is_none_or(|unit| unit.parse::<usize>().unwrap() < 8),
+                "{name}"
+            );
+            let sensor = SENSORS.iter().find(|s| name.starts_with(s.name)).unwrap();
+            assert!(window.axis.is_none() || sensor.has_axes);
+            let Event::SensorFault { fault, size, .. } = event else {
+                panic!()
+            };
+            let range = sensor.faults().into_iter().find(|f| match f.fault {
+                Drawn::Event(kinds, _) => kinds.contains(fault),
+                Drawn::Late { .. } => false,
+            });
+            let Some([low, high]) = range.unwrap().size else {
+                assert!(size.is_none());
+                continue;
+            };
+            let size = size.unwrap().get().abs();
+            let size = if *fault == FaultKind::Scale {
+                libm::log(size).abs()
+            } else {
+                size
+            };
+            let near = 0.9 * low..=1.1 * high; // four digits of a factor
+            assert!(near.contains(&size), "{fault:?} {size}");
+        }
+        let late = |m: &&ConditionFile| has(m, "kind", "late") || has(m, "kind", "stamped_late");
+        for m in made.iter().filter(late) {
+            let late = m.set.iter().filter(|(key, _)| key.ends_with("latency_ms"));
+            let mut late = late.map(|(_, ms)| ms.as_f64().unwrap()).peekable();
+            assert!(late.peek().is_some());
+            assert!(late.all(|ms| (5.0..=2000.0).contains(&ms)));
+        }
+    }
+
+    /// Shares are those asked for, and a third of the sizes is in each class.
+    #[test]
+    fn shares_are_those_of_the_table() {
+        let made = many(&course(8, &ALL));
+        let share = |of: &dyn Fn(&ConditionFile) -> bool| {
+            made.iter().filter(|m| of(m)).count() as f64 / made.len() as f64
+        };
+        let near = |found: f64, wanted: f64| assert!((found - wanted).abs() < 0.04, "{found}");
+        near(share(&|m| m.condition.contains("; ")), TWO);
+        let events: Vec<&Event> = made.iter().flat_map(|m| &m.events).collect();
+        let of = |holds: &dyn Fn(f64, Option<f64>) -> bool| {
+            let times = events.iter().filter_map(|e| e.times_s());
+            times.filter(|(a, b)| holds(*a, *b)).count() as f64 / events.len() as f64
+        };
+        near(of(&|from, _| from == 0.0), FROM_START);
+        near(of(&|_, to| to.is_none()), TO_END);
+        let one = made
+            .iter()
+            .filter(|m| !m.condition.contains("; ") && !has(m, "size", "without"));
+        let one: Vec<&ConditionFile> = one.collect();
+        for class in SIZES {
+            let there = one.iter().filter(|m| has(m, "size", class)).count();
+            near(there as f64 / one.len() as f64, 1.0 / 3.0);
+        }
+    }
+
+    /// What a course does not have has no fault, and a fault is the same whenever it is drawn.
+    #[test]
+    fn faults_are_of_what_is_there_and_of_their_seed_alone() {
+        let poor = course(1, &["gyro", "wheel_speed"]);
+        for (seed, made) in (0..).zip(many(&poor)) {
+            let sensors = &made.classes["sensor"];
+            assert!(sensors.iter().all(|s| s == "gyro" || s == "wheel_speed"));
+            assert!(!made.condition.contains('['), "{}", made.condition);
+            assert_eq!(made.to_yaml(), fault(&poor, seed).to_yaml());
+        }
+    }
+}
