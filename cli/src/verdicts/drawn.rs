@@ -29,7 +29,7 @@ fn overall(estimators: &[EstimatorSummary]) -> String {
         ">3 sd %",
         "beyond %",
         "valid %",
-        "misled in",
+        "faults",
         "recovered s",
     ]);
     for e in estimators {
@@ -50,7 +50,7 @@ fn overall(estimators: &[EstimatorSummary]) -> String {
     }
     right(&mut text, 1..7);
     format!(
-        "{}\n\nof mass, slope, effective slope the worst; misled in: faults with more than {} %;\n\
+        "{}\n\nof mass, slope, effective slope the worst; faults: that mislead more than {} %;\n\
          beyond: the alert limit, whatever sd is told; recovered: median, 90 %\n",
         lines(&text),
         100.0 * MISLED
@@ -94,7 +94,9 @@ fn worst(file: &StressFile) -> String {
     let seed = seen.first().and_then(|c| c.condition.rsplit_once('_'));
     let again = seed.map_or(String::new(), |(_, seed)| {
         let names = file.estimators.join(",");
-        format!("\nthe first again: monorig stress --drawn 1 --seed {seed} --estimators {names}\n")
+        format!(
+            "\nthe first again:\n  monorig stress --drawn 1 --seed {seed} --estimators {names}\n"
+        )
     });
     format!("\n{}\n{again}", lines(&text))
 }

@@ -54,7 +54,7 @@ fn drawn_faults_are_the_same_and_run_again() {
     ] {
         assert!(told.contains(words), "{words}\n{told}");
     }
-    assert!(told.lines().all(|l| l.chars().count() <= 100), "{told}");
+    assert!(told.lines().all(|l| l.chars().count() <= 80), "{told}");
     assert!(dir.read("all.html").contains("All conditions together"));
     let whole = dir.read("all.json");
     run(
