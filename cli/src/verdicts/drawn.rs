@@ -1,10 +1,9 @@
 //! The summary of drawn faults on the terminal.
 
-use super::stress::percent;
 use crate::ui::errors::CliError;
 use crate::ui::output;
 use crate::ui::prose::counted;
-use crate::ui::tables::{lines, right, table, within_terminal};
+use crate::ui::tables::{lines, percent, right, table, within_terminal};
 use monorig_lab::stress::{ClassRow, EstimatorSummary, MISLED, MatrixCell, StressFile, Summary};
 
 /// Faults that are printed one by one.
@@ -26,9 +25,9 @@ fn overall(estimators: &[EstimatorSummary]) -> String {
     let mut text = table([
         "does it mislead?",
         "misled %",
-        ">3 sd %",
-        "beyond %",
-        "valid %",
+        ">3 sd",
+        "beyond",
+        "valid",
         "faults",
         "recovered s",
     ]);
@@ -40,7 +39,7 @@ fn overall(estimators: &[EstimatorSummary]) -> String {
             percent(e.all.largest(|f| f.overconfident)),
             percent(e.all.largest(|f| f.beyond)),
             percent(e.all.least_valid()),
-            format!("{}/{}", e.misled_in, e.conditions),
+            e.misled_in.to_string(),
             format!(
                 "{}/{}",
                 seconds(e.recovery_median_s),
@@ -49,9 +48,11 @@ fn overall(estimators: &[EstimatorSummary]) -> String {
         ]);
     }
     right(&mut text, 1..7);
+    let of = estimators.first().map_or(0, |e| e.conditions);
     format!(
-        "{}\n\nof mass, slope, effective slope the worst; faults: that mislead more than {} %;\n\
-         beyond: the alert limit, whatever sd is told; recovered: median, 90 %\n",
+        "{}\n\nshares in %, of mass, slope, effective slope the worst; faults: how many of {of}\n\
+         mislead more than {} %; beyond: the alert limit, whatever sd is told;\n\
+         recovered: after the end of the fault, median and 90 %\n",
         lines(&text),
         100.0 * MISLED
     )

@@ -4,7 +4,7 @@ use super::drawn::print_summary;
 use crate::ui::errors::CliError;
 use crate::ui::output;
 use crate::ui::prose::counted;
-use crate::ui::tables::{lines, right, shown, table};
+use crate::ui::tables::{lines, percent, right, shown, table};
 use monorig_lab::stress::{Figures, MatrixCell, SHARE_TOLERANCE, StressFile, differences};
 
 /// Conditions that are printed unless all are asked for.
@@ -73,7 +73,9 @@ pub(crate) fn judge_matrix(
 ) -> Result<bool, CliError> {
     let misled = |c: &MatrixCell| c.misled().unwrap_or(0.0);
     let mut text = String::new();
-    for name in &file.estimators {
+    // a summary says it before
+    let names = file.estimators.iter().filter(|_| file.summary.is_none());
+    for name in names {
         let cells = || file.cells.iter().filter(|c| c.estimator == *name);
         let of = counted(cells().count(), "condition");
         let worst = cells().max_by(|a, b| misled(a).total_cmp(&misled(b)));
@@ -99,7 +101,7 @@ pub(crate) fn judge_matrix(
             ),
         };
     }
-    if !silent {
+    if !silent && !text.is_empty() {
         output::print(&text)?;
     }
     Ok(beyond == 0)
@@ -154,15 +156,6 @@ fn three(cell: &MatrixCell, of: impl Fn(&Figures, f64) -> String) -> String {
     let all = cell.quantities().into_iter().zip([100.0, 1.0, 1.0]);
     let all: Vec<String> = all.map(|(f, factor)| of(f, factor)).collect();
     all.join("/")
-}
-
-pub(super) fn percent(share: Option<f64>) -> String {
-    match share.map(|x| 100.0 * x) {
-        None => "-".into(),
-        Some(0.0) => "0".into(),
-        Some(x) if x < 0.95 => format!("{x:.1}"),
-        Some(x) => format!("{x:.0}"),
-    }
 }
 
 fn value(x: Option<f64>, factor: f64) -> String {

@@ -6,6 +6,7 @@
 //! cell for each condition and estimator, over all scenarios and seeds; a [`Summary`] is over drawn conditions.
 
 mod against;
+mod base;
 mod battery;
 mod condition;
 mod drawn;
@@ -16,7 +17,8 @@ mod stress_run;
 mod summary;
 
 pub use against::{Difference, SHARE_TOLERANCE, differences};
-pub use battery::{Battery, Pairing, WantedEstimator};
+pub use base::WantedEstimator;
+pub use battery::{Battery, Pairing};
 pub use condition::{Classes, Condition, ConditionFile, Group};
 pub use drawn::{fault, fault_name};
 pub use matrix::{ConditionRow, Figures, Matrix, MatrixCell};
