@@ -53,13 +53,9 @@ pub fn fault(course: &Course, seed: u64) -> ConditionFile {
 
 /// Adds a fault to a condition; false if it cannot be beside those that are there.
 fn add(made: &mut ConditionFile, course: &Course, draws: &mut Draws) -> bool {
-    let there = |i: &&str| course.instruments.iter().any(|there| there == i);
     let fitted = |s: &Sensor| {
-        if s.instruments.iter().all(|i| there(&i)) {
-            s.weight
-        } else {
-            0.0
-        }
+        let there = s.instruments.iter().all(|i| course.instruments.contains(i));
+        if there { s.weight } else { 0.0 }
     };
     let sensor = &SENSORS[draws.place(&SENSORS.each_ref().map(fitted))];
     let faults = sensor.faults();
