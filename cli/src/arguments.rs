@@ -80,6 +80,9 @@ impl Expect {
     }
 }
 
+/// File of ranges that courses are drawn from.
+pub const RANGES: &str = "assets/ranges/roadway.yaml";
+
 /// Reads a part of the runs, as `K/N`.
 pub fn shard(text: &str) -> Result<Shard, String> {
     let parsed = text.split_once('/').and_then(|(part, of)| {

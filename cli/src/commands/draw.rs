@@ -1,5 +1,6 @@
 //! `monorig draw`: scenarios drawn at random.
 
+use crate::arguments::RANGES;
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::{out, prepare};
 use crate::ui::errors::CliError;
@@ -27,7 +28,7 @@ scenario are in OUT/parts.";
 #[command(name = "draw", after_help = DRAW_EXAMPLES)]
 pub struct DrawArgs {
     /// File of ranges
-    #[arg(default_value = "assets/ranges/roadway.yaml")]
+    #[arg(default_value = RANGES)]
     pub file: PathBuf,
     /// Seed of the first course; each further one has the next
     #[arg(long, value_name = "N", default_value_t = 1)]

@@ -1,7 +1,8 @@
 //! `monorig stress`: a battery of conditions for estimators, one at a time.
 
-use crate::arguments::{Changes, Jobs, NamedEstimator, Out, named, shard, share};
+use crate::arguments::{Changes, Jobs, NamedEstimator, Out, RANGES, named, shard, share};
 use crate::command::{Command, CommandOutcome, Program};
+use crate::files::out;
 use crate::files::scenarios::scenarios;
 use crate::identity::identity;
 use crate::recording::many::resumed;
@@ -13,8 +14,11 @@ use crate::ui::terminal;
 use crate::verdicts::stress::{compared, judge_matrix, print_matrix};
 use monorig_lab::batch::Interrupted;
 use monorig_lab::campaign::{self, Shard};
+use monorig_lab::draw::{self, RangesFile};
 use monorig_lab::reports::stress::report;
-use monorig_lab::stress::{Battery, Condition, StressFile, WantedEstimator};
+use monorig_lab::stress::{
+    Battery, Condition, Pairing, StressFile, WantedEstimator, fault, fault_name,
+};
 use monorig_sim::closed_loop::registry::Registry;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -29,6 +33,8 @@ Examples:
   monorig stress my_scenario.yaml --estimators mine --seeds 1..5
   monorig stress --estimators mine --against stress.json
       exit code 1 if a cell has become worse
+  monorig stress --drawn 100 --seed 1 --estimators mine
+      faults that nobody chose: 100 drawn ones, each on a drawn course
   monorig stress --shard 2/4 --json 2.jsonl
       every fourth run; `monorig merge 1.jsonl … --into stress.json` joins
 
@@ -52,6 +58,15 @@ pub struct StressArgs {
     /// Only conditions with one of these texts in their name or group
     #[arg(long, value_name = "TEXTS", value_delimiter = ',')]
     pub only: Vec<String>,
+    /// Instead of these, draw N sensor faults, each on a drawn course
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000), conflicts_with_all = ["scenarios", "conditions", "only", "seeds"])]
+    pub drawn: Option<u64>,
+    /// Seed of the first drawn fault and its course; each further one has the next
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "drawn")]
+    pub seed: u64,
+    /// File of ranges that the courses are drawn from
+    #[arg(long, value_name = "FILE", default_value = RANGES, requires = "drawn")]
+    pub ranges: PathBuf,
     #[command(flatten)]
     pub changes: Changes,
     #[command(flatten)]
@@ -91,7 +106,10 @@ impl Command for StressArgs {
 fn stress(task: &StressArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let before = task.against.as_deref().map(StressFile::read).transpose()?;
     let begun = Instant::now();
-    let battery = battery(task, registry)?;
+    let battery = match task.drawn {
+        Some(count) => drawn(task, count, registry)?,
+        None => battery(task, registry)?,
+    };
     interrupt::listen();
     for path in task.html.iter().chain(&task.json) {
         output::clear(path)?;
@@ -157,16 +175,49 @@ fn battery(task: &StressArgs, registry: &Registry) -> Result<Battery, CliError> 
             ));
         }
     }
-    let sets = task.changes.all();
-    let wanted: Vec<WantedEstimator> = task
-        .estimators
-        .iter()
-        .map(|e| (e.name.clone(), e.is.clone()))
-        .collect();
     let scenarios = scenarios(&task.scenarios, None)?;
-    let battery = Battery::load(&scenarios, conditions, &wanted, &sets, registry)?;
+    let battery = task.load(&scenarios, conditions, Pairing::Every, registry)?;
     for left_out in battery.left_out() {
         note(&format!("left out: {left_out}"));
     }
     Ok(battery)
+}
+
+/// Draws courses and faults, writes them into the folder for results, and reads them as any others.
+fn drawn(task: &StressArgs, count: u64, registry: &Registry) -> Result<Battery, CliError> {
+    let ranges = RangesFile::load(&task.ranges)?;
+    ranges.check(&task.ranges, registry)?;
+    let folder = task.out.get().join("stress").join("drawn");
+    out::make(&folder)?;
+    let (mut scenarios, mut conditions) = (Vec::new(), Vec::new());
+    for seed in (task.seed..=u64::MAX).take(count as usize) {
+        let course = draw::course(&ranges, &task.ranges, &folder, seed)?;
+        for file in &course.files {
+            output::write(&folder.join(&file.path), &file.text)?;
+        }
+        scenarios.extend(course.files.last().map(|file| folder.join(&file.path)));
+        let name = fault_name(seed);
+        let path = folder.join(&name).join(format!("{name}.yaml"));
+        output::write(&path, &fault(&course, seed).to_yaml())?;
+        conditions.push(Condition::load(&path)?);
+    }
+    task.load(&scenarios, conditions, Pairing::OneByOne, registry)
+}
+
+impl StressArgs {
+    /// Checks scenarios and conditions against each other.
+    fn load(
+        &self,
+        scenarios: &[PathBuf],
+        conditions: Vec<Condition>,
+        pairing: Pairing,
+        registry: &Registry,
+    ) -> Result<Battery, CliError> {
+        let wanted = self.estimators.iter();
+        let wanted: Vec<WantedEstimator> = wanted.map(|e| (e.name.clone(), e.is.clone())).collect();
+        let sets = self.changes.all();
+        Ok(Battery::load(
+            scenarios, conditions, pairing, &wanted, &sets, registry,
+        )?)
+    }
 }

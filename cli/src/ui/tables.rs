@@ -71,6 +71,16 @@ pub fn grouped(titles: &[&str], groups: &[(String, Vec<Vec<String>>)]) -> String
 /// Titles and the rule below them.
 const HEADER_LINES: usize = 2;
 
+/// A share in %.
+pub fn percent(share: Option<f64>) -> String {
+    match share.map(|x| 100.0 * x) {
+        None => "-".into(),
+        Some(0.0) => "0".into(),
+        Some(x) if x < 0.95 => format!("{x:.1}"),
+        Some(x) => format!("{x:.0}"),
+    }
+}
+
 /// Three significant digits or more; nothing at all is 0.
 pub fn number(x: f64) -> String {
     match x.abs() {

@@ -1,5 +1,6 @@
 //! Verdicts: of scenarios that were tested, of shards put together, of studies; for people and for machines.
 
+mod drawn;
 pub(crate) mod junit;
 pub(crate) mod lines;
 pub(crate) mod stress;

@@ -1,20 +1,24 @@
 //! The matrix of a stress battery on the terminal.
 
+use super::drawn::print_summary;
 use crate::ui::errors::CliError;
 use crate::ui::output;
 use crate::ui::prose::counted;
-use crate::ui::tables::{lines, right, shown, table};
+use crate::ui::tables::{lines, percent, right, shown, table};
 use monorig_lab::stress::{Figures, MatrixCell, SHARE_TOLERANCE, StressFile, differences};
 
 /// Conditions that are printed unless all are asked for.
 const SHOWN: usize = 15;
 
-/// Prints the share of the valid samples that misleads in the worst conditions, or all figures of all conditions.
+/// Prints the share of the valid samples that misleads in the worst conditions, or all figures of all conditions; of
+/// drawn ones a summary before.
 pub(crate) fn print_matrix(file: &StressFile, all: bool) -> Result<(), CliError> {
-    match all {
-        true => print_figures(file),
-        false => print_misled(file),
+    match (all, &file.summary) {
+        (true, _) => print_figures(file)?,
+        (false, None) => print_misled(file)?,
+        (false, Some(_)) => {}
     }
+    file.summary.iter().try_for_each(|s| print_summary(file, s))
 }
 
 /// Prints a row for each of the worst conditions, with one figure for each estimator.
@@ -69,7 +73,9 @@ pub(crate) fn judge_matrix(
 ) -> Result<bool, CliError> {
     let misled = |c: &MatrixCell| c.misled().unwrap_or(0.0);
     let mut text = String::new();
-    for name in &file.estimators {
+    // a summary says it before
+    let names = file.estimators.iter().filter(|_| file.summary.is_none());
+    for name in names {
         let cells = || file.cells.iter().filter(|c| c.estimator == *name);
         let of = counted(cells().count(), "condition");
         let worst = cells().max_by(|a, b| misled(a).total_cmp(&misled(b)));
@@ -95,7 +101,7 @@ pub(crate) fn judge_matrix(
             ),
         };
     }
-    if !silent {
+    if !silent && !text.is_empty() {
         output::print(&text)?;
     }
     Ok(beyond == 0)
@@ -109,12 +115,13 @@ fn print_figures(file: &StressFile) -> Result<(), CliError> {
     titles.extend([
         "misled %",
         ">3 sd %",
+        "beyond %",
         "valid %",
         "error",
         "told sd",
         "recovered s",
     ]);
-    let numbers = titles.len() - 6;
+    let numbers = titles.len() - 7;
     let mut text = table(titles);
     for cell in &file.cells {
         let mut row = vec![cell.condition.clone()];
@@ -127,6 +134,7 @@ fn print_figures(file: &StressFile) -> Result<(), CliError> {
         row.extend([
             three(cell, |f, _| percent(f.misleading)),
             three(cell, |f, _| percent(f.overconfident)),
+            three(cell, |f, _| percent(f.beyond)),
             three(cell, |f, _| percent(f.valid)),
             three(cell, |f, factor| value(f.error, factor)),
             three(cell, |f, factor| value(f.sd, factor)),
@@ -136,7 +144,7 @@ fn print_figures(file: &StressFile) -> Result<(), CliError> {
         ]);
         text.add_row(row);
     }
-    right(&mut text, numbers..numbers + 6);
+    right(&mut text, numbers..numbers + 7);
     output::print(&format!(
         "{}\n\nmass/slope/effective slope; error and sd of the mass in %, of slopes in °, of valid samples\n",
         lines(&text)
@@ -148,15 +156,6 @@ fn three(cell: &MatrixCell, of: impl Fn(&Figures, f64) -> String) -> String {
     let all = cell.quantities().into_iter().zip([100.0, 1.0, 1.0]);
     let all: Vec<String> = all.map(|(f, factor)| of(f, factor)).collect();
     all.join("/")
-}
-
-fn percent(share: Option<f64>) -> String {
-    match share.map(|x| 100.0 * x) {
-        None => "-".into(),
-        Some(0.0) => "0".into(),
-        Some(x) if x < 0.95 => format!("{x:.1}"),
-        Some(x) => format!("{x:.0}"),
-    }
 }
 
 fn value(x: Option<f64>, factor: f64) -> String {

@@ -40,6 +40,7 @@ mod runs;
 mod scenario_files;
 mod schema;
 mod stress;
+mod stress_drawn;
 mod studies;
 mod tune;
 #[cfg(unix)]

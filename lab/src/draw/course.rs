@@ -6,6 +6,7 @@ use super::track::{self, round};
 use super::{Draws, instruments};
 use monorig_sim::config::file::named;
 use monorig_sim::config::scenario::Settings;
+use monorig_sim::config::sensor_sheet::Sheet;
 use monorig_sim::error::Error;
 use monorig_sim::train::Train;
 use serde::Serialize;
@@ -32,6 +33,12 @@ pub struct Course {
     pub name: String,
     /// Its files, the scenario last.
     pub files: Vec<DrawnFile>,
+    /// End of the run, s.
+    pub(crate) over_s: f64,
+    /// Drive units of the train.
+    pub(crate) drives: usize,
+    /// Instruments of the sensor sheet.
+    pub(crate) instruments: Vec<&'static str>,
 }
 
 /// A file that was drawn.
@@ -71,6 +78,7 @@ pub fn course(ranges: &RangesFile, file: &Path, folder: &Path, seed: u64) -> Res
 
     let profile = named(file, "profile", &ranges.profile)?;
     let profile = format!("../{}", relative(folder, &profile)?); // from PARTS
+    let over_s = round(drive.over_s + AFTER_S, 1);
     let scenario = Scenario {
         version: 1,
         why: format!(
@@ -84,9 +92,7 @@ pub fn course(ranges: &RangesFile, file: &Path, folder: &Path, seed: u64) -> Res
         start: Start {
             chainage_m: round(length_m + ROOM_M, 1),
         },
-        stop: Stop {
-            after_s: round(drive.over_s + AFTER_S, 1),
-        },
+        stop: Stop { after_s: over_s },
         drive,
         estimators: &ranges.estimators,
         in_loop: ranges.in_loop.as_deref(),
@@ -109,6 +115,9 @@ pub fn course(ranges: &RangesFile, file: &Path, folder: &Path, seed: u64) -> Res
             drawn(scenario.sensors, sheet_text),
             drawn(format!("{name}.yaml"), scenario_text),
         ],
+        over_s,
+        drives: train.drives.len(),
+        instruments: Sheet::load(&sheet_path)?.specs().into_keys().collect(),
         name,
     })
 }

@@ -57,6 +57,6 @@ fn multiply(value: &mut Value, factor: f64) {
 }
 
 /// A number as a person would write it.
-fn four_digits(x: f64) -> f64 {
+pub(crate) fn four_digits(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
 }

@@ -11,22 +11,24 @@ mod ranges;
 mod track;
 
 pub use course::{Course, course};
+pub(crate) use instruments::four_digits;
 pub use ranges::RangesFile;
 pub(crate) use ranges::{DriveRanges, TrackRanges};
+pub(crate) use track::round;
 
 use monorig_sim::config::checked::Positive;
 use monorig_sim::sensors::stream::Stream;
 
 /// Random numbers of one kind of value.
-struct Draws(Stream);
+pub(crate) struct Draws(Stream);
 
 impl Draws {
-    fn new(seed: u64, what: &str) -> Self {
+    pub(crate) fn new(seed: u64, what: &str) -> Self {
         Self(Stream::new(seed, &format!("draw/{what}")))
     }
 
     /// Evenly between the two.
-    fn within<T: Into<f64> + Copy>(&mut self, [low, high]: [T; 2]) -> f64 {
+    pub(crate) fn within<T: Into<f64> + Copy>(&mut self, [low, high]: [T; 2]) -> f64 {
         let (low, high) = (low.into(), high.into());
         low + (high - low) * self.0.uniform()
     }
@@ -37,12 +39,12 @@ impl Draws {
         libm::exp(self.within(ends))
     }
 
-    fn chance(&mut self, share: f64) -> bool {
+    pub(crate) fn chance(&mut self, share: f64) -> bool {
         self.0.uniform() < share
     }
 
     /// Draws a place in a list, each as often as its weight.
-    fn place(&mut self, weights: &[f64]) -> usize {
+    pub(crate) fn place(&mut self, weights: &[f64]) -> usize {
         let mut left = self.0.uniform() * weights.iter().sum::<f64>();
         for (i, weight) in weights.iter().enumerate() {
             left -= weight;

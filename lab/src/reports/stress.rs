@@ -2,7 +2,7 @@
 
 use crate::reports::page::{Page, Section};
 use crate::reports::table::{Cell, Table};
-use crate::stress::{Figures, MatrixCell, StressFile};
+use crate::stress::{Figures, MISLED, MatrixCell, StressFile, Summary};
 use crate::verdicts::judgement::Grade;
 use monorig_sim::config::scenario::IntegrityLimits;
 use std::collections::BTreeSet;
@@ -32,6 +32,8 @@ pub fn report(file: &StressFile) -> Page {
             _ => Grade::Failed,
         },
     ));
+    page.sections
+        .extend(file.summary.iter().map(|s| summary(file, s)));
     page.sections.push(glance(file, most));
     for (title, of) in [
         ("Mass", QuantityTable::of(|c| &c.mass, 100.0, "%")),
@@ -45,6 +47,53 @@ pub fn report(file: &StressFile) -> Page {
             .push(Section::new(title).table(of.table(file, most)));
     }
     page
+}
+
+/// Results over all drawn conditions, then by class.
+fn summary(file: &StressFile, summary: &Summary) -> Section {
+    let numbers = [
+        "misleading, %",
+        "overconfident, %",
+        "beyond the limit, %",
+        "valid, %",
+        "misled in",
+        "recovered after, median, s",
+        "90 %, s",
+    ];
+    let share = |x: Option<f64>| Cell::number(x.map(|x| 100.0 * x));
+    let mut table = Table::new(&["estimator"], &numbers);
+    table.caption = format!(
+        "The worst of mass, slope and effective slope; misled in: conditions with more than {} % of the valid samples",
+        100.0 * MISLED
+    );
+    for e in &summary.estimators {
+        let seconds = |s: Option<f64>| s.map_or(Cell::from("never"), Cell::number);
+        table.row([
+            e.all.estimator.as_str().into(),
+            share(e.all.misled()),
+            share(e.all.largest(|f| f.overconfident)),
+            share(e.all.largest(|f| f.beyond)),
+            share(e.all.least_valid()),
+            format!("{} of {}", e.misled_in, e.conditions).into(),
+            seconds(e.recovery_median_s),
+            seconds(e.recovery_90_s),
+        ]);
+    }
+    let mut section = Section::new("All conditions together").table(table);
+    for (of, rows) in &summary.classes {
+        let names = file.estimators.iter().map(String::as_str);
+        let numbers: Vec<&str> = ["conditions"].into_iter().chain(names).collect();
+        let mut table = Table::new(&[of.as_str()], &numbers);
+        table.caption = format!("Misleading share of the valid samples, %, by {of}");
+        for row in rows {
+            let conditions = Cell::number(row.conditions as f64);
+            let figures = row.misled.iter().map(|x| share(*x));
+            let cells = [row.class.as_str().into(), conditions].into_iter();
+            table.row(cells.chain(figures));
+        }
+        section = section.table(table);
+    }
+    section
 }
 
 /// Conditions in the order of their worst cell.
@@ -115,6 +164,7 @@ impl QuantityTable {
             "valid, %",
             "misleading, %",
             "overconfident, %",
+            "beyond the limit, %",
             "recovered after, s",
         ];
         let mut table = Table::new(&["condition", "estimator"], &numbers);
@@ -137,6 +187,7 @@ impl QuantityTable {
                 number(f.valid, 100.0),
                 judged(f.misleading),
                 judged(f.overconfident),
+                number(f.beyond, 100.0),
                 recovery,
             ]);
         }

@@ -69,6 +69,8 @@ fn changes(a: &Figures, b: &Figures, tolerance: f64) -> Vec<FigureChange> {
     for (figure, old, new, more_is_worse) in [
         ("misleading", a.misleading, b.misleading, true),
         ("overconfident", a.overconfident, b.overconfident, true),
+        // not in older files
+        ("beyond", a.beyond.or(b.beyond), b.beyond, true),
         ("valid", a.valid, b.valid, false),
     ] {
         let grown = share(new) - share(old);

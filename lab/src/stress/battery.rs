@@ -2,23 +2,26 @@
 
 use crate::batch::{Interrupted, RunSpec, run_observed};
 use crate::campaign::{Campaign, CampaignKind, PlannedRun, RunList};
+use crate::stress::base::{Base, WantedEstimator};
 use crate::stress::print::Print;
-use crate::stress::{Condition, ConditionRow, NOMINAL, StressRun};
-use crate::verdicts::expected;
-use monorig_estimators::api::signals::VehicleData;
+use crate::stress::{Classes, Condition, ConditionRow, NOMINAL, StressRun};
 use monorig_sim::closed_loop::registry::Registry;
-use monorig_sim::closed_loop::{Simulation, resolved};
-use monorig_sim::config::file::{Sets, input_error};
 use monorig_sim::config::input_files::InputFiles;
-use monorig_sim::config::scenario::{FeedForward, Scenario};
 use monorig_sim::error::Error;
 use monorig_sim::record::identity::Identity;
+use monorig_sim::record::manifest;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// An estimator that is wanted: its name and, if it was given, its type.
-pub type WantedEstimator = (String, Option<String>);
+/// Scenarios that a condition is applied to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pairing {
+    /// All of them, which are also run without a condition.
+    Every,
+    /// The one of the same place in its list.
+    OneByOne,
+}
 
 /// A checked battery.
 pub struct Battery {
@@ -33,18 +36,6 @@ pub struct Battery {
     left_out: Vec<String>,
 }
 
-/// A scenario that conditions are applied to.
-struct Base {
-    path: PathBuf,
-    name: String,
-    /// Changes that all of its runs have.
-    changes: Vec<(String, String)>,
-    seeds: Vec<u64>,
-    /// The vehicle that estimators are told without a condition.
-    vehicle: VehicleData,
-    resolved: Value,
-}
-
 impl Battery {
     /// Reads scenarios and checks each of them under every condition by building its simulation. `sets` are changes to
     /// all scenarios. Every file that a run may need is read here and never again. A condition that some of the
@@ -52,6 +43,7 @@ impl Battery {
     pub fn load(
         scenarios: &[PathBuf],
         conditions: Vec<Condition>,
+        pairing: Pairing,
         estimators: &[WantedEstimator],
         sets: &[(String, String)],
         registry: &Registry,
@@ -78,18 +70,25 @@ impl Battery {
             };
             battery.estimators.sort();
             battery.estimators.dedup();
-            battery.plan(registry)?;
+            battery.plan(pairing, registry)?;
             battery.inputs.seal();
             Ok(battery)
         })
     }
 
     /// Lists the runs: without a condition, then under each.
-    fn plan(&mut self, registry: &Registry) -> Result<(), Error> {
-        for condition in std::iter::once(None).chain((0..self.conditions.len()).map(Some)) {
+    fn plan(&mut self, pairing: Pairing, registry: &Registry) -> Result<(), Error> {
+        let nominal = (pairing == Pairing::Every).then_some(None);
+        for condition in nominal
+            .into_iter()
+            .chain((0..self.conditions.len()).map(Some))
+        {
             let mut refused = None;
             let before = self.cases.len();
             for (scenario, base) in self.scenarios.iter().enumerate() {
+                if pairing == Pairing::OneByOne && condition != Some(scenario) {
+                    continue;
+                }
                 let under = condition.and_then(|i| self.conditions.get(i));
                 if let Some(under) = under
                     && let Err(e) = base.check(under, registry)
@@ -121,22 +120,25 @@ impl Battery {
         &self.estimators
     }
 
-    /// Rows of the matrix: the nominal one, then the conditions.
+    /// Rows of the matrix: the nominal one, if it is run, then the conditions.
     pub fn rows(&self) -> Vec<ConditionRow> {
         let nominal = ConditionRow {
             condition: NOMINAL.into(),
             group: None,
             words: "nothing is wrong".into(),
+            classes: Classes::new(),
             over_s: 0.0,
         };
         let of = |c: &Condition| ConditionRow {
             condition: c.name.clone(),
             group: Some(c.group()),
             words: c.words().into(),
+            classes: c.classes().clone(),
             over_s: c.over_s(),
         };
-        let rows = self.conditions.iter().map(of);
-        std::iter::once(nominal).chain(rows).collect()
+        let is_run = self.cases.iter().any(|(_, condition)| condition.is_none());
+        let nominal = is_run.then_some(nominal).into_iter();
+        nominal.chain(self.conditions.iter().map(of)).collect()
     }
 
     /// Number of runs.
@@ -174,21 +176,23 @@ impl Battery {
         let conditions: BTreeMap<&str, Value> = conditions
             .map(|c| (c.name.as_str(), json!(c.file)))
             .collect();
-        let scenarios = self.scenarios.iter();
-        let scenarios: Vec<&Value> = scenarios.map(|s| &s.resolved).collect();
         let resolved = json!({
             "estimators": self.estimators,
             "rows": self.rows(),
             "conditions": conditions,
-            "scenarios": scenarios,
         });
         let folder = self.scenarios.first().and_then(|s| s.path.parent());
         let inputs = self.inputs.digests(folder.unwrap_or(Path::new("")));
-        let lists = self.lists.clone();
+        let lists = self.lists.iter().zip(&self.cases);
+        let lists = lists.map(|(list, (scenario, _))| {
+            let resolved = self.scenarios.get(*scenario).map(|s| &s.resolved);
+            let hash = manifest::hash(monorig, &BTreeMap::new(), &json!(resolved));
+            list.clone().hashed(hash)
+        });
         Campaign::new(
             CampaignKind::Stress,
             "stress",
-            lists,
+            lists.collect(),
             monorig,
             inputs,
             resolved,
@@ -199,116 +203,4 @@ impl Battery {
     pub fn inputs(&self) -> &InputFiles {
         &self.inputs
     }
-}
-
-impl Base {
-    fn load(
-        path: &Path,
-        estimators: &[WantedEstimator],
-        sets: &[(String, String)],
-        registry: &Registry,
-    ) -> Result<Self, Error> {
-        let plain = Scenario::load(path, sets)?;
-        if plain.file.estimators.is_empty() && estimators.is_empty() {
-            let help = "name some with --estimators, or in the scenario";
-            return Err(input_error(
-                path,
-                "estimators",
-                "there is no estimator to try",
-                help,
-            ));
-        }
-        let mut changes = sets.to_vec();
-        changes.extend(side_by_side(&plain, estimators)?);
-        let scenario =
-            Scenario::load_with(path, &Sets::new(&changes).written_in("monorig stress"))?;
-        expected::check(&scenario)?;
-        let resolved = resolved(&scenario, registry);
-        let seeds = scenario.seeds().to_vec();
-        let name = scenario.name.clone();
-        // what is told by a factor is told of the truth, whatever a seed would draw
-        let mut exactly = changes.clone();
-        exactly.push((
-            "vehicle.exact.all".into(),
-            "a factor is of the truth".into(),
-        ));
-        let exactly = Scenario::load_with(path, &Sets::new(&exactly).written_in("monorig stress"))?;
-        let simulation = Simulation::build(exactly, registry, seeds.first().copied().unwrap_or(1))?;
-        Ok(Self {
-            path: path.into(),
-            name,
-            changes,
-            seeds,
-            vehicle: simulation.vehicle.data(),
-            resolved,
-        })
-    }
-
-    /// Names of the estimators of the scenario.
-    fn estimators(&self) -> Vec<String> {
-        let all = self.resolved.pointer("/parameters/estimators");
-        let names = all
-            .and_then(Value::as_object)
-            .into_iter()
-            .flat_map(|m| m.keys());
-        names.cloned().collect()
-    }
-
-    /// Changes of a run.
-    fn sets(&self, condition: Option<&Condition>) -> Sets {
-        let mut changes = self.changes.clone();
-        let Some(condition) = condition else {
-            return Sets::new(&changes).written_in("monorig stress");
-        };
-        changes.extend(condition.changes(&self.vehicle));
-        Sets::new(&changes).written_in(&condition.file_name())
-    }
-
-    /// Checks the scenario under a condition.
-    fn check(&self, condition: &Condition, registry: &Registry) -> Result<(), Error> {
-        let scenario = Scenario::load_with(&self.path, &self.sets(Some(condition)))?;
-        let seed = self.seeds.first().copied().unwrap_or(1);
-        Simulation::build(scenario, registry, seed).map(drop)
-    }
-}
-
-/// The changes that put estimators side by side: all see the same measurements, so that none of them is in the loop.
-/// The feed-forward of the controller comes from the truth where it came from an estimate. Expectations are of the
-/// scenario without a condition, and go.
-fn side_by_side(
-    scenario: &Scenario,
-    estimators: &[WantedEstimator],
-) -> Result<Vec<(String, String)>, Error> {
-    let mut changes = vec![
-        ("in_loop".to_owned(), "null".to_owned()),
-        ("expect".to_owned(), "[]".to_owned()),
-        ("known_failures".to_owned(), "[]".to_owned()),
-        ("integrity.reference_only".to_owned(), "[]".to_owned()),
-    ];
-    if scenario.file.drive.controller.feedforward == FeedForward::Estimate {
-        changes.push(("drive.controller.feedforward".into(), "truth".into()));
-    }
-    if estimators.is_empty() {
-        return Ok(changes);
-    }
-    let mut wanted = serde_json::Map::new();
-    for (name, is) in estimators {
-        let settings = match scenario.file.estimators.get(name) {
-            Some(there) if is.as_ref().is_none_or(|is| is == there.type_name(name)) => json!(there),
-            Some(there) => {
-                return Err(scenario.error(
-                    format!("estimators.{name}"),
-                    format!("`{name}` is {} in this scenario", there.type_name(name)),
-                    "another name before the `=`",
-                ));
-            }
-            None => match is {
-                Some(is) => json!({ "is": is }),
-                None => json!({}),
-            },
-        };
-        wanted.insert(name.clone(), settings);
-    }
-    changes.push(("estimators".into(), Value::Object(wanted).to_string()));
-    Ok(changes)
 }

@@ -8,7 +8,7 @@ use monorig_sim::config::scenario::Event;
 use monorig_sim::error::Error;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// A condition file: changes to a scenario.
@@ -21,6 +21,9 @@ pub struct ConditionFile {
     pub(crate) condition: String,
     /// Part of the drive that is not as it should be.
     pub(crate) group: Group,
+    /// Classes by which a summary sums up its results, such as `kind: [bias]`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) classes: Classes,
     /// Changes to the scenario, by path as in `--set`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(crate) set: BTreeMap<String, serde_json::Value>,
@@ -31,6 +34,17 @@ pub struct ConditionFile {
     /// Events that are added to those of the scenario.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) events: Vec<Event>,
+}
+
+/// Classes of a condition, by what they are of.
+pub type Classes = BTreeMap<String, BTreeSet<String>>;
+
+impl ConditionFile {
+    /// As it stands in a file.
+    pub fn to_yaml(&self) -> String {
+        // numbers and strings: nothing in here can fail to serialise
+        serde_yaml::to_string(self).unwrap_or_default()
+    }
 }
 
 /// Part of a drive.
@@ -155,6 +169,11 @@ impl Condition {
     /// Part of the drive that is not as it should be.
     pub fn group(&self) -> Group {
         self.file.group
+    }
+
+    /// Classes by which a summary sums up its results.
+    pub(crate) fn classes(&self) -> &Classes {
+        &self.file.classes
     }
 
     /// True if this text is in its name, or is its group.

@@ -2,9 +2,10 @@
 
 use crate::metrics::Quantity;
 use crate::stress::stress_run::metrics;
-use crate::stress::{Group, NOMINAL, StressRun};
+use crate::stress::{Classes, Group, NOMINAL, StressRun};
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
 
 /// A row of the matrix: a condition, or none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -16,6 +17,9 @@ pub struct ConditionRow {
     pub group: Option<Group>,
     /// The condition in a line.
     pub words: String,
+    /// Classes by which results are summed up.
+    #[serde(default, skip_serializing_if = "Classes::is_empty")]
+    pub classes: Classes,
     /// Time from which on nothing new happens, s.
     pub over_s: f64,
 }
@@ -33,6 +37,9 @@ pub struct Figures {
     pub misleading: Option<f64>,
     /// Share of the valid samples beyond k standard deviations.
     pub overconfident: Option<f64>,
+    /// Share of the valid samples beyond the alert limit, whatever standard deviation is told.
+    #[serde(default)]
+    pub beyond: Option<f64>,
     /// Time from the end of the condition's events until valid and within the alert limit for good, s: the longest of
     /// all runs; none where one of them never comes there.
     pub recovery_s: Option<f64>,
@@ -65,16 +72,64 @@ impl MatrixCell {
         [&self.mass, &self.slope, &self.effective_slope]
     }
 
-    /// The largest of a figure of the three quantities; 0 where none could be measured.
-    fn largest(&self, of: impl Fn(&Figures) -> Option<f64>) -> f64 {
+    /// The largest of a figure of the three quantities; none where it could not be measured.
+    pub fn largest(&self, of: impl Fn(&Figures) -> Option<f64>) -> Option<f64> {
         let all = self.quantities().into_iter().filter_map(of);
-        all.fold(0.0, f64::max)
+        all.reduce(f64::max)
     }
 
     /// Largest share of the valid samples of a quantity that misleads; none where nothing is valid.
     pub fn misled(&self) -> Option<f64> {
-        let all = self.quantities().into_iter().filter_map(|f| f.misleading);
-        all.reduce(f64::max)
+        self.largest(|f| f.misleading)
+    }
+
+    /// Least share of the samples that is marked valid, of the three quantities.
+    pub fn least_valid(&self) -> Option<f64> {
+        let all = self.quantities().into_iter().filter_map(|f| f.valid);
+        all.reduce(f64::min)
+    }
+
+    /// Time until all quantities have recovered, s; none where one never does.
+    pub fn recovery_s(&self) -> Option<f64> {
+        let all: Option<Vec<f64>> = self.quantities().iter().map(|f| f.recovery_s).collect();
+        all?.into_iter().reduce(f64::max)
+    }
+
+    /// Makes the cell of an estimator over these rows together; `runs` has those of other rows too.
+    pub(crate) fn over(
+        name: &str,
+        rows: &[ConditionRow],
+        estimator: &str,
+        runs: &[StressRun],
+    ) -> Self {
+        let over_s: BTreeMap<&str, f64> = rows
+            .iter()
+            .map(|r| (r.condition.as_str(), r.over_s))
+            .collect();
+        let here = || runs.iter().filter(|r| over_s.contains_key(&*r.condition));
+        let whole = here().filter(|r| r.error.is_none());
+        let whole: Vec<(&StressRun, f64)> = whole.map(|r| (r, over_s[&*r.condition])).collect();
+        let nominal = |r: &StressRun| {
+            let same = |n: &&StressRun| {
+                n.condition == NOMINAL && (&n.scenario, n.seed) == (&r.scenario, r.seed)
+            };
+            runs.iter().find(same).map(|n| n.given.clone())
+        };
+        let changed = whole
+            .iter()
+            .filter(|(r, _)| nominal(r).is_some_and(|n| n != r.given));
+        let [mass, slope, effective_slope] =
+            Quantity::ALL.map(|quantity| figures(estimator, &metrics(quantity), &whole));
+        Self {
+            condition: name.to_owned(),
+            estimator: estimator.to_owned(),
+            runs: whole.len(),
+            broken: here().count() - whole.len(),
+            changed: changed.count(),
+            mass,
+            slope,
+            effective_slope,
+        }
     }
 
     /// True if no more than this share of the valid samples of a quantity misleads.
@@ -94,10 +149,12 @@ impl Matrix {
     /// Makes a cell of each row and estimator from the runs. The nominal cells come first; the others follow by their
     /// misleading share, then by their overconfident share, then by the valid share that the condition costs.
     pub fn of(rows: &[ConditionRow], estimators: &[String], runs: &[StressRun]) -> Self {
-        let cell = |row: &ConditionRow, estimator: &String| cell(row, estimator, runs);
-        let cells = rows.iter();
-        let mut cells: Vec<MatrixCell> = cells
-            .flat_map(|row| estimators.iter().map(move |e| cell(row, e)))
+        let of = |row: &ConditionRow, estimator: &String| {
+            MatrixCell::over(&row.condition, std::slice::from_ref(row), estimator, runs)
+        };
+        let mut cells: Vec<MatrixCell> = rows
+            .iter()
+            .flat_map(|row| estimators.iter().map(move |e| of(row, e)))
             .collect();
         let nominal: Vec<MatrixCell> = cells
             .iter()
@@ -117,7 +174,10 @@ impl Matrix {
         };
         let worse = |a: &MatrixCell, b: &MatrixCell| -> Ordering {
             let nominal = (b.condition == NOMINAL).cmp(&(a.condition == NOMINAL));
-            let of = |f: fn(&Figures) -> Option<f64>| b.largest(f).total_cmp(&a.largest(f));
+            let of = |f: fn(&Figures) -> Option<f64>| {
+                let [a, b] = [a, b].map(|c| c.largest(f).unwrap_or(0.0));
+                b.total_cmp(&a)
+            };
             nominal
                 .then(b.broken.cmp(&a.broken))
                 .then(of(|f| f.misleading))
@@ -129,53 +189,30 @@ impl Matrix {
     }
 }
 
-fn cell(row: &ConditionRow, estimator: &str, runs: &[StressRun]) -> MatrixCell {
-    let here = || runs.iter().filter(|r| r.condition == row.condition);
-    let whole: Vec<&StressRun> = here().filter(|r| r.error.is_none()).collect();
-    let nominal = |r: &StressRun| {
-        let same = |n: &&StressRun| {
-            n.condition == NOMINAL && (&n.scenario, n.seed) == (&r.scenario, r.seed)
-        };
-        runs.iter().find(same).map(|n| n.given.clone())
-    };
-    let changed = whole
-        .iter()
-        .filter(|r| nominal(r).is_some_and(|n| n != r.given));
-    let [mass, slope, effective_slope] =
-        Quantity::ALL.map(|quantity| figures(row, estimator, &metrics(quantity), &whole));
-    MatrixCell {
-        condition: row.condition.clone(),
-        estimator: estimator.to_owned(),
-        runs: whole.len(),
-        broken: here().count() - whole.len(),
-        changed: changed.count(),
-        mass,
-        slope,
-        effective_slope,
-    }
-}
-
-/// Figures over runs. Those over valid samples are weighted with the valid share: over samples if the runs are equally
+/// Figures over runs, each with the time from which on nothing new happens. Those over valid samples are weighted with the valid share: over samples if the runs are equally
 /// long.
-fn figures(
-    row: &ConditionRow,
-    estimator: &str,
-    metrics: &[String; 6],
-    runs: &[&StressRun],
-) -> Figures {
-    let [error, sd, valid, misleading, overconfident, recovered] = metrics
+fn figures(estimator: &str, metrics: &[String; 7], runs: &[(&StressRun, f64)]) -> Figures {
+    let [
+        error,
+        sd,
+        valid,
+        misleading,
+        overconfident,
+        beyond,
+        recovered,
+    ] = metrics
         .each_ref()
         .map(|metric| move |r: &StressRun| r.figure(estimator, metric));
     let over_valid = |of: &dyn Fn(&StressRun) -> Option<f64>| {
-        let values = runs.iter().filter_map(|r| Some((valid(r)?, of(r)?)));
+        let values = runs.iter().filter_map(|(r, _)| Some((valid(r)?, of(r)?)));
         let (weight, sum) =
             values.fold((0.0, 0.0), |(w, s), (valid, x)| (w + valid, s + valid * x));
         (weight > 0.0).then(|| sum / weight)
     };
-    let shares: Vec<f64> = runs.iter().filter_map(|r| valid(r)).collect();
+    let shares: Vec<f64> = runs.iter().filter_map(|(r, _)| valid(r)).collect();
     let recovery = runs
         .iter()
-        .map(|r| Some((recovered(r)? - row.over_s).max(0.0)));
+        .map(|(r, over_s)| Some((recovered(r)? - over_s).max(0.0)));
     let longest = recovery.collect::<Option<Vec<f64>>>();
     Figures {
         error: over_valid(&|r| error(r).map(|x| x * x)).map(f64::sqrt),
@@ -183,6 +220,7 @@ fn figures(
         valid: (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64),
         misleading: over_valid(&misleading),
         overconfident: over_valid(&overconfident),
+        beyond: over_valid(&beyond),
         recovery_s: longest.and_then(|all| all.into_iter().reduce(f64::max)),
     }
 }

@@ -1,7 +1,7 @@
 //! The file of a matrix: its runs and its cells as JSON.
 
 use crate::campaign::{Campaign, CampaignRow};
-use crate::stress::{ConditionRow, Matrix, MatrixCell, StressRun};
+use crate::stress::{ConditionRow, Matrix, MatrixCell, StressRun, Summary};
 use monorig_sim::config::file::{input_error, read_result};
 use monorig_sim::error::Error;
 use serde::{Deserialize, Serialize};
@@ -28,6 +28,9 @@ pub struct StressFile {
     pub rows: Vec<ConditionRow>,
     /// Cells, worst first.
     pub cells: Vec<MatrixCell>,
+    /// Summary over all rows, if they were drawn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub summary: Option<Summary>,
     /// Runs, in the order of their indices.
     pub runs: Vec<StressRun>,
 }
@@ -36,6 +39,7 @@ impl StressFile {
     /// Makes it of all runs of a battery.
     pub fn new(campaign: &Campaign, runs: Vec<StressRun>) -> Self {
         let BatteryPlan { estimators, rows } = BatteryPlan::of(campaign).unwrap_or_default();
+        let cells = Matrix::of(&rows, &estimators, &runs).cells;
         let lists = campaign.list.iter();
         let scenarios = lists.map(|list| (list.scenario.clone(), list.seeds().collect()));
         Self {
@@ -44,7 +48,8 @@ impl StressFile {
             monorig: campaign.monorig.to_string(),
             made_from: campaign.hash.clone(),
             scenarios: scenarios.collect(),
-            cells: Matrix::of(&rows, &estimators, &runs).cells,
+            summary: Summary::of(&rows, &estimators, &cells, &runs),
+            cells,
             estimators,
             rows,
             runs,

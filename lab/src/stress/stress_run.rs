@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Metrics of a quantity in the order of [`crate::stress::Figures`].
-pub(crate) fn metrics(quantity: Quantity) -> [String; 6] {
+pub(crate) fn metrics(quantity: Quantity) -> [String; 7] {
     let [error, sd] = match quantity {
         Quantity::Mass => ["rmse_rel_valid", "sd_rel_mean_valid"],
         _ => ["rmse_deg_valid", "sd_mean_deg_valid"],
     };
-    let marks = "availability misleading_share overconfident_share recovered_s";
+    let marks = "availability misleading_share overconfident_share beyond_limit_share recovered_s";
     let mut all = [error, sd].into_iter().chain(marks.split(' '));
     std::array::from_fn(|_| format!("{}_{}", quantity.name(), all.next().unwrap_or_default()))
 }

@@ -2,7 +2,9 @@
 
 use monorig_estimators::{Command, Error, Estimate, Estimator, Measurements};
 use monorig_lab::batch::in_order;
-use monorig_lab::stress::{Battery, Condition, Group, Matrix, NOMINAL, StressRun, WantedEstimator};
+use monorig_lab::stress::{
+    Battery, Condition, Group, Matrix, NOMINAL, Pairing, StressRun, WantedEstimator,
+};
 use monorig_sim::closed_loop::registry::Registry;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -79,7 +81,15 @@ fn each_changes_what_estimators_are_given(conditions: Vec<Condition>, stop_s: &s
     let scenarios = [project("scenarios/stress/whole_train.yaml")];
     let sets = sets(&[("seeds", "1"), ("stop.after_s", stop_s)]);
     let estimators = wanted(&["boaster"]);
-    let battery = Battery::load(&scenarios, conditions, &estimators, &sets, &registry).unwrap();
+    let battery = Battery::load(
+        &scenarios,
+        conditions,
+        Pairing::Every,
+        &estimators,
+        &sets,
+        &registry,
+    )
+    .unwrap();
     assert!(battery.left_out().is_empty(), "{:?}", battery.left_out());
     let runs = run(&battery, &registry);
     for run in &runs {
@@ -134,7 +144,15 @@ fn a_condition_without_effect_has_the_nominal_figures() {
     let registry = Registry::default();
     let scenarios = [project("scenarios/stress/point_mass.yaml")];
     let sets = sets(&[("stop.after_s", "20")]);
-    let battery = Battery::load(&scenarios, conditions, &[], &sets, &registry).unwrap();
+    let battery = Battery::load(
+        &scenarios,
+        conditions,
+        Pairing::Every,
+        &[],
+        &sets,
+        &registry,
+    )
+    .unwrap();
     let runs = run(&battery, &registry);
     let matrix = Matrix::of(&battery.rows(), battery.estimators(), &runs);
     for estimator in battery.estimators() {

@@ -1,9 +1,9 @@
-//! Faults by event: off, stuck, drift, wrong scale, spikes, wrong units and axes.
+//! Faults by event: off, dropouts, stuck, bias, drift, wrong scale, noise, spikes, coarse steps, wrong units and axes.
 //!
-//! Drift, scale and spikes act on the sensed value, before quantisation and saturation: a fault cannot read beyond the
-//! range. Wrong units, signs and axes are mistakes of the receiver and act behind it; off and stuck act on what is
-//! handed over. A fault holds for stamps from ≤ t < to. Its random draws come from a stream of its own, so that a fault
-//! leaves the noise of the run as it was.
+//! Bias, drift, scale, noise, spikes and steps act on the sensed value, before quantisation and saturation: a fault
+//! cannot read beyond the range. Wrong units, signs and axes are mistakes of the receiver and act behind it; off,
+//! dropouts and stuck act on what is handed over. A fault holds for stamps from ≤ t < to, on one axis or on all. Its
+//! random draws come from a stream of its own, so that a fault leaves the noise of the run as it was.
 
 use super::stream::Stream;
 
@@ -15,17 +15,25 @@ pub const SPIKE_PROBABILITY: f64 = 0.02;
 pub enum Fault {
     /// No samples.
     Off,
+    /// This share of the samples is lost.
+    Dropouts(f64),
     /// The last value again and again.
     Stuck,
+    /// A constant bias, unit.
+    Bias(f64),
     /// A bias that grows by so much a second, unit/s.
     Drift(f64),
     /// Values multiplied by a factor.
     Scale(f64),
+    /// White noise of this standard deviation, unit.
+    Noise(f64),
     /// Rare outliers of this height, unit.
     Spikes(f64),
+    /// Values rounded to multiples of this step, unit.
+    Quantised(f64),
     /// Values taken for another unit than they are in.
     WrongUnit(WrongUnit),
-    /// Values of the wrong sign, on all axes.
+    /// Values of the wrong sign.
     WrongSign,
     /// Two axes exchanged, by index.
     AxesSwapped([usize; 2]),
@@ -71,6 +79,8 @@ pub struct FaultWindow {
     pub to_s: f64,
     /// The fault.
     pub fault: Fault,
+    /// Index of the axis that has it; none = all.
+    pub axis: Option<usize>,
 }
 
 /// All faults of one sensor of `N` axes.
@@ -97,13 +107,19 @@ impl<const N: usize> Faults<N> {
         self.windows.push(window);
     }
 
-    /// Drift, scale and spikes at stamp `t_s`, in the order of the events.
+    /// Puts the faults of the sensed value at stamp `t_s` on it, in the order of the events.
     pub fn disturb(&mut self, t_s: f64, value: &mut [f64; N]) {
+        let stream = &mut self.stream;
         for w in self.windows.iter().filter(|w| w.holds(t_s)) {
+            let has = value.iter_mut().enumerate().filter(|(i, _)| w.is_on(*i));
+            let has = has.map(|(_, x)| x);
             match w.fault {
-                Fault::Drift(rate) => value.iter_mut().for_each(|x| *x += rate * (t_s - w.from_s)),
-                Fault::Scale(factor) => value.iter_mut().for_each(|x| *x *= factor),
-                Fault::Spikes(height) => spike(&mut self.stream, height, value),
+                Fault::Bias(bias) => has.for_each(|x| *x += bias),
+                Fault::Drift(rate) => has.for_each(|x| *x += rate * (t_s - w.from_s)),
+                Fault::Scale(factor) => has.for_each(|x| *x *= factor),
+                Fault::Noise(sd) => has.for_each(|x| *x += sd * stream.normal()),
+                Fault::Spikes(height) => spike(stream, height, has),
+                Fault::Quantised(step) => has.for_each(|x| *x = libm::round(*x / step) * step),
                 _ => {}
             }
         }
@@ -112,37 +128,45 @@ impl<const N: usize> Faults<N> {
     /// Misreads a value at stamp `t_s` as the receiver does: wrong units, signs and axes, in the order of the events.
     fn misread(&self, t_s: f64, mut value: [f64; N]) -> [f64; N] {
         for w in self.windows.iter().filter(|w| w.holds(t_s)) {
-            match w.fault {
-                Fault::WrongUnit(unit) => value = value.map(|x| x * unit.factor()),
-                Fault::WrongSign => value = value.map(|x| -x),
-                Fault::AxesSwapped([i, j]) if i.max(j) < N => value.swap(i, j),
-                _ => {}
-            }
+            let factor = match w.fault {
+                Fault::WrongUnit(unit) => unit.factor(),
+                Fault::WrongSign => -1.0,
+                Fault::AxesSwapped([i, j]) if i.max(j) < N => {
+                    value.swap(i, j);
+                    continue;
+                }
+                _ => continue,
+            };
+            let has = value.iter_mut().enumerate().filter(|(i, _)| w.is_on(*i));
+            has.for_each(|(_, x)| *x *= factor);
         }
         value
     }
 
-    /// The value handed over at stamp `t_s`: nothing when off, the last good value when stuck.
+    /// The value handed over at stamp `t_s`: nothing when off or lost, the last good value when stuck.
     pub fn hand_over(&mut self, t_s: f64, value: [f64; N]) -> Option<[f64; N]> {
-        let holds = |fault| {
-            self.windows
-                .iter()
-                .any(|w| w.fault == fault && w.holds(t_s))
-        };
-        let (off, stuck) = (holds(Fault::Off), holds(Fault::Stuck));
-        let value = self.misread(t_s, value);
-        // A sensor stuck from its first sample on stays at that one.
-        let output = match self.last {
-            Some(last) if stuck => last,
-            _ => value,
-        };
+        let mut output = self.misread(t_s, value);
+        let mut lost = false;
+        for w in self.windows.iter().filter(|w| w.holds(t_s)) {
+            match (w.fault, self.last) {
+                (Fault::Off, _) => lost = true,
+                (Fault::Dropouts(share), _) => lost |= self.stream.uniform() < share,
+                // a sensor stuck from its first sample on stays at that one
+                (Fault::Stuck, Some(last)) => {
+                    let both = output.iter_mut().zip(last).enumerate();
+                    let has = both.filter(|(i, _)| w.is_on(*i));
+                    has.for_each(|(_, (x, last))| *x = last);
+                }
+                _ => {}
+            }
+        }
         self.last = Some(output);
-        (!off).then_some(output)
+        (!lost).then_some(output)
     }
 }
 
-/// Adds the height to all components, each with a sign of its own, with [`SPIKE_PROBABILITY`].
-fn spike(stream: &mut Stream, height: f64, value: &mut [f64]) {
+/// Adds the height to all of these components, each with a sign of its own, with [`SPIKE_PROBABILITY`].
+fn spike<'a>(stream: &mut Stream, height: f64, value: impl Iterator<Item = &'a mut f64>) {
     if stream.uniform() < SPIKE_PROBABILITY {
         for x in value {
             *x += if stream.uniform() < 0.5 {
@@ -158,6 +182,10 @@ impl FaultWindow {
     fn holds(&self, t_s: f64) -> bool {
         self.from_s <= t_s && t_s < self.to_s
     }
+
+    fn is_on(&self, axis: usize) -> bool {
+        self.axis.is_none_or(|has| has == axis)
+    }
 }
 
 #[cfg(test)]
@@ -171,6 +199,7 @@ mod tests {
                 from_s: 2.0,
                 to_s: 4.0,
                 fault: *fault,
+                axis: None,
             });
         }
         faults
@@ -238,6 +267,7 @@ mod tests {
             from_s: 2.0,
             to_s: 4.0,
             fault: Fault::AxesSwapped([0, 2]),
+            axis: None,
         });
         assert_eq!(f.hand_over(1.0, [1.0, 2.0, 3.0]), Some([1.0, 2.0, 3.0]));
         assert_eq!(f.hand_over(3.0, [1.0, 2.0, 3.0]), Some([3.0, 2.0, 1.0]));
@@ -251,6 +281,7 @@ mod tests {
             from_s: 0.0,
             to_s: f64::INFINITY,
             fault: Fault::Spikes(3.0),
+            axis: None,
         });
         let n = 50_000;
         let (mut up, mut down) = (0.0, 0.0);
@@ -268,5 +299,97 @@ mod tests {
                 "{count} not {each}"
             );
         }
+    }
+
+    const N: u32 = 40_000;
+
+    #[test]
+    fn noise_has_no_mean_and_the_standard_deviation_asked_for() {
+        let mut f = from_the_start(Fault::Noise(0.3), None);
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for k in 0..N {
+            let mut x = [5.0; 3];
+            f.disturb(f64::from(k), &mut x);
+            sum += x[1] - 5.0;
+            squares += (x[1] - 5.0).powi(2);
+        }
+        let n = f64::from(N);
+        assert!((sum / n).abs() < 5.0 * 0.3 / n.sqrt());
+        let variance = squares / n / 0.09;
+        assert!(
+            (variance - 1.0).abs() < 5.0 * (2.0 / n).sqrt(),
+            "{variance}"
+        );
+    }
+
+    #[test]
+    fn a_bias_adds_and_steps_round_to_the_nearest_inside_the_window_only() {
+        let seen = |fault| [1.9, 2.0, 4.0].map(|t| at(&mut faults(&[fault]), t, 1.3));
+        assert_eq!(seen(Fault::Bias(0.5)), [Some(1.3), Some(1.8), Some(1.3)]);
+        assert_eq!(
+            seen(Fault::Quantised(0.25)),
+            [Some(1.3), Some(1.25), Some(1.3)]
+        );
+    }
+
+    #[test]
+    fn dropouts_lose_the_share_asked_for_and_change_no_value() {
+        let mut f = from_the_start(Fault::Dropouts(0.3), None);
+        let kept = (0..N).filter_map(|k| {
+            let value = [f64::from(k), 1.0, -1.0];
+            let seen = f.hand_over(f64::from(k), value);
+            assert!(seen.is_none_or(|seen| seen == value));
+            seen
+        });
+        let (n, kept) = (f64::from(N), kept.count() as f64);
+        assert!((kept / n - 0.7).abs() < 5.0 * f64::sqrt(0.21 / n), "{kept}");
+        for (share, rest) in [(0.0, 100), (1.0, 0)] {
+            let mut f = from_the_start(Fault::Dropouts(share), None);
+            let kept = (0..100).filter(|k| f.hand_over(f64::from(*k), [0.0; 3]).is_some());
+            assert_eq!(kept.count(), rest);
+        }
+    }
+
+    /// A fault of an axis changes that one, and leaves the others as they were to the last bit.
+    #[test]
+    fn a_fault_of_an_axis_leaves_the_others_alone() {
+        for fault in [
+            Fault::Stuck,
+            Fault::Bias(0.1),
+            Fault::Drift(0.1),
+            Fault::Scale(1.1),
+            Fault::Noise(0.1),
+            Fault::Spikes(0.1),
+            Fault::Quantised(0.1),
+            Fault::WrongSign,
+        ] {
+            for axis in 0..3 {
+                let mut f = from_the_start(fault, Some(axis));
+                let mut changed = false;
+                for k in 1..500 {
+                    let (t_s, value) =
+                        (f64::from(k), [0.37, -1.13, 9.81].map(|x| x + f64::from(k)));
+                    let mut seen = value;
+                    f.disturb(t_s, &mut seen);
+                    let seen = f.hand_over(t_s, seen).unwrap();
+                    for i in (0..3).filter(|i| *i != axis) {
+                        assert_eq!(seen[i].to_bits(), value[i].to_bits(), "{fault:?}");
+                    }
+                    changed |= seen[axis] != value[axis];
+                }
+                assert!(changed, "{fault:?}");
+            }
+        }
+    }
+
+    fn from_the_start(fault: Fault, axis: Option<usize>) -> Faults<3> {
+        let mut faults = Faults::new(1, "test");
+        faults.add(FaultWindow {
+            from_s: 0.0,
+            to_s: f64::INFINITY,
+            fault,
+            axis,
+        });
+        faults
     }
 }

@@ -14,11 +14,19 @@ use monorig_estimators::Time;
 use monorig_estimators::api::signals::{MAX_DRIVES, Measurements};
 
 /// Checks that an instrument can have a fault: the wrong unit must be one of its quantity, axes be there to be
-/// exchanged.
-fn check_fault(instrument: &dyn Instrument, fault: &Fault) -> Result<(), DataError> {
+/// exchanged, or to have it.
+fn check_fault(instrument: &dyn Instrument, fault: &FaultWindow) -> Result<(), DataError> {
     let name = instrument.name();
     let channels = instrument.channels();
-    match fault {
+    let no_axes = |key, what| {
+        Err(DataError::new(
+            key,
+            format!("the {name} has no three axes{what}"),
+            "accelerometer, gyro, or imu for both",
+        ))
+    };
+    let has_axes = instrument.units() == 0 && channels.len() == 3;
+    match fault.fault {
         Fault::WrongUnit(wrong) => {
             let si = wrong.si_units();
             match channels.iter().find(|c| !si.contains(&c.unit)) {
@@ -33,13 +41,8 @@ fn check_fault(instrument: &dyn Instrument, fault: &Fault) -> Result<(), DataErr
                 None => Ok(()),
             }
         }
-        Fault::AxesSwapped(_) if instrument.units() > 0 || channels.len() != 3 => {
-            Err(DataError::new(
-                "fault",
-                format!("the {name} has no three axes to be exchanged"),
-                "accelerometer, gyro, or imu for both",
-            ))
-        }
+        Fault::AxesSwapped(_) if !has_axes => no_axes("fault", " to be exchanged"),
+        _ if fault.axis.is_some() && !has_axes => no_axes("axis", ""),
         _ => Ok(()),
     }
 }
@@ -137,7 +140,7 @@ impl Suite {
             let whole = name == sensor || instrument.group() == Some(sensor);
             let unit = (0..instrument.units()).find(|i| format!("{name}[{i}]") == sensor);
             if whole || unit.is_some() {
-                check_fault(instrument.as_ref(), &fault.fault)?;
+                check_fault(instrument.as_ref(), &fault)?;
                 instrument.add_fault(unit, fault);
                 found = true;
             }

@@ -93,6 +93,7 @@ impl ChannelFaults {
                 sensor: String::new(),
                 fault: kind,
                 size: fault.size,
+                axis: None,
             };
             let window = event.sensor_fault();
             let window =

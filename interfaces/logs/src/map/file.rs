@@ -292,12 +292,18 @@ pub(crate) enum LogFaultKind {
     Off,
     /// The last value again and again.
     Stuck,
+    /// Constant bias of `size` SI units.
+    Bias,
     /// Bias that grows, `size` SI units per second.
     Drift,
     /// Values multiplied by `size`.
     Scale,
+    /// White noise with a standard deviation of `size` SI units.
+    Noise,
     /// Rare outliers of `size` SI units.
     Spikes,
+    /// Values rounded to multiples of `size` SI units.
+    Quantised,
     /// Speeds in km/h, read as m/s.
     KmPerH,
     /// Accelerations in g, read as m/s².
@@ -326,9 +332,12 @@ impl LogFaultKind {
         Some(match self {
             Self::Off => FaultKind::Off,
             Self::Stuck => FaultKind::Stuck,
+            Self::Bias => FaultKind::Bias,
             Self::Drift => FaultKind::Drift,
             Self::Scale => FaultKind::Scale,
+            Self::Noise => FaultKind::Noise,
             Self::Spikes => FaultKind::Spikes,
+            Self::Quantised => FaultKind::Quantised,
             Self::KmPerH => FaultKind::KmPerH,
             Self::InG => FaultKind::InG,
             Self::InDegrees => FaultKind::InDegrees,

@@ -360,26 +360,10 @@ fn happens(event: &Event, file: &ScenarioFile) -> Result<(), Wrong> {
             }
         }
         Event::Adhesion { from_m, to_m, .. } => in_order("to_m", from_m.get(), to_m.get()),
-        Event::SensorFault {
-            from_s,
-            to_s,
-            fault,
-            size,
-            ..
-        } => {
+        Event::SensorFault { from_s, .. } => {
             in_time("from_s", *from_s)?;
-            if let Some(to_s) = to_s {
-                in_order("to_s", from_s.get(), to_s.get())?;
-            }
-            match (fault.needs_size(), size) {
-                (true, None) => wrong(
-                    "fault",
-                    "this fault needs a `size`",
-                    "drift: units per second; scale: factor; spikes: units",
-                ),
-                (false, Some(_)) => wrong("size", "this fault has no size", "remove `size`"),
-                _ => Ok(()),
-            }
+            let good = event.sensor_fault().map(drop);
+            good.or_else(|e| wrong(&e.key, e.message, &e.help))
         }
     }
 }

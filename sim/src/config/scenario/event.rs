@@ -1,5 +1,6 @@
 //! Events of a scenario. The keys of an event determine its kind.
 
+use super::fault_kind::{Axis, FaultKind};
 use crate::config::checked::{Finite, Fraction, NonNegative, Positive};
 use crate::error::DataError;
 use crate::sensors::fault;
@@ -56,6 +57,9 @@ pub enum Event {
         /// Size of the fault, in the unit it needs.
         #[serde(skip_serializing_if = "Option::is_none")]
         size: Option<Finite>,
+        /// Axis that has the fault, of a sensor of three; none = all.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        axis: Option<Axis>,
     },
     /// The clamp pressure is commanded or lost.
     ClampPressure {
@@ -98,83 +102,6 @@ pub enum Event {
     },
 }
 
-/// A fault of a sensor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[schemars(rename = "Fault")] // the name in the JSON schema
-pub enum FaultKind {
-    /// No samples.
-    Off,
-    /// The last value again and again.
-    Stuck,
-    /// Bias that grows, `size` units per second.
-    Drift,
-    /// Values multiplied by `size`.
-    Scale,
-    /// Rare outliers of `size` units.
-    Spikes,
-    /// Speeds in km/h, read as m/s.
-    KmPerH,
-    /// Accelerations in g, read as m/s².
-    InG,
-    /// Angles or angular rates in degrees, read as radians.
-    InDegrees,
-    /// Values of the wrong sign, on all axes.
-    WrongSign,
-    /// Forward and left exchanged.
-    AxesXySwapped,
-    /// Forward and up exchanged.
-    AxesXzSwapped,
-    /// Left and up exchanged.
-    AxesYzSwapped,
-}
-
-/// Of a fault that needs a size: what is missing in an error, how it is made of the size, what the size is.
-type Sized = (&'static str, fn(f64) -> fault::Fault, &'static str);
-
-impl FaultKind {
-    /// True for a fault that needs a `size`.
-    pub fn needs_size(self) -> bool {
-        self.sized().is_ok()
-    }
-
-    /// Its name in a scenario.
-    pub(crate) fn name(self) -> String {
-        let name = serde_json::to_value(self);
-        name.ok()
-            .and_then(|v| v.as_str().map(str::to_owned))
-            .unwrap_or_default()
-    }
-
-    /// Builds the fault from its size. `Err` holds the fault that takes none.
-    fn sized(self) -> Result<Sized, fault::Fault> {
-        use fault::{Fault, WrongUnit};
-        Err(match self {
-            Self::Drift => {
-                let help = "size in the sensor's unit per second";
-                return Ok(("a drift needs", Fault::Drift, help));
-            }
-            Self::Scale => {
-                let help = "the factor values are multiplied by, such as 1.1";
-                return Ok(("a wrong scale needs", Fault::Scale, help));
-            }
-            Self::Spikes => {
-                let help = "the height of a spike in the sensor's unit";
-                return Ok(("spikes need", Fault::Spikes, help));
-            }
-            Self::Off => Fault::Off,
-            Self::Stuck => Fault::Stuck,
-            Self::KmPerH => Fault::WrongUnit(WrongUnit::KmPerH),
-            Self::InG => Fault::WrongUnit(WrongUnit::G),
-            Self::InDegrees => Fault::WrongUnit(WrongUnit::Degrees),
-            Self::WrongSign => Fault::WrongSign,
-            Self::AxesXySwapped => Fault::AxesSwapped([0, 1]),
-            Self::AxesXzSwapped => Fault::AxesSwapped([0, 2]),
-            Self::AxesYzSwapped => Fault::AxesSwapped([1, 2]),
-        })
-    }
-}
-
 impl Event {
     /// Its name, if it has one.
     pub(crate) fn name(&self) -> Option<&str> {
@@ -211,8 +138,9 @@ impl Event {
             from_s,
             to_s,
             sensor,
-            fault,
+            fault: kind,
             size,
+            axis,
             ..
         } = self
         else {
@@ -227,24 +155,30 @@ impl Event {
                 "to_s above from_s, or leave it out: to the end",
             );
         }
-        let fault = match (fault.sized(), size.map(|x| x.get())) {
+        let fault = match (kind.sized(), size.map(|x| x.get())) {
             (Err(fault), None) => fault,
-            (Ok((_, build, _)), Some(size)) => build(size),
-            (Ok((what, _, help)), None) => {
-                return wrong("size", &format!("{what} a size"), help);
+            (Ok((_, build, can, _)), Some(size)) if can.contains(&size) => build(size),
+            (Ok((what, .., help)), size) => {
+                let found = size.map_or(String::new(), |size| format!(" other than {size}"));
+                return wrong("size", &format!("{what} a size{found}"), help);
             }
             (Err(_), Some(_)) => {
                 return wrong(
                     "size",
-                    &format!("a fault of the kind `{}` has no size", fault.name()),
+                    &format!("a fault of the kind `{}` has no size", kind.name()),
                     "leave `size` out",
                 );
             }
         };
+        if axis.is_some() && !kind.is_of_an_axis() {
+            let message = format!("a fault of the kind `{}` is one of all axes", kind.name());
+            return wrong("axis", &message, "leave `axis` out");
+        }
         let window = fault::FaultWindow {
             from_s,
             to_s,
             fault,
+            axis: axis.map(|axis| axis as usize),
         };
         Ok(Some((sensor, window)))
     }
@@ -267,6 +201,7 @@ struct EventKeys {
     sensor: Option<String>,
     fault: Option<FaultKind>,
     size: Option<Finite>,
+    axis: Option<Axis>,
     clamp_mpa: Option<NonNegative>,
     brake: Option<Fraction>,
     restart_s: Option<Positive>,
@@ -288,6 +223,7 @@ impl EventKeys {
             ("sensor", self.sensor.is_some()),
             ("fault", self.fault.is_some()),
             ("size", self.size.is_some()),
+            ("axis", self.axis.is_some()),
             ("clamp_mpa", self.clamp_mpa.is_some()),
             ("brake", self.brake.is_some()),
             ("restart_s", self.restart_s.is_some()),
@@ -322,7 +258,7 @@ const KINDS: [Kind; 6] = [
     Kind(
         "fault",
         &["from_s", "sensor", "fault"],
-        &["to_s", "size"],
+        &["to_s", "size", "axis"],
         "{from_s: 40, to_s: 43, sensor: imu, fault: stuck}",
     ),
     Kind(
@@ -420,6 +356,7 @@ impl<'de> Deserialize<'de> for Event {
                 sensor: Some(sensor),
                 fault: Some(fault),
                 size,
+                axis,
                 ..
             } => Ok(Event::SensorFault {
                 name,
@@ -428,6 +365,7 @@ impl<'de> Deserialize<'de> for Event {
                 sensor,
                 fault,
                 size,
+                axis,
             }),
             EventKeys {
                 name,
@@ -510,6 +448,7 @@ mod tests {
             sensor: "imu".into(),
             fault,
             size: size.map(Finite::new),
+            axis: None,
         };
         for (e, key) in [
             (event(Some(5.0), FaultKind::Off, None), "to_s"),
@@ -518,6 +457,10 @@ mod tests {
             (event(None, FaultKind::Spikes, None), "size"),
             (event(None, FaultKind::Stuck, Some(1.0)), "size"),
             (event(None, FaultKind::KmPerH, Some(3.6)), "size"),
+            (event(None, FaultKind::Bias, None), "size"),
+            (event(None, FaultKind::Noise, Some(-0.1)), "size"),
+            (event(None, FaultKind::Quantised, Some(0.0)), "size"),
+            (event(None, FaultKind::Dropouts, Some(1.1)), "size"),
         ] {
             assert_eq!(e.sensor_fault().unwrap_err().key, key);
         }
@@ -534,6 +477,21 @@ mod tests {
             (sensor, window.to_s, window.fault),
             ("imu", 6.0, fault::Fault::Scale(2.0))
         );
+        for (fault, good) in [
+            ("stuck", true),
+            ("bias, size: 1", true),
+            ("off", false),
+            ("in_g", false),
+            ("dropouts, size: 0.5", false),
+            ("axes_xy_swapped", false),
+        ] {
+            let text = format!("{{from_s: 1, sensor: gyro, axis: up, fault: {fault}}}");
+            let event: Event = serde_yaml::from_str(&text).unwrap();
+            match event.sensor_fault() {
+                Ok(found) => assert!(good && found.unwrap().1.axis == Some(2), "{fault}"),
+                Err(e) => assert!(!good && e.key == "axis", "{fault}"),
+            }
+        }
         let load = Event::LoadMass {
             name: None,
             at_s: NonNegative::new(1.0),

@@ -179,6 +179,7 @@ fn an_instrument_of_another_crate_is_read_recorded_and_named() {
         from_s: 0.0,
         to_s: 1.0,
         fault: Fault::Off,
+        axis: None,
     };
     suite.add_fault("radar", off).unwrap();
     let mut z = Measurements::default();

@@ -10,6 +10,7 @@ fn from(from_s: f64, fault: Fault) -> FaultWindow {
         from_s,
         to_s: f64::INFINITY,
         fault,
+        axis: None,
     }
 }
 
@@ -92,6 +93,45 @@ fn a_drift_adds_to_the_noise_of_the_run_and_leaves_it_as_it_was() {
     for (a, b) in pairs {
         assert!((b.value - a.value - 0.1 * (a.t.s() - 1.0).max(0.0)).abs() < 1e-12);
     }
+}
+
+/// Faults with draws of their own leave the rest of the run to the last bit: only their sensor and axis differ.
+#[test]
+fn an_axis_is_one_of_a_sensor_of_three() {
+    let (sheet, train) = (asset("huainan.yaml"), train(2));
+    let up = |fault| FaultWindow {
+        axis: Some(2),
+        ..from(1.0, fault)
+    };
+    for (name, good) in [
+        ("gyro", true),
+        ("imu", true),
+        ("wheel_speed", false),
+        ("motor_torque[1]", false),
+    ] {
+        let added = suite(&sheet, &train, 1).add_fault(name, up(Fault::Noise(0.1)));
+        match added {
+            Ok(()) => assert!(good, "{name}"),
+            Err(e) => assert!(!good && e.key == "axis" && e.help.contains("gyro")),
+        }
+    }
+    assert_eq!(touched("gyro", Fault::Noise(0.1)), ["gyro"]);
+    assert_eq!(touched("gyro", Fault::Dropouts(0.1)), ["gyro"]);
+    let look = |faulty: bool| {
+        let mut suite = suite(&sheet, &train, 5);
+        if faulty {
+            suite.add_fault("gyro", up(Fault::Noise(0.1))).unwrap();
+        }
+        look(&mut suite, |t| rolling(&train, t), DT, 1000)
+    };
+    let mut noisy = 0;
+    for (sound, seen) in look(false).iter().zip(look(true)) {
+        let rates = sound.angular_rate_radps.zip(seen.angular_rate_radps);
+        let Some((sound, seen)) = rates else { continue };
+        assert_eq!(sound.value[..2], seen.value[..2]);
+        noisy += usize::from(sound.value[2] != seen.value[2]);
+    }
+    assert!(noisy > 50);
 }
 
 #[test]

@@ -1,0 +1,103 @@
+//! The summary of drawn faults on the terminal.
+
+use crate::ui::errors::CliError;
+use crate::ui::output;
+use crate::ui::prose::counted;
+use crate::ui::tables::{lines, percent, right, table, within_terminal};
+use monorig_lab::stress::{ClassRow, EstimatorSummary, MISLED, MatrixCell, StressFile, Summary};
+
+/// Faults that are printed one by one.
+const WORST: usize = 10;
+
+/// Prints what drawn faults come to: over all, by class, and the worst ones.
+pub(super) fn print_summary(file: &StressFile, summary: &Summary) -> Result<(), CliError> {
+    let by = |of: &str| summary.classes.get(of).map(Vec::as_slice);
+    let mut text = overall(&summary.estimators);
+    for of in ["kind", "size"] {
+        text += &by(of).map_or(String::new(), |rows| classes(of, rows, &file.estimators));
+    }
+    text += &worst(file);
+    output::print(&text)
+}
+
+/// A line for each estimator.
+fn overall(estimators: &[EstimatorSummary]) -> String {
+    let mut text = table([
+        "does it mislead?",
+        "misled %",
+        ">3 sd",
+        "beyond",
+        "valid",
+        "faults",
+        "recovered s",
+    ]);
+    for e in estimators {
+        let seconds = |s: Option<f64>| s.map_or("never".into(), |s| format!("{s:.0}"));
+        text.add_row([
+            e.all.estimator.clone(),
+            percent(e.all.misled()),
+            percent(e.all.largest(|f| f.overconfident)),
+            percent(e.all.largest(|f| f.beyond)),
+            percent(e.all.least_valid()),
+            e.misled_in.to_string(),
+            format!(
+                "{}/{}",
+                seconds(e.recovery_median_s),
+                seconds(e.recovery_90_s)
+            ),
+        ]);
+    }
+    right(&mut text, 1..7);
+    let of = estimators.first().map_or(0, |e| e.conditions);
+    format!(
+        "{}\n\nshares in %, of mass, slope, effective slope the worst; faults: how many of {of}\n\
+         mislead more than {} %; beyond: the alert limit, whatever sd is told;\n\
+         recovered: after the end of the fault, median and 90 %\n",
+        lines(&text),
+        100.0 * MISLED
+    )
+}
+
+/// A line for each class, with a figure of each estimator.
+fn classes(of: &str, rows: &[ClassRow], estimators: &[String]) -> String {
+    let title = format!("misled %, by {of}");
+    let names = estimators.iter().map(String::as_str);
+    let titles = [title.as_str()].into_iter().chain(names);
+    let mut text = table(titles.chain(["faults"]));
+    for row in rows {
+        let figures = row.misled.iter().map(|share| percent(*share));
+        let cells = [row.class.clone()].into_iter().chain(figures);
+        text.add_row(cells.chain([row.conditions.to_string()]));
+    }
+    right(&mut text, 1..estimators.len() + 2);
+    format!("\n{}\n", lines(&text))
+}
+
+/// The faults that mislead most, with the command that runs one again.
+fn worst(file: &StressFile) -> String {
+    let mut seen: Vec<&MatrixCell> = Vec::new();
+    for cell in &file.cells {
+        if seen.len() < WORST && seen.iter().all(|c| c.condition != cell.condition) {
+            seen.push(cell);
+        }
+    }
+    let mut text = table(["worst", "misled %", "fault"]);
+    for cell in &seen {
+        let words = file.row(&cell.condition).map_or("", |r| r.words.as_str());
+        let misled = match cell.broken {
+            0 => percent(cell.misled()),
+            n => format!("{} broke down", counted(n, "run")),
+        };
+        text.add_row([cell.condition.clone(), misled, words.to_owned()]);
+    }
+    right(&mut text, 1..2);
+    within_terminal(&mut text);
+    let seed = seen.first().and_then(|c| c.condition.rsplit_once('_'));
+    let again = seed.map_or(String::new(), |(_, seed)| {
+        let names = file.estimators.join(",");
+        format!(
+            "\nthe first again:\n  monorig stress --drawn 1 --seed {seed} --estimators {names}\n"
+        )
+    });
+    format!("\n{}\n{again}", lines(&text))
+}
