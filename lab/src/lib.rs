@@ -10,13 +10,13 @@
 //! | [`verdicts`] | a run in numbers, its expectations, estimators side by side |
 //! | [`campaign`] | lists of runs and their files: results that survive a kill, shards put together |
 //! | [`batch`] | many runs on several threads; studies |
+//! | [`draw`] | courses drawn at random, as scenario files |
 //! | [`stress`] | a battery of conditions for estimators, one at a time |
 //!
 //! The extras stand on the core.
 //!
 //! | room | contents |
 //! |---|---|
-//! | [`draw`] | courses drawn at random, as scenario files |
 //! | [`mapping`] | the profile of a rail from the estimates of several passages |
 //! | [`replay`] | measurements of a run recorded once and played to any number of estimators |
 //! | [`explain`] | the share of each source of error in the errors of the estimators |

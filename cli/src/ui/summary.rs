@@ -298,6 +298,7 @@ mod tests {
             ("mass_error_rel_end".to_owned(), Some(0.0763)),
             ("mass_convergence_s".to_owned(), None),
             ("slope_rmse_deg".to_owned(), value),
+            ("slope_sd_mean_deg_valid".to_owned(), Some(0.11)),
         ]);
         Summary {
             version: 1,
@@ -353,8 +354,11 @@ mod tests {
         let row = [
             "dffrls_aekf_robust",
             "*",
-            "7.630",
-            "0.500",
+            "7.6",
+            "0.50",
+            "±",
+            "0.22",
+            "-/-",
             "-/-",
             "never",
             "-",

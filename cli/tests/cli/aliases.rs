@@ -18,6 +18,7 @@ drive:
   speed: [{at_s: 0, mps: 0}, {at_s: 3, mps: 1.5}]
   controller: {feedforward: estimate}
 sensors: sensors.yaml
+vehicle: {exact: {all: a test}}
 estimators:
   dffrls_aekf_robust: {}
   plain: {is: dffrls_aekf_robust}

@@ -19,6 +19,8 @@ fn run_of(dir: &TestFolder, scenario: &str) -> String {
         "--set",
         "events=[]",
         "--set",
+        "vehicle.exact.all=a test",
+        "--set",
         "stop.after_s=80",
         "--set",
         "drive.speed=[{at_s: 0, mps: 0}, {at_s: 3, mps: 1}, {at_s: 20, mps: 0.5}, {at_s: 35, mps: 1.4}, {at_s: 50, mps: 0.7}, {at_s: 65, mps: 1.2}]",

@@ -20,6 +20,8 @@ fn drive_and_map(dir: &TestFolder, scenario: &str, seed: u64) -> Vec<Vec<f64>> {
         "--set",
         "in_loop=rail_fusion",
         "--set",
+        "vehicle.exact.all=a test",
+        "--set",
         "expect=[]",
         "--set",
         "known_failures=[]",

@@ -197,7 +197,8 @@ fn two_variants_in_one_store_are_two_recordings() {
     let files = ["10000", "5000"].map(|kg| {
         let name = format!("load{kg}");
         let load = format!("load.mass_kg={kg}");
-        let set = ["--set", "stop.after_s=6", "--set", &load, "--name", &name];
+        let after = "stop.after_s=20";
+        let set = ["--set", after, "--set", &load, "--name", &name];
         let done = monorig(out.path(), "minimal", &set).output().unwrap();
         assert!(done.status.code().is_some_and(|c| c < 2));
         let folder = out.path().join(format!("minimal@{name}/1"));
@@ -260,6 +261,8 @@ fn another_seed_differs_by_its_noise_and_by_nothing_else() {
         "--no-rerun",
         "--set",
         "sensors=../assets/sensors/ideal.yaml",
+        "--set",
+        "vehicle.exact.all=a test",
     ];
     let go = |seed: &str, more: &[&str]| {
         let out = tempfile::tempdir().unwrap();

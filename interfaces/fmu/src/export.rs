@@ -35,7 +35,7 @@ pub fn built(
     registry: &Registry,
     scenario: &Path,
 ) -> Result<BoxedEstimator, Error> {
-    let simulation = plant_alone(scenario, &[])?.build(1)?;
+    let simulation = plant_alone(scenario, &[])?.told_exactly().build(1)?;
     Ok(built_for(&simulation.vehicle, name, settings, registry)?.1)
 }
 
@@ -46,7 +46,7 @@ pub fn estimator(
     registry: &Registry,
     scenario: &Path,
 ) -> Result<Package, Error> {
-    let simulation = plant_alone(scenario, &[])?.build(1)?;
+    let simulation = plant_alone(scenario, &[])?.told_exactly().build(1)?;
     let vehicle = &simulation.vehicle;
     let (of_type, built) = built_for(vehicle, name, settings, registry)?;
     let mut names: Vec<String> = measured(&simulation).map(|s| s.name().to_owned()).collect();

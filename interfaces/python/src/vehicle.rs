@@ -70,7 +70,7 @@ python_class! {
     /// The vehicle of a scenario.
     #[staticmethod]
     fn from_scenario(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let built = py.detach(|| Simulation::from_file(path)?.build(1).map(|s| s.vehicle));
+        let built = py.detach(|| Simulation::from_file(path)?.told_exactly().build(1).map(|s| s.vehicle));
         built.map(Self).map_err(of_rig)
     }
     fn __repr__(&self) -> String {

@@ -2,7 +2,7 @@
 
 use crate::reports::page::{Page, Section};
 use crate::reports::table::{Cell, Table};
-use crate::stress::{Figures, MISLED, MatrixCell, StressFile, Summary};
+use crate::stress::{DrawnSummary, Figures, MISLED, MatrixCell, StressFile};
 use crate::verdicts::judgement::Grade;
 use monorig_sim::config::scenario::IntegrityLimits;
 use std::collections::BTreeSet;
@@ -50,7 +50,7 @@ pub fn report(file: &StressFile) -> Page {
 }
 
 /// Results over all drawn conditions, then by class.
-fn summary(file: &StressFile, summary: &Summary) -> Section {
+fn summary(file: &StressFile, summary: &DrawnSummary) -> Section {
     let numbers = [
         "misleading, %",
         "overconfident, %",

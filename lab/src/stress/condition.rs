@@ -27,8 +27,7 @@ pub struct ConditionFile {
     /// Changes to the scenario, by path as in `--set`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(crate) set: BTreeMap<String, serde_json::Value>,
-    /// Values that estimators and controller are told of the vehicle, as factors of those they are told without the
-    /// condition.
+    /// Values that estimators and controller are told of the vehicle, as factors of the true ones.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(crate) told_factor: BTreeMap<ToldValue, Positive>,
     /// Events that are added to those of the scenario.

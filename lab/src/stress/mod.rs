@@ -3,7 +3,7 @@
 //!
 //! A [`Condition`] is a file of changes to a scenario. A [`Battery`] is the list of runs: without a condition
 //! ([`NOMINAL`]) and under each; or pairs of a drawn course and a drawn [`fault`]. A [`StressRun`] is what one of them has come to, a line of JSON; a [`Matrix`] has a
-//! cell for each condition and estimator, over all scenarios and seeds; a [`Summary`] is over drawn conditions.
+//! cell for each condition and estimator, over all scenarios and seeds; a [`DrawnSummary`] is over drawn conditions.
 
 mod against;
 mod base;
@@ -24,7 +24,7 @@ pub use drawn::{fault, fault_name};
 pub use matrix::{ConditionRow, Figures, Matrix, MatrixCell};
 pub use result_file::StressFile;
 pub use stress_run::StressRun;
-pub use summary::{ClassRow, EstimatorSummary, MISLED, Summary};
+pub use summary::{ClassRow, DrawnSummary, EstimatorSummary, MISLED};
 
 /// Name of the row without a condition.
 pub const NOMINAL: &str = "nominal";

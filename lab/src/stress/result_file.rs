@@ -1,7 +1,7 @@
 //! The file of a matrix: its runs and its cells as JSON.
 
 use crate::campaign::{Campaign, CampaignRow};
-use crate::stress::{ConditionRow, Matrix, MatrixCell, StressRun, Summary};
+use crate::stress::{ConditionRow, DrawnSummary, Matrix, MatrixCell, StressRun};
 use monorig_sim::config::file::{input_error, read_result};
 use monorig_sim::error::Error;
 use serde::{Deserialize, Serialize};
@@ -30,7 +30,7 @@ pub struct StressFile {
     pub cells: Vec<MatrixCell>,
     /// Summary over all rows, if they were drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub summary: Option<Summary>,
+    pub summary: Option<DrawnSummary>,
     /// Runs, in the order of their indices.
     pub runs: Vec<StressRun>,
 }
@@ -48,7 +48,7 @@ impl StressFile {
             monorig: campaign.monorig.to_string(),
             made_from: campaign.hash.clone(),
             scenarios: scenarios.collect(),
-            summary: Summary::of(&rows, &estimators, &cells, &runs),
+            summary: DrawnSummary::of(&rows, &estimators, &cells, &runs),
             cells,
             estimators,
             rows,

@@ -9,7 +9,7 @@ pub const MISLED: f64 = 0.005;
 
 /// Results over all conditions, and over those of a class.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Summary {
+pub struct DrawnSummary {
     /// Results of each estimator over all conditions.
     pub estimators: Vec<EstimatorSummary>,
     /// Classes by what they are of, the worst first.
@@ -42,7 +42,7 @@ pub struct ClassRow {
     pub misled: Vec<Option<f64>>,
 }
 
-impl Summary {
+impl DrawnSummary {
     /// Sums up drawn conditions: those of a battery without the nominal row. None of another.
     pub(crate) fn of(
         rows: &[ConditionRow],

@@ -120,7 +120,7 @@ fn every_condition_changes_what_estimators_are_given() {
     let is_late = |c: &Condition| c.over_s() > 20.0 || c.group() == Group::Rail;
     let (late, early) = all.into_iter().partition(is_late);
     each_changes_what_estimators_are_given(early, "32");
-    each_changes_what_estimators_are_given(late, "66");
+    each_changes_what_estimators_are_given(late, "72");
 }
 
 #[test]
@@ -143,7 +143,7 @@ fn a_condition_without_effect_has_the_nominal_figures() {
     let conditions = Condition::load_all(&[folder.path().into()]).unwrap();
     let registry = Registry::default();
     let scenarios = [project("scenarios/stress/point_mass.yaml")];
-    let sets = sets(&[("stop.after_s", "20")]);
+    let sets = sets(&[("stop.after_s", "20"), ("vehicle.exact.all", "a test")]);
     let battery = Battery::load(
         &scenarios,
         conditions,

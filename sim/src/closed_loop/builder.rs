@@ -3,7 +3,8 @@
 use super::moving::Moving;
 use super::registry::{BoxedController, BoxedEstimator, Refusal, Registry};
 use crate::config::scenario::{
-    ControllerSettings, DriveCycle, Event, FeedForward, PlantKind, Scenario, ScenarioFile, Settings,
+    ControllerSettings, DriveCycle, Event, FeedForward, PlantKind, Scenario, ScenarioFile,
+    Settings, ToldValue,
 };
 use crate::config::sensor_sheet::Sheet;
 use crate::error::Error;
@@ -232,6 +233,14 @@ impl SimulationBuilder {
             self.scenario.file.physics.dt_ms = ms;
         }
         self
+    }
+
+    /// Tells estimators and controller the true values of the vehicle, not drawn ones: of a vehicle, not of a run.
+    pub fn told_exactly(self) -> Self {
+        self.edit(|file| {
+            let why = "what is wanted is the vehicle's data sheet".into();
+            file.vehicle.exact.insert(ToldValue::All, why);
+        })
     }
 
     /// Something that happens during the run.

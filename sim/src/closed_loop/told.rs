@@ -36,7 +36,7 @@ impl<'a> Told<'a> {
         given.map_or_else(
             || {
                 let by = sd(&self.tolerances);
-                truth * libm::exp(by * self.stream(name).normal())
+                truth * libm::exp(by * tolerated(&mut self.stream(name)))
             },
             Into::into,
         )
@@ -66,11 +66,24 @@ impl<'a> Told<'a> {
     /// Turn of the IMU against its unit, a rotation vector in degrees.
     pub fn mount_deg(&self) -> [f64; 3] {
         let mut stream = self.stream("mount");
-        std::array::from_fn(|_| self.tolerances.mount_deg * stream.normal())
+        std::array::from_fn(|_| self.tolerances.mount_deg * tolerated(&mut stream))
     }
 
     fn stream(&self, name: &str) -> Stream {
         Stream::new(self.seed, &format!("{}/told/{name}", self.name))
+    }
+}
+
+/// Values further off are noticed when a train is put into service, standard deviations.
+const MOST_SD: f64 = 3.0;
+
+/// A normal value that no workshop would find wrong.
+fn tolerated(stream: &mut Stream) -> f64 {
+    loop {
+        let x = stream.normal();
+        if x.abs() <= MOST_SD {
+            return x;
+        }
     }
 }
 
