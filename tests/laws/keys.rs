@@ -100,6 +100,12 @@ const KEYS: &[(&str, &str, &str, Changes)] = &[
         Estimates,
     ),
     (
+        "events[].axis",
+        "events",
+        "[{from_s: 3, sensor: accelerometer, fault: bias, size: 0.5, axis: left}]",
+        Estimates,
+    ),
+    (
         "events[].from_s",
         "events",
         "[{from_s: 4, sensor: imu, fault: stuck}]",
@@ -177,6 +183,7 @@ const KEYS: &[(&str, &str, &str, Changes)] = &[
     ),
     ("vehicle.chain_m", "vehicle.chain_m", "2.5", Estimates),
     ("vehicle.efficiency", "vehicle.efficiency", "0.8", Seen),
+    ("vehicle.exact", "vehicle.exact", "{all: a test}", Seen),
     ("vehicle.imu_arm_m", "vehicle.imu_arm_m", "0.1", Estimates),
     ("vehicle.layout", "vehicle.layout", "false", Estimates),
     (

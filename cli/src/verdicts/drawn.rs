@@ -4,13 +4,15 @@ use crate::ui::errors::CliError;
 use crate::ui::output;
 use crate::ui::prose::counted;
 use crate::ui::tables::{lines, percent, right, table, within_terminal};
-use monorig_lab::stress::{ClassRow, EstimatorSummary, MISLED, MatrixCell, StressFile, Summary};
+use monorig_lab::stress::{
+    ClassRow, DrawnSummary, EstimatorSummary, MISLED, MatrixCell, StressFile,
+};
 
 /// Faults that are printed one by one.
 const WORST: usize = 10;
 
 /// Prints what drawn faults come to: over all, by class, and the worst ones.
-pub(super) fn print_summary(file: &StressFile, summary: &Summary) -> Result<(), CliError> {
+pub(super) fn print_summary(file: &StressFile, summary: &DrawnSummary) -> Result<(), CliError> {
     let by = |of: &str| summary.classes.get(of).map(Vec::as_slice);
     let mut text = overall(&summary.estimators);
     for of in ["kind", "size"] {

@@ -22,7 +22,7 @@ pub struct Tolerances {
     pub chain: Real,
 }
 
-/// What is usual of a train in a mine: an IMU aligned with a spirit level, a data sheet, gears and wheels in use.
+/// Usual tolerances of a train in a mine: an IMU aligned with a spirit level, a data sheet, gears and wheels in use.
 pub const TOLERANCES: Tolerances = Tolerances {
     mount_deg: 0.2,
     tare: 0.02,

@@ -155,8 +155,8 @@ impl MassBound {
         self.unseen_rad = p[(UNSEEN, UNSEEN)].sqrt() * moment / (BEHIND.1 * self.mass_kg);
     }
 
-    /// Standard deviation of the mass as a share of it, with the scale of torque sensors, gears and wheels, which cannot
-    /// be separated from mass; and of the effective grade by the rail behind, rad.
+    /// Standard deviation of the mass as a share of it, with the scale of torque sensors, gears and wheels, which
+    /// cannot be separated from mass; and of the effective grade by the rail behind, rad.
     pub(crate) fn sd(&self, drives: usize) -> Option<(f64, f64)> {
         let p = self.covariance?;
         let gain = self.noise.motor_torque?.scale_sd / (drives.max(1) as f64).sqrt();

@@ -189,8 +189,8 @@ impl Matrix {
     }
 }
 
-/// Figures over runs, each with the time from which on nothing new happens. Those over valid samples are weighted with the valid share: over samples if the runs are equally
-/// long.
+/// Figures over runs, each with the time from which on nothing new happens. Those over valid samples are weighted
+/// with the valid share: over samples if the runs are equally long.
 fn figures(estimator: &str, metrics: &[String; 7], runs: &[(&StressRun, f64)]) -> Figures {
     let [
         error,

@@ -16,7 +16,8 @@ pub fn nominal_mass_kg(train: &Train) -> f64 {
     train.tare_kg() + 0.5 * train.limits.max_load_kg
 }
 
-/// The nominal vehicle of a train: its data sheet with what is drawn about it, and the changes of the scenario. `imu` is the mount of the IMU.
+/// The nominal vehicle of a train: its data sheet with what is drawn about it, and the changes of the scenario. `imu`
+/// is the mount of the IMU.
 pub fn of_train(scenario: &Scenario, train: &Train, imu: usize, seed: u64) -> VehicleData {
     let nominal = &scenario.file.vehicle;
     let told = Told::new(scenario, seed);

@@ -1,4 +1,4 @@
-//! What is told of a vehicle, drawn about the truth once a run.
+//! Values that are told of a vehicle, drawn about the truth once a run.
 
 use crate::config::scenario::{NominalVehicle, Scenario, ToldValue};
 use crate::sensors::stream::Stream;

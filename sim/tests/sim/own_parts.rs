@@ -76,7 +76,9 @@ fn assets() -> PathBuf {
 fn in_code() -> SimulationBuilder {
     let rail = Rail::load(&assets().join("tracks/liu2023_section1.yaml")).unwrap();
     let train = Train::load(&assets().join("trains/dx80_176y.yaml")).unwrap();
+    // a run is drawn by the name of its scenario, too
     Simulation::builder(rail, train)
+        .name("sample")
         .sensors(Sheet::load(&assets().join("sensors/liu2023.yaml")).unwrap())
         .drive_cycle(DriveCycle::by_time(&[(0.0, 0.0), (4.0, 1.0)]).unwrap())
         .plant_kind(PlantKind::PointMass)

@@ -33,8 +33,8 @@ pub struct Expectation {
     /// Lower bound, in the metric's unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_least: Option<Finite>,
-    /// Over several seeds: the share of runs that must hold the bound; none = 0.6 (three of five, both of two) of an estimator, 1
-    /// (every run) of the train and the controller.
+    /// Over several seeds: the share of runs that must hold the bound; none = 0.6 (three of five, both of two) of an
+    /// estimator, 1 (every run) of the train and the controller.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quantile: Option<Fraction>,
     /// Over several seeds: the mean of the runs must hold the bound, and no single run; of ten runs or more.

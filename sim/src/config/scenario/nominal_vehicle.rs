@@ -1,4 +1,4 @@
-//! What estimators and controller are told of the vehicle.
+//! The values of the vehicle that estimators and controller are told.
 
 use crate::config::checked::{Finite, NonNegative, Positive};
 use schemars::JsonSchema;
