@@ -89,20 +89,18 @@ pub(crate) fn tail(summary: &Summary, about: &About) -> Vec<String> {
 fn estimators(summary: &Summary, about: &About) -> String {
     let titles = [
         "",
-        "mass\n% at end\n± 2 σ",
-        "slope °\nRMSE\n± 2 σ",
+        "mass\n% at\nend ±2σ",
+        "slope °\nRMSE\n±2σ",
         "valid\nmass/\nslope %",
         "beyond\nlimit %\n",
-        "mass\n2 %\nfrom s",
-        "misleading\n%",
+        "misled\n%",
     ];
     let mut table = table(titles);
     for (name, values) in &summary.estimators {
         let value = |metric: &str| values.get(metric).copied().flatten();
         let of = |metric: &str, sd: &str, factor: f64| {
-            let told = value(sd).map_or(String::new(), |sd| {
-                format!(" ± {}", short(2.0 * sd * factor))
-            });
+            let told =
+                value(sd).map_or(String::new(), |sd| format!("±{}", short(2.0 * sd * factor)));
             value(metric).map_or("-".to_owned(), |x| short(x * factor) + &told)
         };
         let share =
@@ -120,13 +118,12 @@ fn estimators(summary: &Summary, about: &About) -> String {
             of("slope_rmse_deg", "slope_sd_mean_deg_valid", 1.0),
             pair("availability"),
             pair("beyond_limit_share"),
-            converged(value(CONVERGENCE), summary.after_s),
             summary.misleading(name),
         ]);
     }
     within_terminal(&mut table);
     whole(&mut table, 0);
-    right(&mut table, 1..=5);
+    right(&mut table, 1..=4);
     let legend = legend(summary, about.in_loop.as_deref());
     format!("{}\n{}{legend}", about.title, lines(&table))
 }
@@ -355,12 +352,9 @@ mod tests {
             "dffrls_aekf_robust",
             "*",
             "7.6",
-            "0.50",
-            "±",
-            "0.22",
+            "0.50±0.22",
             "-/-",
             "-/-",
-            "never",
             "-",
         ];
         assert_eq!(words, row, "{text}");
