@@ -183,7 +183,7 @@ const KEYS: &[(&str, &str, &str, Changes)] = &[
     ),
     ("vehicle.chain_m", "vehicle.chain_m", "2.5", Estimates),
     ("vehicle.efficiency", "vehicle.efficiency", "0.8", Seen),
-    ("vehicle.exact", "vehicle.exact", "{all: a test}", Seen),
+    ("vehicle.exact.*", "vehicle.exact.all", "a test", Seen),
     ("vehicle.imu_arm_m", "vehicle.imu_arm_m", "0.1", Estimates),
     ("vehicle.layout", "vehicle.layout", "false", Estimates),
     (

@@ -2,8 +2,9 @@
 //! estimators under each.
 //!
 //! A [`Condition`] is a file of changes to a scenario. A [`Battery`] is the list of runs: without a condition
-//! ([`NOMINAL`]) and under each; or pairs of a drawn course and a drawn [`fault`]. A [`StressRun`] is what one of them has come to, a line of JSON; a [`Matrix`] has a
-//! cell for each condition and estimator, over all scenarios and seeds; a [`DrawnSummary`] is over drawn conditions.
+//! ([`NOMINAL`]) and under each; or pairs of a drawn course and a drawn [`fault`]. A [`StressRun`] is what one of them
+//! has come to, a line of JSON; a [`Matrix`] has a cell for each condition and estimator, over all scenarios and seeds;
+//! a [`DrawnSummary`] is over drawn conditions.
 
 mod against;
 mod base;

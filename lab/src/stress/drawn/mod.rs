@@ -280,7 +280,7 @@ mod tests {
         }
     }
 
-    /// What a course does not have has no fault, and a fault is the same whenever it is drawn.
+    /// An instrument that a course does not have has no fault, and a fault is the same whenever it is drawn.
     #[test]
     fn faults_are_of_what_is_there_and_of_their_seed_alone() {
         let poor = course(1, &["gyro", "wheel_speed"]);

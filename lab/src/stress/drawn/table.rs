@@ -1,4 +1,4 @@
-//! What faults are drawn from: one place for all ranges. A size goes from one that no estimator minds to one that no
+//! Ranges that faults are drawn from: one place for all. A size goes from one that no estimator minds to one that no
 //! instrument in working order shows, and is even in its logarithm.
 
 use crate::draw::four_digits;
@@ -10,7 +10,7 @@ pub(super) struct Sensor {
     pub(super) name: &'static str,
     /// Its instruments in a sensor sheet.
     pub(super) instruments: &'static [&'static str],
-    /// How often it is drawn, beside the others.
+    /// Weight with which it is drawn, beside the others.
     pub(super) weight: f64,
     /// Unit of its values.
     pub(super) unit: &'static str,
