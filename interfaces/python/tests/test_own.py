@@ -88,8 +88,9 @@ def test_the_filter_is_that_in_c(program: str, tmp_path: pathlib.Path) -> None:
 def test_ways_to_hand_an_estimator_over(how: str, minimal: pathlib.Path) -> None:
     vehicle = monorig.Vehicle.from_scenario(minimal)
     ways = {"class": TwoState, "function": lambda v: TwoState(v, 4e-4), "object": TwoState(vehicle)}
-    run = monorig.run(minimal, estimators={"mine": ways[how]})
-    same = monorig.run(minimal, estimators={"mine": TwoState})
+    exact = {"vehicle.exact.all": "a test"}
+    run = monorig.run(minimal, set=exact, estimators={"mine": ways[how]})
+    same = monorig.run(minimal, set=exact, estimators={"mine": TwoState})
     assert run["estimates/mine/grade"].tobytes() == same["estimates/mine/grade"].tobytes()
 
 

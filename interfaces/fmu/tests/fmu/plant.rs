@@ -302,7 +302,8 @@ fn the_plant_under_recorded_commands_makes_the_recorded_truth() {
         let (drives, dt_s) = (native.vehicle.drives, native.dt_s);
         let mut keep = Keep::default();
         native.run(&mut [&mut keep]).unwrap();
-        let package = monorig_fmu::plant(&project().join("scenarios").join(file), &[]).unwrap();
+        let told = ("vehicle.exact.all".to_owned(), "a test".to_owned());
+        let package = monorig_fmu::plant(&project().join("scenarios").join(file), &[told]).unwrap();
         for fmi in [Fmi::Two, Fmi::Three] {
             let host = Host::new(&packed(&package, fmi, folder.path()), fmi, seed as i32);
             let (mut t_s, mut samples) = (0.0, 0);

@@ -88,7 +88,6 @@ fn vehicle(file: &ScenarioFile) -> Result<(), Wrong> {
         ("imu_arm_m", told.imu_arm_m.is_some()),
         ("chain_m", told.chain_m.is_some()),
         ("layout", told.layout.is_some()),
-        ("exact", !told.exact.is_empty()),
     ] {
         if given {
             let help = "leave it out: it is of a train";
