@@ -18,7 +18,7 @@ SCENARIOS = {
     "harsh/harsh_liu2023_vehicle_test": ": not calibrated, shaken",
 }
 ESTIMATORS = ["rail_fusion", "no_gyro", "dffrls_aekf", "dffrls_aekf_robust", "ekf_v_theta_biases"]
-METRICS = "slope_rmse_deg,slope_availability,mass_error_rel_end,mass_convergence_s"
+METRICS = "slope_rmse_deg,slope_availability,mass_error_rel_end"
 
 
 def compare(program: str, scenario: str) -> dict[tuple[str, str], float | None]:
@@ -57,9 +57,9 @@ def main() -> None:
         slopes.append(name)
         name = f"| `{scenario.removeprefix('harsh/')}`{what} |"
         for e in ("rail_fusion", "dffrls_aekf_robust"):
-            end, within = found.get((e, "mass_error_rel_end")), found.get((e, "mass_convergence_s"))
+            end = found.get((e, "mass_error_rel_end"))
             shown = "never valid" if end is None else f"{100 * end:.2g} %"
-            name += f" {shown}, {'never in some run' if within is None else f'{within:.0f} s'} |"
+            name += f" {shown} |"
         masses.append(name)
     print("\n".join(slopes), "\n\n", "\n".join(masses), sep="")
 
