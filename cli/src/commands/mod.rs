@@ -1,7 +1,6 @@
 //! The commands, a file each: its arguments with their help, and what it does. A new one is a file, its `mod` and its
 //! line in the list.
 
-mod bound;
 mod calibrate;
 mod check;
 mod compare;
@@ -39,7 +38,6 @@ pub(crate) const COMMANDS: &[CommandEntry] = &[
     CommandEntry::of::<run::RunArgs>(),
     CommandEntry::of::<test::TestArgs>(),
     CommandEntry::of::<compare::CompareArgs>(),
-    CommandEntry::of::<bound::BoundArgs>(),
     CommandEntry::of::<study::StudyArgs>(),
     CommandEntry::of::<stress::StressArgs>(),
     CommandEntry::of::<merge::MergeArgs>(),

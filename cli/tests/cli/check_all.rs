@@ -99,14 +99,6 @@ fn every_file_that_is_written_is_known() {
             "out/c.csv",
         ],
         &[
-            "bound",
-            "scenario.yaml",
-            "--seeds",
-            "1",
-            "--csv",
-            "out/b.csv",
-        ],
-        &[
             "test",
             "scenario.yaml",
             "--seeds",

@@ -66,25 +66,3 @@ fn bad_ranges_are_refused_with_their_place() {
         assert!(!dir.path("drawn").exists());
     }
 }
-
-/// The bound is printed with the errors of the scenario's estimators beside it, and does not depend on the number of
-/// threads.
-#[test]
-fn the_bound_of_a_scenario() {
-    let (dir, _) = dir();
-    let bound = |jobs: &str| {
-        let task = ["bound", "scenario.yaml", "--seeds", "1..2", "--jobs", jobs];
-        let (code, told, err) = dir.monorig(&[&task[..], &["--csv", "b.csv"]].concat());
-        assert_eq!(code, Some(0), "{told}{err}");
-        told
-    };
-    let told = bound("1");
-    assert_eq!(told, bound("2"));
-    assert!(
-        told.contains("bound") && told.contains("dffrls_aekf_robust"),
-        "{told}"
-    );
-    let csv = dir.read("b.csv");
-    // the first step, and every tenth of a second to the 60th
-    assert_eq!(csv.lines().count(), 1 + 1 + 600, "{csv}");
-}

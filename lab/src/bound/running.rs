@@ -78,11 +78,6 @@ impl RunningBound {
         self.now
     }
 
-    /// Time between two samples of the accelerometer, s.
-    pub(crate) fn step_s(&self) -> Option<f64> {
-        self.attitude.step_s()
-    }
-
     fn sample_at(&self, truth: &Truth) -> Option<BoundSample> {
         let (tilt, bias) = self.attitude.sd()?;
         let cos = libm::cos(truth.grade_effective_rad).max(f64::EPSILON);

@@ -6,7 +6,7 @@ use monorig_sim::sensors::spec::{InstrumentSpec, InstrumentSpecs};
 
 /// Noise of one instrument.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct InstrumentNoise {
+pub(crate) struct InstrumentNoise {
     /// Samples per second, Hz.
     pub(crate) rate_hz: f64,
     /// White noise of a sample, unit of the instrument.
@@ -23,7 +23,7 @@ pub struct InstrumentNoise {
 
 /// Noise of the instruments that estimate mass and slope; none for those that the sheet does not have.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SheetNoise {
+pub(crate) struct SheetNoise {
     /// m/s².
     pub accelerometer: Option<InstrumentNoise>,
     /// rad/s.
@@ -36,7 +36,7 @@ pub struct SheetNoise {
 
 impl SheetNoise {
     /// Takes the noise of these instruments.
-    pub fn of(specs: &InstrumentSpecs) -> Self {
+    pub(crate) fn of(specs: &InstrumentSpecs) -> Self {
         let of = |name: &str| specs.get(name).map(noise);
         Self {
             accelerometer: of(accelerometer::KIND.name),

@@ -3,6 +3,7 @@
 use crate::config::scenario::Event;
 use crate::control::Reference;
 use crate::plant::Plant;
+use monorig_estimators::api::signals::Command;
 use std::collections::VecDeque;
 
 /// The computer that the estimators run on.
@@ -31,6 +32,10 @@ pub struct EventSchedule {
     events: VecDeque<Entry>,
     emergency_brake: f64,
     clamp_pressure_mpa: f64,
+    /// Share of the brake force with which a brake drags.
+    dragging_brake: f64,
+    /// Index of the drive unit that gives no torque.
+    isolated_drive: Option<usize>,
     /// When the computer of the estimators is up again, s; none while it is up.
     up_again_s: Option<f64>,
     happened: Vec<String>,
@@ -47,6 +52,8 @@ impl EventSchedule {
                     Event::LoadMass { at_s, every_s, .. }
                     | Event::ClampPressure { at_s, every_s, .. }
                     | Event::Brake { at_s, every_s, .. }
+                    | Event::DraggingBrake { at_s, every_s, .. }
+                    | Event::IsolatedDrive { at_s, every_s, .. }
                     | Event::Restart { at_s, every_s, .. } => (at_s, *every_s),
                     Event::SensorFault { from_s, .. } => (from_s, None),
                     Event::Adhesion { .. } => return None,
@@ -63,6 +70,8 @@ impl EventSchedule {
             events: list.into(),
             emergency_brake: 0.0,
             clamp_pressure_mpa,
+            dragging_brake: 0.0,
+            isolated_drive: None,
             up_again_s: None,
             happened: Vec::new(),
         }
@@ -103,6 +112,16 @@ impl EventSchedule {
                         b => format!("emergency brake at {:.0} %", b * 100.0),
                     });
                 }
+                Event::DraggingBrake { dragging_brake, .. } => {
+                    self.dragging_brake = dragging_brake.get();
+                    let share = self.dragging_brake * 100.0;
+                    self.happened.push(format!("a brake drags at {share} %"));
+                }
+                Event::IsolatedDrive { isolated_drive, .. } => {
+                    self.isolated_drive = Some(*isolated_drive as usize);
+                    self.happened
+                        .push(format!("drive {isolated_drive} is isolated"));
+                }
                 Event::Restart { restart_s, .. } => {
                     self.up_again_s = Some(t + restart_s.get());
                     let s = restart_s.get();
@@ -126,6 +145,18 @@ impl EventSchedule {
         }
         reference.emergency_brake = self.emergency_brake;
         reference.clamp_pressure_mpa = self.clamp_pressure_mpa;
+    }
+
+    /// What the machine with `drives` units makes of a command: a brake may drag, a drive be isolated.
+    pub(crate) fn carried_out(&self, command: &Command, drives: usize) -> Command {
+        let mut done = *command;
+        done.brake = done.brake.max(self.dragging_brake);
+        if let Some(isolated) = self.isolated_drive {
+            let torques = done.motor_torque_nm.iter_mut().take(drives).enumerate();
+            let others = drives as f64 / drives.saturating_sub(1).max(1) as f64;
+            torques.for_each(|(i, torque)| *torque *= if i == isolated { 0.0 } else { others });
+        }
+        done
     }
 
     /// State of the computer that the estimators run on at `t` (s); it is up again once.

@@ -122,7 +122,8 @@ impl Steps {
             });
         }
         self.command = command;
-        step_plant(s, &command)?;
+        let carried_out = s.events.carried_out(&command, s.train.drives.len());
+        step_plant(s, &carried_out)?;
         self.made += 1;
         let mut z = Measurements::default();
         s.sensors.measure(s.plant.truth(), &mut z)?;

@@ -31,6 +31,10 @@ pub enum Fault {
     Spikes(f64),
     /// Values rounded to multiples of this step, unit.
     Quantised(f64),
+    /// Nothing within this band around zero, and values nearer to zero by it beyond, unit.
+    DeadBand(f64),
+    /// Values that follow with play: only what moves by more than this is seen, unit.
+    Hysteresis(f64),
     /// Values taken for another unit than they are in.
     WrongUnit(WrongUnit),
     /// Values of the wrong sign.
@@ -120,6 +124,7 @@ impl<const N: usize> Faults<N> {
                 Fault::Noise(sd) => has.for_each(|x| *x += sd * stream.normal()),
                 Fault::Spikes(height) => spike(stream, height, has),
                 Fault::Quantised(step) => has.for_each(|x| *x = libm::round(*x / step) * step),
+                Fault::DeadBand(band) => has.for_each(|x| *x -= x.clamp(-band, band)),
                 _ => {}
             }
         }
@@ -156,6 +161,11 @@ impl<const N: usize> Faults<N> {
                     let both = output.iter_mut().zip(last).enumerate();
                     let has = both.filter(|(i, _)| w.is_on(*i));
                     has.for_each(|(_, (x, last))| *x = last);
+                }
+                (Fault::Hysteresis(play), Some(last)) => {
+                    let both = output.iter_mut().zip(last).enumerate();
+                    let has = both.filter(|(i, _)| w.is_on(*i));
+                    has.for_each(|(_, (x, last))| *x = last.clamp(*x - play, *x + play));
                 }
                 _ => {}
             }

@@ -347,6 +347,8 @@ fn happens(event: &Event, file: &ScenarioFile) -> Result<(), Wrong> {
         Event::LoadMass { at_s, every_s, .. }
         | Event::ClampPressure { at_s, every_s, .. }
         | Event::Brake { at_s, every_s, .. }
+        | Event::DraggingBrake { at_s, every_s, .. }
+        | Event::IsolatedDrive { at_s, every_s, .. }
         | Event::Restart { at_s, every_s, .. } => {
             in_time("at_s", *at_s)?;
             match every_s {

@@ -5,11 +5,11 @@ use crate::config::checked::{Finite, Fraction, NonNegative, Positive};
 use crate::error::DataError;
 use crate::sensors::fault;
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
 
 /// An event of a run, recognised by its keys.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[serde(untagged, deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Self", untagged, deny_unknown_fields)]
 pub enum Event {
     /// The load changes.
     LoadMass {
@@ -87,6 +87,32 @@ pub enum Event {
         /// Share of the brake force, 0 releases.
         brake: Fraction,
     },
+    /// A clamp brake drags: the controller does not know of it, and drives on.
+    DraggingBrake {
+        /// Name, for windows of expectations.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
+        /// s.
+        at_s: NonNegative,
+        /// Again every so many seconds; none = once.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        every_s: Option<Positive>,
+        /// Share of the brake force, 0 ends it.
+        dragging_brake: Fraction,
+    },
+    /// A drive unit gives no torque any more; the others take its part.
+    IsolatedDrive {
+        /// Name, for windows of expectations.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
+        /// s.
+        at_s: NonNegative,
+        /// Again every so many seconds; none = once.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        every_s: Option<Positive>,
+        /// Index of the unit, as in `wheel_speed[3]`.
+        isolated_drive: u32,
+    },
     /// The computer that the estimators run on restarts.
     Restart {
         /// Name, for windows of expectations.
@@ -111,6 +137,8 @@ impl Event {
             | Event::SensorFault { name, .. }
             | Event::ClampPressure { name, .. }
             | Event::Brake { name, .. }
+            | Event::DraggingBrake { name, .. }
+            | Event::IsolatedDrive { name, .. }
             | Event::Restart { name, .. } => name.as_deref(),
         }
     }
@@ -120,7 +148,9 @@ impl Event {
         match self {
             Event::LoadMass { at_s, .. }
             | Event::ClampPressure { at_s, .. }
-            | Event::Brake { at_s, .. } => Some((at_s.get(), None)),
+            | Event::Brake { at_s, .. }
+            | Event::DraggingBrake { at_s, .. }
+            | Event::IsolatedDrive { at_s, .. } => Some((at_s.get(), None)),
             Event::Restart {
                 at_s, restart_s, ..
             } => Some((at_s.get(), Some(at_s.get() + restart_s.get()))),
@@ -185,7 +215,7 @@ impl Event {
 }
 
 /// Every key an event can have.
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct EventKeys {
     name: Option<String>,
@@ -205,33 +235,8 @@ struct EventKeys {
     clamp_mpa: Option<NonNegative>,
     brake: Option<Fraction>,
     restart_s: Option<Positive>,
-}
-
-impl EventKeys {
-    fn given(&self) -> Vec<&'static str> {
-        [
-            ("name", self.name.is_some()),
-            ("at_s", self.at_s.is_some()),
-            ("every_s", self.every_s.is_some()),
-            ("from_s", self.from_s.is_some()),
-            ("to_s", self.to_s.is_some()),
-            ("from_m", self.from_m.is_some()),
-            ("to_m", self.to_m.is_some()),
-            ("load_mass_kg", self.load_mass_kg.is_some()),
-            ("load_speed_mps", self.load_speed_mps.is_some()),
-            ("adhesion", self.adhesion.is_some()),
-            ("sensor", self.sensor.is_some()),
-            ("fault", self.fault.is_some()),
-            ("size", self.size.is_some()),
-            ("axis", self.axis.is_some()),
-            ("clamp_mpa", self.clamp_mpa.is_some()),
-            ("brake", self.brake.is_some()),
-            ("restart_s", self.restart_s.is_some()),
-        ]
-        .into_iter()
-        .filter_map(|(key, given)| given.then_some(key))
-        .collect()
-    }
+    dragging_brake: Option<Fraction>,
+    isolated_drive: Option<u32>,
 }
 
 /// A kind of event: the key that identifies it, the keys it needs, those it may have, and an example.
@@ -242,7 +247,7 @@ struct Kind(
     &'static str,
 );
 
-const KINDS: [Kind; 6] = [
+const KINDS: [Kind; 8] = [
     Kind(
         "load_mass_kg",
         &["at_s", "load_mass_kg"],
@@ -272,6 +277,18 @@ const KINDS: [Kind; 6] = [
         &["at_s", "brake"],
         &["every_s"],
         "{at_s: 50, brake: 1}",
+    ),
+    Kind(
+        "dragging_brake",
+        &["at_s", "dragging_brake"],
+        &["every_s"],
+        "{at_s: 40, dragging_brake: 0.05}",
+    ),
+    Kind(
+        "isolated_drive",
+        &["at_s", "isolated_drive"],
+        &["every_s"],
+        "{at_s: 0, isolated_drive: 3}",
     ),
     Kind(
         "restart_s",
@@ -321,90 +338,20 @@ fn kind(given: &[&str]) -> Result<&'static Kind, String> {
 impl<'de> Deserialize<'de> for Event {
     fn deserialize<D: Deserializer<'de>>(de: D) -> Result<Self, D::Error> {
         let keys = EventKeys::deserialize(de)?;
-        kind(&keys.given()).map_err(D::Error::custom)?;
-        match keys {
-            EventKeys {
-                name,
-                at_s: Some(at_s),
-                every_s,
-                load_mass_kg: Some(load_mass_kg),
-                load_speed_mps,
-                ..
-            } => Ok(Event::LoadMass {
-                name,
-                at_s,
-                every_s,
-                load_mass_kg,
-                load_speed_mps,
-            }),
-            EventKeys {
-                name,
-                from_m: Some(from_m),
-                to_m: Some(to_m),
-                adhesion: Some(adhesion),
-                ..
-            } => Ok(Event::Adhesion {
-                name,
-                from_m,
-                to_m,
-                adhesion,
-            }),
-            EventKeys {
-                name,
-                from_s: Some(from_s),
-                to_s,
-                sensor: Some(sensor),
-                fault: Some(fault),
-                size,
-                axis,
-                ..
-            } => Ok(Event::SensorFault {
-                name,
-                from_s,
-                to_s,
-                sensor,
-                fault,
-                size,
-                axis,
-            }),
-            EventKeys {
-                name,
-                at_s: Some(at_s),
-                every_s,
-                clamp_mpa: Some(clamp_mpa),
-                ..
-            } => Ok(Event::ClampPressure {
-                name,
-                at_s,
-                every_s,
-                clamp_mpa,
-            }),
-            EventKeys {
-                name,
-                at_s: Some(at_s),
-                every_s,
-                brake: Some(brake),
-                ..
-            } => Ok(Event::Brake {
-                name,
-                at_s,
-                every_s,
-                brake,
-            }),
-            EventKeys {
-                name,
-                at_s: Some(at_s),
-                every_s,
-                restart_s: Some(restart_s),
-                ..
-            } => Ok(Event::Restart {
-                name,
-                at_s,
-                every_s,
-                restart_s,
-            }),
-            _ => Err(D::Error::custom("this event does not say what happens")),
+        let mut event = serde_json::to_value(keys).map_err(D::Error::custom)?;
+        let mut given = Vec::new();
+        if let serde_json::Value::Object(keys) = &mut event {
+            keys.retain(|_, value| !value.is_null());
+            given = keys.keys().map(String::as_str).collect();
         }
+        kind(&given).map_err(D::Error::custom)?;
+        Event::deserialize(event).map_err(D::Error::custom)
+    }
+}
+
+impl Serialize for Event {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        Event::serialize(self, to)
     }
 }
 

@@ -40,6 +40,10 @@ pub enum FaultKind {
     Spikes,
     /// Values rounded to multiples of `size` units.
     Quantised,
+    /// Nothing up to `size` units, and values nearer to zero by it beyond.
+    DeadBand,
+    /// Values that follow with a play of `size` units to both sides.
+    Hysteresis,
     /// Speeds in km/h, read as m/s.
     KmPerH,
     /// Accelerations in g, read as m/s².
@@ -73,11 +77,7 @@ impl FaultKind {
 
     /// True for a fault that one axis of three can have.
     pub fn is_of_an_axis(self) -> bool {
-        use FaultKind::{Bias, Drift, Noise, Quantised, Scale, Spikes, Stuck, WrongSign};
-        matches!(
-            self,
-            Stuck | Bias | Drift | Scale | Noise | Spikes | Quantised | WrongSign
-        )
+        self.needs_size() && self != Self::Dropouts || matches!(self, Self::Stuck | Self::WrongSign)
     }
 
     /// Its name in a scenario.
@@ -119,6 +119,14 @@ impl FaultKind {
                     "the step in the sensor's unit, 1e-9 or more",
                 );
                 return Ok(("steps need", Fault::Quantised, step, help));
+            }
+            Self::DeadBand => {
+                let help = "the largest value that is lost, in the sensor's unit";
+                return Ok(("a dead band needs", Fault::DeadBand, 0.0..=f64::MAX, help));
+            }
+            Self::Hysteresis => {
+                let help = "the play to one side in the sensor's unit";
+                return Ok(("hysteresis needs", Fault::Hysteresis, 0.0..=f64::MAX, help));
             }
             Self::Dropouts => {
                 let help = "the share of the samples that is lost, from 0 to 1";
