@@ -329,24 +329,8 @@ pub(crate) enum LogFaultKind {
 impl LogFaultKind {
     /// The fault of the rig's sensors that it is; none of those of a log alone.
     pub fn of_rig(self) -> Option<FaultKind> {
-        Some(match self {
-            Self::Off => FaultKind::Off,
-            Self::Stuck => FaultKind::Stuck,
-            Self::Bias => FaultKind::Bias,
-            Self::Drift => FaultKind::Drift,
-            Self::Scale => FaultKind::Scale,
-            Self::Noise => FaultKind::Noise,
-            Self::Spikes => FaultKind::Spikes,
-            Self::Quantised => FaultKind::Quantised,
-            Self::KmPerH => FaultKind::KmPerH,
-            Self::InG => FaultKind::InG,
-            Self::InDegrees => FaultKind::InDegrees,
-            Self::WrongSign => FaultKind::WrongSign,
-            Self::AxesXySwapped => FaultKind::AxesXySwapped,
-            Self::AxesXzSwapped => FaultKind::AxesXzSwapped,
-            Self::AxesYzSwapped => FaultKind::AxesYzSwapped,
-            Self::Jitter | Self::Loss | Self::Lag => return None,
-        })
+        let named = serde_json::to_value(self);
+        named.and_then(serde_json::from_value).ok()
     }
 }
 
