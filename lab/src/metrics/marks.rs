@@ -24,7 +24,7 @@ pub(crate) enum Marks {
     BeyondLimit,
     /// Time from which every valid value is right to the end.
     Convergence,
-    /// Time from which the quantity stays valid and right to the end.
+    /// Time of the first valid value from which on none misleads.
     Recovery,
     /// Losses of validity per hour.
     Continuity,
@@ -46,6 +46,14 @@ pub(super) fn start(
             share: Mean::default(),
         })
     };
+    let right_since = |is_right| -> Running<ErrorSample> {
+        Box::new(RightSince {
+            quantity,
+            limits: *limits,
+            is_right,
+            since_s: f64::NAN,
+        })
+    };
     match kind {
         Marks::Availability => Box::new(Availability {
             quantity,
@@ -54,15 +62,11 @@ pub(super) fn start(
         Marks::Integrity => wrong(|q, x, limits| q.is_misleading(x, limits)),
         Marks::Overconfidence => wrong(|q, x, limits| q.is_overconfident(x, limits.k)),
         Marks::BeyondLimit => wrong(|q, x, limits| q.error(x).abs() > q.alert(limits)),
-        Marks::Convergence => Box::new(Convergence {
-            quantity,
-            since_s: f64::NAN,
-        }),
-        Marks::Recovery => Box::new(Recovery {
-            quantity,
-            limits: *limits,
-            since_s: f64::NAN,
-        }),
+        // the mass at the start is no estimate
+        Marks::Convergence => {
+            right_since(|q, x, _| x.mass_estimated && q.error(x).abs() <= CONVERGED)
+        }
+        Marks::Recovery => right_since(|q, x, limits| !q.is_misleading(x, limits)),
         Marks::Continuity => Box::new(Losses::new(quantity)),
         Marks::Referenced => Box::new(ReferenceShare {
             quantity,
@@ -122,46 +126,20 @@ impl Accumulator<ErrorSample> for WrongShare {
     }
 }
 
-/// Time of the first valid value from which on every valid value is within the error that convergence means. NaN where
-/// the last one is not. The value at the start is no estimate.
-struct Convergence {
-    quantity: Quantity,
-    since_s: f64,
-}
-
-impl Accumulator<ErrorSample> for Convergence {
-    fn add(&mut self, x: &ErrorSample) {
-        if !self.quantity.is_judged(x) || !x.mass_estimated {
-            return;
-        }
-        self.since_s = match self.quantity.error(x).abs() <= CONVERGED {
-            false => f64::NAN,
-            true if self.since_s.is_nan() => x.t_s,
-            true => self.since_s,
-        };
-    }
-
-    fn value(&self) -> f64 {
-        self.since_s
-    }
-}
-
-/// Time from which every sample with a reference is marked valid and within the alert limit. NaN where the last one is
-/// not.
-struct Recovery {
+/// Time of the first valid value from which on every valid value is right, in a sense. NaN where the last one is not.
+struct RightSince {
     quantity: Quantity,
     limits: IntegrityLimits,
+    is_right: fn(Quantity, &ErrorSample, &IntegrityLimits) -> bool,
     since_s: f64,
 }
 
-impl Accumulator<ErrorSample> for Recovery {
+impl Accumulator<ErrorSample> for RightSince {
     fn add(&mut self, x: &ErrorSample) {
-        if !self.quantity.has_reference(x) {
+        if !self.quantity.is_judged(x) {
             return;
         }
-        let right = self.quantity.is_valid(x)
-            && self.quantity.error(x).abs() <= self.quantity.alert(&self.limits);
-        self.since_s = match right {
+        self.since_s = match (self.is_right)(self.quantity, x, &self.limits) {
             false => f64::NAN,
             true if self.since_s.is_nan() => x.t_s,
             true => self.since_s,
@@ -269,7 +247,7 @@ mod tests {
                 Marks::Overconfidence => 3.0 / 7.0,
                 Marks::BeyondLimit => 3.0 / 7.0,
                 Marks::Convergence => 6.0,
-                Marks::Recovery => 8.0,
+                Marks::Recovery => 6.0,
                 Marks::Continuity => 2.0 * 3600.0 / 9.0,
                 Marks::Referenced => 1.0,
             };

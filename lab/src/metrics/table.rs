@@ -171,7 +171,7 @@ table! {
         Mass Convergence "mass_convergence_s" ["s", Least]
             "convergence: time of the first valid mass from which every valid mass is within 2 % to the end; the value at the start is none";
         Mass Recovery "mass_recovered_s" ["s", Least]
-            "recovery: time from which the mass stays valid and within its alert limit to the end";
+            "recovery: time of the first valid mass from which on none misleads";
         Mass Continuity "mass_losses_per_h" ["1/h", Least]
             "continuity: losses of the mass's validity per hour";
         Mass Referenced "mass_reference_share" ["1", One]
@@ -185,7 +185,7 @@ table! {
         Slope BeyondLimit "slope_beyond_limit_share" ["1", Least]
             "share of the valid samples with a reference whose error of the slope exceeds the alert limit, whatever the standard deviation";
         Slope Recovery "slope_recovered_s" ["s", Least]
-            "recovery: time from which the slope stays valid and within its alert limit to the end";
+            "recovery: time of the first valid slope from which on none misleads";
         Slope Continuity "slope_losses_per_h" ["1/h", Least]
             "continuity: losses of the slope's validity per hour";
         Slope Referenced "slope_reference_share" ["1", One]
@@ -199,7 +199,7 @@ table! {
         EffectiveSlope BeyondLimit "effective_slope_beyond_limit_share" ["1", Least]
             "share of the valid samples with a reference whose error of the effective slope exceeds the alert limit, whatever the standard deviation";
         EffectiveSlope Recovery "effective_slope_recovered_s" ["s", Least]
-            "recovery: time from which the effective slope stays valid and within its alert limit to the end";
+            "recovery: time of the first valid effective slope from which on none misleads";
         EffectiveSlope Continuity "effective_slope_losses_per_h" ["1/h", Least]
             "continuity: losses of the effective slope's validity per hour";
         EffectiveSlope Referenced "effective_slope_reference_share" ["1", One]
