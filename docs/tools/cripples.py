@@ -30,7 +30,6 @@ FLAGS = (
     "plausibility slip_gate spike_gate accelerometer_gate gyro_monitor torque_monitor load_change_detector residual_noise"
 ).split()
 VARIANTS = {f"{flag}_off": {flag: "false"} for flag in FLAGS} | {
-    "lag_share_0": {"lag_share": "0"},
     "standing_load_s_off": {"standing_load_s": "1000000"},
     "length_sd_5_times": {"length_sd": "0.5"},
     "model_sd_10_times": {"model_sd_mps2": "0.016"},
