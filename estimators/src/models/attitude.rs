@@ -12,6 +12,11 @@
 //! process in time: as a constant it would take noise for information in a day at one speed, and the speed with it. All
 //! other states are random walks or constants.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "indices of states are constants below N"
+)]
+
 use nalgebra::{SMatrix, SVector};
 
 use crate::Real;
@@ -270,10 +275,6 @@ impl AttitudeModel {
         }
     }
 
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn next(&self, rates: &AttitudeRates, left: Real, dt: Real) -> SVector<Real, N> {
         let mut x = rates.x;
         x[V] += rates.v_dot * dt;
@@ -285,10 +286,6 @@ impl AttitudeModel {
     }
 
     /// The diagonal of Q; there is nothing beside it.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn variances(&self, u: &AttitudeInput, left: Real, dt: Real) -> SVector<Real, N> {
         let (n, [seen_velocity, seen_angle]) = (&self.noise, u.seen_walk);
         let walk = |sd: Real| sd * sd;
@@ -319,10 +316,6 @@ impl AttitudeModel {
 
     /// Time update over `dt`: that of an extended Kalman filter, with F P Fᵀ by the rows of F that are not those of 1.
     /// Takes the sines and cosines of pitch and roll, and returns the rates.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     pub fn predict(
         &self,
         belief: &mut Gaussian<N>,
@@ -374,10 +367,6 @@ impl Process<N> for AttitudeModel {
         self.next(&self.rates(x, u), self.curvature_left(u, dt), dt)
     }
 
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn F(&self, x: &SVector<Real, N>, u: &AttitudeInput, dt: Real) -> SMatrix<Real, N, N> {
         let mut F = SMatrix::identity();
         for (i, row) in self.rows(&self.rates(x, u), u, dt).iter().enumerate() {

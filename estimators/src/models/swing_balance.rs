@@ -13,6 +13,11 @@
 //! b is a constant of its own: taking the bias of the attitude filter, which improves, off the regressor scatters the
 //! end mass by 0.4 %.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "indices of states are constants below N"
+)]
+
 use nalgebra::{SMatrix, SVector};
 
 use crate::Real;
@@ -176,10 +181,6 @@ impl SwingModel {
 impl Process<N> for SwingModel {
     type Input = SwingInput;
 
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn f(&self, x: &SVector<Real, N>, u: &SwingInput, dt: Real) -> SVector<Real, N> {
         let mut next = *x;
         if self.swings {
@@ -194,10 +195,6 @@ impl Process<N> for SwingModel {
         next
     }
 
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn F(&self, x: &SVector<Real, N>, u: &SwingInput, dt: Real) -> SMatrix<Real, N, N> {
         let mut F = SMatrix::identity();
         F[(D, D)] = exp(-dt / FORCE_MEMORY_S);
@@ -220,10 +217,6 @@ impl Process<N> for SwingModel {
         F
     }
 
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn Q(&self, u: &SwingInput, dt: Real) -> SMatrix<Real, N, N> {
         let of = |sd: Real| sd * sd;
         let length = u.length_m.max(MIN_LENGTH_M);

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 /// A value drawn for each run; exactly one of the distributions.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Vary {
@@ -19,20 +20,17 @@ pub(crate) struct Vary {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) also: Vec<String>,
     /// Evenly from the first to the second number.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) uniform: Option<[Finite; 2]>,
     /// Normal.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) normal: Option<Normal>,
     /// Lognormal.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) lognormal: Option<Lognormal>,
     /// One of these values, each as often as the others.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) choice: Option<Vec<Value>>,
 }
 
 /// A normal distribution.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Normal {
@@ -41,14 +39,13 @@ pub(crate) struct Normal {
     /// Standard deviation.
     pub(crate) sd: Positive,
     /// Draws below are drawn again.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) min: Option<Finite>,
     /// Draws above are drawn again.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) max: Option<Finite>,
 }
 
 /// A lognormal distribution: the logarithm is normal.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Lognormal {
@@ -57,10 +54,8 @@ pub(crate) struct Lognormal {
     /// Standard deviation of the natural logarithm.
     pub(crate) sd_of_log: Positive,
     /// Draws below are drawn again.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) min: Option<Positive>,
     /// Draws above are drawn again.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) max: Option<Positive>,
 }
 

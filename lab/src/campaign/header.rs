@@ -64,17 +64,16 @@ impl CampaignKind {
 }
 
 /// A scenario and the seeds it is run with.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunList {
     /// Name of the scenario.
     pub scenario: String,
     /// Condition that it is run under.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<String>,
     /// Seeds in the order of the runs, as ranges with both ends included.
     seeds: Vec<[u64; 2]>,
     /// SHA-256 over its files and what they come to, where the campaign has many scenarios.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     hash: Option<String>,
 }
 

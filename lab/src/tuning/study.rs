@@ -21,6 +21,7 @@ use std::path::Path;
 pub(crate) type Values = BTreeMap<String, ParameterValue>;
 
 /// A tuning study.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "StudyFile")]
@@ -32,13 +33,10 @@ pub struct TuningFile {
     /// The estimator to tune: its name in the scenarios.
     pub(crate) estimator: String,
     /// Its type, when its name is not that of one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) is: Option<String>,
     /// Shared library that it is in, relative to the study.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) library: Option<String>,
     /// FMU that it is in, relative to the study.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) fmu: Option<String>,
     /// Names that the FMU has in place of ours, and numbers in place of standard deviations that it does not give.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -203,6 +201,7 @@ pub(crate) enum Combine {
 }
 
 /// A bound on a metric.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Constraint {
@@ -212,13 +211,10 @@ pub(crate) struct Constraint {
     #[serde(default = "after_s")]
     pub(crate) after_s: NonNegative,
     /// Measured to here, s; none = to the end.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) until_s: Option<Positive>,
     /// Upper bound.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) at_most: Option<Finite>,
     /// Lower bound.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) at_least: Option<Finite>,
 }
 

@@ -134,6 +134,10 @@ pub struct AttitudeFilter {
     status: [AidStatus; 3],
 }
 
+#[allow(
+    clippy::indexing_slicing,
+    reason = "indices of states are constants below N"
+)]
 impl AttitudeFilter {
     /// Names of the sources of measurements, in the order of [`AttitudeFilter::aid_status`].
     pub const AID_SOURCES: &'static [&'static str] =
@@ -199,10 +203,6 @@ impl AttitudeFilter {
     }
 
     /// One step; `None` until there has been an accelerometer and a wheel.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     pub fn step(&mut self, z: &Channels, dt: Real) -> Option<Attitude> {
         self.listen(z, dt);
         self.starts = false;
@@ -251,10 +251,6 @@ impl AttitudeFilter {
     }
 
     /// Begins with the first samples.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn start(&mut self, z: &Channels, dt: Real) -> Option<()> {
         self.belief = first_belief(
             z,
@@ -273,10 +269,6 @@ impl AttitudeFilter {
     }
 
     /// Carries the belief over the step.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn predict(&mut self, imu: &SoundImu, dt: Real) -> AttitudeRates {
         self.carry_curvature(imu.rate_radps.is_some());
         // Of a calibrated gyro a body that rocks would pass for noise.
@@ -302,10 +294,6 @@ impl AttitudeFilter {
     }
 
     /// With a gyro the curvature is not a state; when the gyro is lost it starts from the last one.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn carry_curvature(&mut self, gyro: bool) {
         let known = self.belief.P[(KAPPA, KAPPA)] > 0.0;
         if gyro == known {
@@ -320,10 +308,6 @@ impl AttitudeFilter {
         }
     }
 
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn aid_by_wheels(&mut self, z: &Channels, rates: &AttitudeRates, dt: Real) -> Ballot {
         self.is_new = false;
         let lever = (self.model.lever.below_m, rates.pitch_rate());
@@ -375,10 +359,6 @@ impl AttitudeFilter {
 
     /// Without a wheel the speed is that of the accelerometer; after a long time wheels that were right all along are
     /// let in again.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn coast(&mut self, dt: Real) {
         self.coast_s += dt;
         let [drifting_s, lost_s] = tuning::ATTITUDE.coast_s;
@@ -418,10 +398,6 @@ impl AttitudeFilter {
         *vertical = fuse(&mut self.belief, up, gate).unwrap_or(*vertical);
     }
 
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn aid_by_standstill(&mut self, imu: &SoundImu, wheels: bool, dt: Real) {
         let stands = self.belief.x[V].abs() < self.standing_mps;
         self.quiet_s = match (stands, wheels) {
@@ -468,10 +444,6 @@ impl AttitudeFilter {
     }
 
     /// Makes the output of the step, and what is remembered of the rail.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn find(
         &mut self,
         (z, imu): (&Channels, &SoundImu),

@@ -1,5 +1,10 @@
 //! Kalman filter of the force balance: [`SwingModel`] over blocks, each of which is one measurement ([`BlockForce`]).
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "indices of states are constants below N"
+)]
+
 use nalgebra::SVector;
 
 use super::block::Block;
@@ -82,10 +87,6 @@ impl SwingBalance {
     }
 
     /// Total mass, kg.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     pub fn mass_kg(&self) -> Real {
         self.model.nominal.tare_kg + self.belief.x[MASS]
     }
@@ -178,10 +179,6 @@ impl SwingBalance {
         correction
     }
 
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn correct(&mut self, block: &Block, means: &TrainMeans) -> BlockCorrection {
         let model = self.model;
         let aid = self.aid(&model, block, means);
@@ -277,10 +274,6 @@ impl SwingBalance {
     }
 
     /// Load and its variance, as shares of the largest load and its square.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     pub fn load_share(&self) -> [Real; 2] {
         let most = self.model.nominal.max_load_kg;
         [
@@ -291,10 +284,6 @@ impl SwingBalance {
 
     /// Widens the variance of the load to this share of the square of the largest load. The other states go with the
     /// load as the blocks have tied them to it: what is known of them for a given load stays.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     pub fn widen(&mut self, variance: Real) {
         let most = self.model.nominal.max_load_kg;
         let found = self.belief.P[(MASS, MASS)];
@@ -316,10 +305,6 @@ impl SwingBalance {
     }
 
     /// Takes another load for possible: the mass as at the start, the swing open, the resistance a little.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     pub fn reset_load(&mut self) {
         self.belief.x[MASS] = self.model.nominal.load0_kg;
         self.open_load();
@@ -335,10 +320,6 @@ impl SwingBalance {
     }
 
     /// Takes another load for possible, as above; the mass keeps its value.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     pub fn open_load(&mut self) {
         let fresh = prior(&self.model.nominal, &self.params);
         let [angle, rate] = tuning::BALANCE.new_swing_sd;

@@ -53,11 +53,11 @@ pub struct BalanceState {
     pub eta_variance: Real,
 }
 
+#[allow(
+    clippy::indexing_slicing,
+    reason = "indices of states are constants below N"
+)]
 impl BalanceState {
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn by(filter: &SwingBalance) -> Self {
         let belief = filter.belief();
         Self {
@@ -108,6 +108,10 @@ pub struct SwingMass {
     status: AidStatus,
 }
 
+#[allow(
+    clippy::indexing_slicing,
+    reason = "indices of states are constants below N"
+)]
 impl SwingMass {
     /// Builds the mass estimator from the train's nominal values.
     pub fn new(
@@ -207,10 +211,6 @@ impl SwingMass {
     }
 
     /// Looks at a new block before its turn and returns the grade by its force.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn watch(&mut self, block: &Block, rail: &RailMemory) -> GradeByForce {
         let v = Real::from(block.speed_mps);
         let means = self.train.at(rail, block.place);
@@ -413,10 +413,6 @@ impl SwingMass {
         self.blocks.get(slot(number)).copied().unwrap_or_default()
     }
 
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     fn publish(&mut self) {
         if self.taken >= self.catch_up && self.held_kg().is_none() {
             let variance = self.filter.belief().P[(MASS, MASS)];
@@ -511,19 +507,11 @@ impl SwingMass {
     }
 
     /// Total mass, kg.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     pub fn mass_kg(&self) -> Real {
         self.held_kg().unwrap_or(self.tare_kg + self.found.x[MASS])
     }
 
     /// Masses that the effective grade is a mean over.
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "indices of states are constants below N"
-    )]
     pub fn carried(&self) -> MassOnRail {
         MassOnRail {
             mass_kg: self.mass_kg(),

@@ -23,6 +23,7 @@ pub struct VehicleFile {
 }
 
 /// The nominal values of a vehicle, which estimators are given.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct NominalValues {
@@ -43,7 +44,6 @@ struct NominalValues {
     /// Smallest and largest total mass thought possible, kg.
     mass_range_kg: [f64; 2],
     /// First guess of the total mass, kg; none = not told.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     mass_guess_kg: Option<f64>,
     /// From where to where behind the middle of the unit with the IMU the tare is spread, m; both 0 = a point.
     #[serde(default)]
@@ -56,16 +56,12 @@ struct NominalValues {
     imu_arm_m: f64,
     /// Places of the masses, as the numbers of `MassLayout::numbers` in their order: four a mass (front and rear place,
     /// kg, depth), then those of the load.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     layout: Option<Vec<f64>>,
     /// Standard deviation of the accelerometer's bias, m/s²; none = not known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     accel_bias_sd_mps2: Option<f64>,
     /// Standard deviation of the gyro's bias, rad/s; none = not known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     gyro_bias_sd_radps: Option<f64>,
     /// Values that only a road vehicle has.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     road: Option<RoadValues>,
 }
 

@@ -59,11 +59,11 @@ pub(crate) struct Calibrate {
 }
 
 /// Three columns of an instrument on three axes.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct VectorChannel {
     /// File, by its name under `files`; not needed where there is one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// The columns of its three axes; `none` for one that the instrument does not have or the log does not hold: it is
     /// taken for what it is on a level vehicle at rest.
@@ -71,38 +71,31 @@ pub(crate) struct VectorChannel {
     /// Their unit.
     pub unit: UnitName,
     /// Directions of the axes; none = forward, left, up.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axes: Option<[Axis; 3]>,
     /// The turn of the instrument against these directions.
     #[serde(default)]
     pub mount_deg: Mount,
     /// Pitch nose up of the sprung body that carries it for each g of specific force along the vehicle, degrees; taken
     /// out of the specific force.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lean_deg_per_g: Option<Finite>,
     /// Bias of the three columns, in their unit, taken off first.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias: Option<[Finite; 3]>,
     /// Standard deviation of the bias that is left, in the SI unit; estimators are given it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_sd: Option<Positive>,
     /// Values that are found while the vehicle stands.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibrate: Option<Calibrate>,
     /// Samples count only where this is true, such as `status == 1`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_if: Option<Condition>,
     /// Delay of samples on their way to the estimators, ms.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub latency_ms: Option<NonNegative>,
 }
 
 /// A column of one value.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ScalarChannel {
     /// File, by its name under `files`; not needed where there is one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// The column.
     pub column: Formula,
@@ -112,19 +105,17 @@ pub(crate) struct ScalarChannel {
     #[serde(default = "plus")]
     pub sign: Finite,
     /// Samples count only where this is true.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_if: Option<Condition>,
     /// Delay of samples on their way to the estimators, ms.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub latency_ms: Option<NonNegative>,
 }
 
 /// Columns of wheel speeds.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct WheelChannel {
     /// File, by its name under `files`; not needed where there is one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// A column for each wheel.
     pub columns: Vec<Formula>,
@@ -137,78 +128,64 @@ pub(crate) struct WheelChannel {
     #[serde(default = "plus")]
     pub sign: Finite,
     /// Times the value, as `monorig calibrate --apply` writes it; none = 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain: Option<Positive>,
     /// Samples count only where this is true.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_if: Option<Condition>,
     /// Delay of samples on their way to the estimators, ms.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub latency_ms: Option<NonNegative>,
 }
 
 /// Torque, force or power that drives the vehicle: one of the three.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Traction {
     /// File, by its name under `files`; not needed where there is one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// Torque of each motor.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque: Option<Vec<Formula>>,
     /// Force at the rims of all driven wheels.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<Formula>,
     /// Power of all motors. The force is the power over the measured speed, above 0.5 m/s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power: Option<Formula>,
     /// Unit of it.
     pub unit: UnitName,
     /// Of a torque: revolutions of the shaft it is measured at per wheel revolution, a constant or a column; none = the
     /// vehicle's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear_ratio: Option<Formula>,
     /// Of a power: share of it that reaches the rims; none = all.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub efficiency: Option<Fraction>,
     /// 1, or −1 where the log counts the other way.
     #[serde(default = "plus")]
     pub sign: Finite,
     /// Times the value, as `monorig calibrate --apply` writes it; none = 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain: Option<Positive>,
     /// Samples count only where this is true, such as `engine_rpm / turbine_rpm < 1.1`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_if: Option<Condition>,
     /// Delay of samples on their way to the estimators, ms.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub latency_ms: Option<NonNegative>,
 }
 
 /// The command of the controller: in a step the last one that was recorded until its end.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CommandChannel {
     /// File, by its name under `files`; not needed where there is one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// Torque of each motor at its shaft; of another number of columns than drive units the sum, in equal shares. None
     /// = the measured one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub torque: Vec<Formula>,
     /// Unit of the torques.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<UnitName>,
     /// 1, or −1 where the log counts the torques the other way.
     #[serde(default = "plus")]
     pub sign: Finite,
     /// Clamp cylinder pressure, MPa; none = 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clamp_pressure_mpa: Option<Formula>,
     /// Share of the brake force, 0 to 1; none = 0. Above 0 the vehicle brakes, and its motion is not that of the
     /// traction.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub brake: Option<Formula>,
 }
 

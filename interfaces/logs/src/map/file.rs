@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// A map file.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MapFile {
@@ -23,13 +24,11 @@ pub struct MapFile {
     #[serde(default)]
     pub(crate) why: String,
     /// Source of the recording.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) source: Option<Provenance>,
     /// The files of the log by a name of one's own, relative to this file; one alone can be given on the command line.
     #[serde(default)]
     pub(crate) files: BTreeMap<String, String>,
     /// Database of CAN messages (DBC), relative to this file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) dbc: Option<String>,
     /// The column of time and its unit, unless a file has its own under `clocks`.
     #[serde(default)]
@@ -42,7 +41,6 @@ pub struct MapFile {
     pub(crate) step: StepSettings,
     /// Train file, car file or file of nominal values (as `monorig export` writes it), relative to this file: the
     /// nominal vehicle, which estimators are given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) vehicle: Option<String>,
     /// The part of the log that is played; none = all of it.
     #[serde(default, skip_serializing_if = "Trim::is_all")]
@@ -63,7 +61,6 @@ pub struct MapFile {
     pub(crate) estimators: BTreeMap<String, Settings>,
     /// Source of the measurement noise that estimators are given; none = from the log where that is more than the
     /// default of an estimator.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) noise: Option<NoiseSource>,
     /// Bounds to hold, as in a scenario.
     #[serde(default)]
@@ -109,29 +106,25 @@ pub(crate) struct Provenance {
 }
 
 /// The time of a log.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct TimeSettings {
     /// Column of the time (CSV, Parquet); without it one that is called like a time. The other formats have their own
     /// time.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub column: Option<String>,
     /// Unit of that column; without it by its name or type, else seconds.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<TimeUnit>,
     /// Column of when the values were taken, in the same unit (of text and whole numbers too a number: exact to 2^53
     /// ns), where the time above is when they were recorded.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub stamp: Option<String>,
     /// By which time samples are given to the estimators.
     pub order: Order,
     /// Time zero of the replay.
     pub origin: Origin,
     /// Column of text (CSV) whose change begins a new run, in which time begins anew: a new segment.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub pieces: Option<String>,
     /// A gap longer than this begins a new segment, with estimators reset, s; none = 60.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub segment_gap_s: Option<Positive>,
 }
 
@@ -159,14 +152,13 @@ pub(crate) enum Origin {
 }
 
 /// The part of a log that is played.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct Trim {
     /// From here on, s of the replay.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub from_s: Option<NonNegative>,
     /// Until here, s of the replay.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub until_s: Option<Positive>,
 }
 
@@ -177,20 +169,17 @@ impl Trim {
 }
 
 /// The clock of a file.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct Clock {
     /// Column of the time, instead of that under `time`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub column: Option<String>,
     /// Its unit.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<TimeUnit>,
     /// Added to its stamps, s.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub offset_s: Option<Finite>,
     /// Rate by which the clock is too slow, parts per million: stamps grow by it from the file's first one on.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub drift_ppm: Option<Finite>,
 }
 
@@ -264,23 +253,21 @@ pub(crate) struct Nominal {
 }
 
 /// A fault put on a channel of a log.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LogFault {
     /// s of the replay.
     pub from_s: NonNegative,
     /// s; none = to the end.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to_s: Option<Positive>,
     /// The channel that it is put on.
     pub channel: FaultedChannel,
     /// Number of the wheel, motor, … from 0; none = all of them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index: Option<usize>,
     /// Kind of fault.
     pub fault: LogFaultKind,
     /// Size of the fault, in the unit that it needs.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub size: Option<Finite>,
 }
 

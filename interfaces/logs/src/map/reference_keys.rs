@@ -7,34 +7,30 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// References that estimates are held against, with their standard deviations.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct References {
     /// The slope under the vehicle.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub slope: Option<SlopeReference>,
     /// The effective slope, asin(Σ mᵢ sin θᵢ / Σ mᵢ) over the length of the vehicle; none = that under the vehicle
     /// where it is a point, else not known.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub effective_slope: Option<SlopeReference>,
     /// The total mass.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub mass: Option<MassReference>,
     /// The speed of the vehicle, by an instrument that does not roll with its wheels: of this or `distance` `monorig
     /// calibrate` finds the radius of the wheels.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub speed: Option<WayReference>,
     /// The way along the track: marks that were surveyed, a laser, a measuring wheel.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<WayReference>,
 }
 
 /// A reference of the speed or of the distance.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct WayReference {
     /// File of the column, by its name under `files`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// The column; a row without a value does not count.
     pub column: Formula,
@@ -43,33 +39,27 @@ pub(crate) struct WayReference {
     /// Standard deviation, in that unit: of a speed one error of the whole log, of a distance one of each row.
     pub sd: NonNegative,
     /// Samples count only where this is true.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_if: Option<Condition>,
 }
 
 /// A reference of the slope: one of `deg`, `column` and `altitude`.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SlopeReference {
     /// A constant slope, degrees.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deg: Option<Finite>,
     /// File of the column, by its name under `files`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// A column of slopes, linear between its samples.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub column: Option<Formula>,
     /// Unit of the column: rad, deg, sin, tan or %.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<UnitName>,
     /// From columns of altitude and distance.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub altitude: Option<Altitude>,
     /// Standard deviation of the reference, degrees.
     pub sd_deg: NonNegative,
     /// Samples count only where this is true.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_if: Option<Condition>,
 }
 
@@ -88,14 +78,13 @@ pub(crate) struct Altitude {
 }
 
 /// A reference of the mass: `kg`, or `steps`.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MassReference {
     /// Total mass, kg.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kg: Option<Positive>,
     /// Total mass from certain times on.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps: Option<Vec<MassStep>>,
     /// Standard deviation, kg.
     pub sd_kg: NonNegative,

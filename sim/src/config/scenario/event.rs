@@ -8,30 +8,27 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
 
 /// An event of a run, recognised by its keys.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Self", untagged, deny_unknown_fields)]
 pub enum Event {
     /// The load changes.
     LoadMass {
         /// Name, for windows of expectations.
-        #[serde(skip_serializing_if = "Option::is_none")]
         name: Option<String>,
         /// s.
         at_s: NonNegative,
         /// Again every so many seconds; none = once.
-        #[serde(skip_serializing_if = "Option::is_none")]
         every_s: Option<Positive>,
         /// kg.
         load_mass_kg: NonNegative,
         /// Speed along the rail with which mass is hung on, m/s: 0 = it stood on the ground; none = the load's own
         /// speed. Mass that is set down leaves with the load's own speed and pushes nothing.
-        #[serde(skip_serializing_if = "Option::is_none")]
         load_speed_mps: Option<Finite>,
     },
     /// The rail is slippery.
     Adhesion {
         /// Name, for windows of expectations.
-        #[serde(skip_serializing_if = "Option::is_none")]
         name: Option<String>,
         /// m.
         from_m: NonNegative,
@@ -43,33 +40,27 @@ pub enum Event {
     /// A sensor fails.
     SensorFault {
         /// Name, for windows of expectations.
-        #[serde(skip_serializing_if = "Option::is_none")]
         name: Option<String>,
         /// s.
         from_s: NonNegative,
         /// s; none = to the end.
-        #[serde(skip_serializing_if = "Option::is_none")]
         to_s: Option<Positive>,
         /// Sensor name.
         sensor: String,
         /// Kind of the fault.
         fault: FaultKind,
         /// Size of the fault, in the unit it needs.
-        #[serde(skip_serializing_if = "Option::is_none")]
         size: Option<Finite>,
         /// Axis that has the fault, of a sensor of three; none = all.
-        #[serde(skip_serializing_if = "Option::is_none")]
         axis: Option<Axis>,
     },
     /// The clamp pressure is commanded or lost.
     ClampPressure {
         /// Name, for windows of expectations.
-        #[serde(skip_serializing_if = "Option::is_none")]
         name: Option<String>,
         /// s.
         at_s: NonNegative,
         /// Again every so many seconds; none = once.
-        #[serde(skip_serializing_if = "Option::is_none")]
         every_s: Option<Positive>,
         /// MPa.
         clamp_mpa: NonNegative,
@@ -77,12 +68,10 @@ pub enum Event {
     /// Emergency brake.
     Brake {
         /// Name, for windows of expectations.
-        #[serde(skip_serializing_if = "Option::is_none")]
         name: Option<String>,
         /// s.
         at_s: NonNegative,
         /// Again every so many seconds; none = once.
-        #[serde(skip_serializing_if = "Option::is_none")]
         every_s: Option<Positive>,
         /// Share of the brake force, 0 releases.
         brake: Fraction,
@@ -90,12 +79,10 @@ pub enum Event {
     /// A clamp brake drags: the controller does not know of it, and drives on.
     DraggingBrake {
         /// Name, for windows of expectations.
-        #[serde(skip_serializing_if = "Option::is_none")]
         name: Option<String>,
         /// s.
         at_s: NonNegative,
         /// Again every so many seconds; none = once.
-        #[serde(skip_serializing_if = "Option::is_none")]
         every_s: Option<Positive>,
         /// Share of the brake force, 0 ends it.
         dragging_brake: Fraction,
@@ -103,12 +90,10 @@ pub enum Event {
     /// A drive unit gives no torque any more; the others take its part.
     IsolatedDrive {
         /// Name, for windows of expectations.
-        #[serde(skip_serializing_if = "Option::is_none")]
         name: Option<String>,
         /// s.
         at_s: NonNegative,
         /// Again every so many seconds; none = once.
-        #[serde(skip_serializing_if = "Option::is_none")]
         every_s: Option<Positive>,
         /// Index of the unit, as in `wheel_speed[3]`.
         isolated_drive: u32,
@@ -116,12 +101,10 @@ pub enum Event {
     /// The computer that the estimators run on restarts.
     Restart {
         /// Name, for windows of expectations.
-        #[serde(skip_serializing_if = "Option::is_none")]
         name: Option<String>,
         /// s.
         at_s: NonNegative,
         /// Again every so many seconds; none = once.
-        #[serde(skip_serializing_if = "Option::is_none")]
         every_s: Option<Positive>,
         /// Time for which no estimator runs, s. Then all begin anew; the samples of that time are lost.
         restart_s: Positive,

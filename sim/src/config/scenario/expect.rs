@@ -7,42 +7,34 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 /// A bound on a metric: `metric`, over the time from `after_s` or `after` to `until_s` or `until`, is `at_most` and/or
 /// `at_least` so much.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Expectation {
     /// The estimator judged; none for metrics of the train or the controller.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimator: Option<String>,
     /// Name of the metric, such as `mass_error_rel_max`.
     pub metric: String,
     /// Measured from here, s; none = from the start.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub after_s: Option<NonNegative>,
     /// Measured to here, s; none = to the end.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until_s: Option<Positive>,
     /// Measured from this place or event on, instead of `after_s`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub after: Option<Moment>,
     /// Measured to this place or event, instead of `until_s`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until: Option<Moment>,
     /// Upper bound, in the metric's unit.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_most: Option<Finite>,
     /// Lower bound, in the metric's unit.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_least: Option<Finite>,
     /// Over several seeds: the share of runs that must hold the bound; none = 0.6 (three of five, both of two) of an
     /// estimator, 1 (every run) of the train and the controller.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quantile: Option<Fraction>,
     /// Over several seeds: the mean of the runs must hold the bound, and no single run; of ten runs or more.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub mean: bool,
     /// Of an error of an estimator: the share of the same time in which the estimate must be marked valid; none = the
     /// scenario's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub availability: Option<Fraction>,
 }
 
@@ -85,27 +77,23 @@ impl Expectation {
 
 /// A bound that does not hold, for reasons of physics: shown as a known failure. It is an error once it is worse than
 /// is known, and once ten runs or more all hold the bound.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct KnownFailure {
     /// Place of its entry in the file; an entry may be about several bounds.
     #[serde(skip)]
     pub entry: usize,
     /// The estimator of the bound.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub estimator: Option<String>,
     /// The metric of the bound.
     pub metric: String,
     /// The bound's `after_s`, where several bounds differ by it; likewise the next three.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) after_s: Option<NonNegative>,
     /// See above.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) until_s: Option<Positive>,
     /// See above.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) after: Option<Moment>,
     /// See above.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) until: Option<Moment>,
     /// A value beyond this is worse than what is known.
     pub no_worse_than: Finite,
@@ -195,16 +183,14 @@ pub fn known_failures<'de, D: Deserializer<'de>>(file: D) -> Result<Vec<KnownFai
 }
 
 /// Shares of the time in which estimates must be marked valid wherever an error of theirs is bounded.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Availability {
     /// Of the mass.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub mass: Option<Fraction>,
     /// Of the slope at the IMU.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub slope: Option<Fraction>,
     /// Of the effective slope of the whole vehicle.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub effective_slope: Option<Fraction>,
 }

@@ -61,17 +61,15 @@ impl SignalNumbers {
 }
 
 /// Answers that are lost or held up on purpose, in real time: to see that it is found.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AnswerFaults {
     /// The answer to each step whose number this divides is lost.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lose_every: Option<NonZeroU16>,
     /// The answer to each step whose number this divides is held up.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay_every: Option<NonZeroU16>,
     /// For so long, ms.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay_ms: Option<f64>,
 }
 

@@ -13,36 +13,28 @@ use std::fmt;
 
 /// A moment of a run; exactly one key besides `plus_s`. A place is passed when it is first come to in the direction of
 /// growing chainage. Names of places are those of track elements and of stretches of another adhesion.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Moment {
     /// The front of the vehicle comes to the beginning of this place.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) front_enters: Option<String>,
     /// The front comes to its end.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) front_leaves: Option<String>,
     /// The IMU comes to its beginning.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) imu_enters: Option<String>,
     /// The IMU comes to its end.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) imu_leaves: Option<String>,
     /// The rear comes to its beginning: all of the vehicle is on it, or beyond.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) rear_enters: Option<String>,
     /// The rear comes to its end: all of the vehicle has passed it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) rear_leaves: Option<String>,
     /// This event happens, or begins, the first time if it comes again; or this point of the speed reference is come
     /// to.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) event: Option<String>,
     /// This event ends.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) event_end: Option<String>,
     /// So much later, s; negative = earlier.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) plus_s: Option<Finite>,
 }
 
