@@ -5,8 +5,8 @@
 
 use monorig_estimators::Command;
 use monorig_estimators::api::signals::MAX_DRIVES;
-use monorig_sim::plant::train::modes::{Mode, natural_modes};
 use monorig_sim::plant::{Plant, PlantOptions, rapier::World};
+use monorig_sim::testing::modes::{Mode, natural_modes};
 use monorig_sim::{Rail, Train};
 use std::error::Error;
 use std::path::Path;

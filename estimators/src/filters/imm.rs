@@ -49,20 +49,6 @@ impl<const N: usize, const K: usize> Imm<N, K> {
         Self::of(belief, transition, time_varying)
     }
 
-    /// The same with a whole matrix of transitions, row i: probabilities of going from model i to each model. `None`
-    /// unless every row is one of probabilities that sum to 1.
-    pub fn with_transitions(
-        belief: Gaussian<N>,
-        transition: SMatrix<Real, K, K>,
-        time_varying: bool,
-    ) -> Option<Self> {
-        let probable = transition.iter().all(|p| (0.0..=1.0).contains(p));
-        let rounding = K as Real * Real::EPSILON;
-        let whole = |sum: &Real| (sum - 1.0).abs() <= rounding;
-        let good = probable && transition.column_sum().iter().all(whole);
-        good.then(|| Self::of(belief, transition, time_varying))
-    }
-
     fn of(belief: Gaussian<N>, transition: SMatrix<Real, K, K>, time_varying: bool) -> Self {
         let start = SVector::repeat(1.0 / K as Real);
         Self {
@@ -298,24 +284,16 @@ mod tests {
     }
 
     #[test]
-    fn a_whole_matrix_of_transitions_is_taken_and_one_that_is_none_refused() {
+    fn without_measurements_the_probabilities_are_those_of_the_chain() {
         let belief = Gaussian::<1>::independent(vector![0.0], vector![1.0]);
         let pi = Matrix2::new(0.9, 0.1, 0.3, 0.7);
-        let mut imm = Imm::with_transitions(belief, pi, false).unwrap();
-        assert_eq!(imm.transition(), pi);
-        // Without measurements the probabilities go to the eigenvector of πᵀ: 3 to 1.
+        let mut imm = Imm::of(belief, pi, false);
+        // They go to the eigenvector of πᵀ: 3 to 1.
         (0..200).for_each(|_| imm.mix());
         assert!((imm.probability().x - 0.75).abs() < 1e-12);
         let by_stay = Imm::<1, 2>::new(belief, 0.9, true);
         let same = Matrix2::new(0.9, 0.1, 0.1, 0.9);
         assert!((by_stay.transition() - same).norm() < 1e-15);
-        for bad in [
-            Matrix2::new(0.9, 0.2, 0.3, 0.7),
-            Matrix2::new(1.1, -0.1, 0.3, 0.7),
-            Matrix2::new(0.9, 0.1, Real::NAN, 0.7),
-        ] {
-            assert!(Imm::with_transitions(belief, bad, true).is_none());
-        }
     }
 
     #[test]

@@ -89,8 +89,8 @@ fn steiner(mass_kg: f64, d: &Vector3<f64>) -> Matrix3<f64> {
     (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * mass_kg
 }
 
-#[cfg(test)]
 #[allow(clippy::unwrap_used)]
+#[cfg(test)]
 mod tests {
     use super::*;
     use nalgebra::{Translation3, UnitQuaternion};

@@ -168,8 +168,8 @@ impl Train {
     }
 }
 
-#[cfg(test)]
 #[allow(clippy::unwrap_used)]
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::train::{Body, Connection, Station};

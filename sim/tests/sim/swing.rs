@@ -1,11 +1,8 @@
 //! The load swings as in the linearised model, braked and driving.
 
 use monorig_estimators::Command;
-use monorig_sim::plant::{
-    Plant,
-    rapier::World,
-    train::modes::{Mode, natural_modes},
-};
+use monorig_sim::plant::{Plant, rapier::World};
+use monorig_sim::testing::modes::{Mode, natural_modes};
 use monorig_sim::testing::{slope, torque, track, train, world};
 use monorig_sim::train::Train;
 

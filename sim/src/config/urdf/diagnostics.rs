@@ -156,8 +156,8 @@ fn told(said: &str) -> Option<(usize, usize)> {
     Some((number("Line:")?, number("Column:")?))
 }
 
-#[cfg(test)]
 #[allow(clippy::unwrap_used)]
+#[cfg(test)]
 mod tests {
     use super::*;
     use std::path::Path;

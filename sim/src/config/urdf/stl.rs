@@ -94,8 +94,8 @@ fn weld(corners: &[[f64; 3]]) -> StlMesh {
     (vertices, triangles)
 }
 
-#[cfg(test)]
 #[allow(clippy::unwrap_used)]
+#[cfg(test)]
 mod tests {
     use super::*;
 

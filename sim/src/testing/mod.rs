@@ -3,6 +3,8 @@
 //! Panics where something is wrong, as tests do.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+pub mod modes;
+
 use crate::config::scenario::Scenario;
 use crate::config::track::TrackFile;
 use crate::plant::rapier::World;

@@ -6,8 +6,8 @@
 //! e^{st} with s = ln λ / dt, period 2π/|Im s| and damping ratio −Re s/|s|. Torque and brake are held; a controller
 //! would change the modes.
 
-use super::body_state::{BodyState, Wrench};
-use super::dynamics::Dynamics;
+use crate::plant::train::body_state::{BodyState, Wrench};
+use crate::plant::train::dynamics::Dynamics;
 use crate::rail::Rail;
 use monorig_estimators::api::signals::Command;
 use nalgebra::linalg::{Schur, balancing::balance_parlett_reinsch};
