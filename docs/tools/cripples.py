@@ -11,8 +11,8 @@ their expectations, of drawn courses, of drawn faults on drawn courses. Printed,
     better  runs in which one of these is better by as much and none is worse
     fail    named scenarios with a check that fails for the change and holds without it
 
-A change that is never worse and never fails is noticed by nothing, and exit code 1 says so. Without a fault in it an
-input cannot notice that a monitor is off; all three kinds of input together should.
+A part whose switching-off is never worse and never fails is noticed by nothing, and exit code 1 says so. Without a
+fault in it an input cannot notice that a monitor is off; all three kinds of input together should.
 """
 
 import argparse
@@ -146,7 +146,7 @@ def main():
             noticed |= counts[1] > 0
             cells.append(f"{counts[1]} / {counts[-1]}")
         print(f"| {name} | " + " | ".join(cells) + f" | {len(failing[name])} |")
-        if not noticed:
+        if not noticed and name.endswith("_off"):
             unnoticed.append(name)
     if unnoticed:
         sys.exit("noticed by nothing: " + ", ".join(unnoticed))

@@ -1,6 +1,6 @@
 //! `monorig test`: green, red, and what cannot be run.
 
-use crate::common::{TestFolder, words};
+use crate::common::{TestFolder, project, words};
 
 /// A quick scenario with these expectations (lines of YAML). Its track is short and crooked, and no estimator is judged
 /// by its integrity there unless the lines say so.
@@ -387,4 +387,24 @@ fn windows_by_name_are_windows_in_seconds() {
             && err.contains("expect[0].until.event"),
         "{err}"
     );
+}
+
+/// What a paper claims of its method is a known failure where the vehicle is not known: told exactly, the claim holds.
+#[test]
+fn claims_hold_of_a_vehicle_that_is_told_exactly() {
+    let dir = TestFolder::new();
+    let scenario = project().join("scenarios/liu2023_section1.yaml");
+    let task = ["test", scenario.to_str().unwrap(), "--seeds", "1..3"];
+    let exact = ["--set", "vehicle.exact.all=the claims are of a known vehicle"];
+    let (code, out, err) = dir.monorig(&[&task[..], &exact, &["--json", "t.json"]].concat());
+    assert_eq!(code, Some(0), "{out}{err}");
+    let told: serde_json::Value = serde_json::from_str(&dir.read("t.json")).unwrap();
+    let checks = told["scenarios"][0]["checks"].as_array().unwrap();
+    let claims = checks.iter().filter(|check| !check["known_failure"].is_null());
+    let claims: Vec<_> = claims.collect();
+    assert!(claims.len() >= 3, "{checks:?}");
+    for claim in claims {
+        let failing = claim["failing"].as_array().unwrap();
+        assert!(failing.is_empty(), "{claim}");
+    }
 }

@@ -342,6 +342,25 @@ mod tests {
         );
     }
 
+    /// What is within the band is lost, and the rest is that much nearer to zero; with play, a value moves only where the
+    /// true one has left the play to one side.
+    #[test]
+    fn a_dead_band_and_play_lose_what_is_small() {
+        let seen = |fault, values: &[f64]| {
+            let mut f = from_the_start(fault, None);
+            let one = |(k, x): (usize, &f64)| {
+                let mut value = [*x; 3];
+                f.disturb(k as f64, &mut value);
+                f.hand_over(k as f64, value).unwrap()[1]
+            };
+            values.iter().enumerate().map(one).collect::<Vec<f64>>()
+        };
+        let dead = seen(Fault::DeadBand(1.5), &[1.0, -1.5, 2.0, -4.0]);
+        assert_eq!(dead, [0.0, 0.0, 0.5, -2.5]);
+        let play = seen(Fault::Hysteresis(1.0), &[5.0, 5.5, 7.0, 6.5, 5.0, 3.0]);
+        assert_eq!(play, [5.0, 5.0, 6.0, 6.0, 6.0, 4.0]);
+    }
+
     #[test]
     fn dropouts_lose_the_share_asked_for_and_change_no_value() {
         let mut f = from_the_start(Fault::Dropouts(0.3), None);
@@ -371,6 +390,8 @@ mod tests {
             Fault::Noise(0.1),
             Fault::Spikes(0.1),
             Fault::Quantised(0.1),
+            Fault::DeadBand(0.1),
+            Fault::Hysteresis(0.1),
             Fault::WrongSign,
         ] {
             for axis in 0..3 {
