@@ -342,8 +342,8 @@ mod tests {
         );
     }
 
-    /// What is within the band is lost, and the rest is that much nearer to zero; with play, a value moves only where the
-    /// true one has left the play to one side.
+    /// What is within the band is lost, and the rest is that much nearer to zero. With play, a value moves only where
+    /// the true one has left the play to one side.
     #[test]
     fn a_dead_band_and_play_lose_what_is_small() {
         let seen = |fault, values: &[f64]| {
