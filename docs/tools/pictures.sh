@@ -16,5 +16,5 @@ picture liu2023_section1 run.png 45
 picture liu2023_vehicle_test overview.png 60
 picture guo2024_5_turning car.png 25
 python3 docs/tools/tab_picture.py "$out/liu2023_vehicle_test/1/run.rrd" "$images/filters.png" Filters
-"$monorig" report "$out/liu2023_vehicle_test/1"
-docs/tools/page_picture.sh "$out/liu2023_vehicle_test/1/report.html" "$images/report.png" 1280 1180
+"$monorig" report "$out/liu2023_section1/1"
+docs/tools/page_picture.sh "$out/liu2023_section1/1/report.html" "$images/report.png" 1280 1180

@@ -389,7 +389,7 @@ fn windows_by_name_are_windows_in_seconds() {
     );
 }
 
-/// What a paper claims of its method is a known failure where the vehicle is not known: told exactly, the claim holds.
+/// A paper's claim is a known failure where the vehicle is not known; of one that is told exactly it holds.
 #[test]
 fn claims_hold_of_a_vehicle_that_is_told_exactly() {
     let dir = TestFolder::new();

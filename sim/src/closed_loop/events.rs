@@ -147,7 +147,7 @@ impl EventSchedule {
         reference.clamp_pressure_mpa = self.clamp_pressure_mpa;
     }
 
-    /// What the machine with `drives` units makes of a command: a brake may drag, a drive be isolated.
+    /// The command as a machine with `drives` units carries it out: a brake may drag, a drive be isolated.
     pub(crate) fn carried_out(&self, command: &Command, drives: usize) -> Command {
         let mut done = *command;
         done.brake = done.brake.max(self.dragging_brake);

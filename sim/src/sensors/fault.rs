@@ -342,7 +342,7 @@ mod tests {
         );
     }
 
-    /// What is within the band is lost, and the rest is that much nearer to zero. With play, a value moves only where
+    /// Values within the band are lost, and others are that much nearer to zero. With play, a value moves only where
     /// the true one has left the play to one side.
     #[test]
     fn a_dead_band_and_play_lose_what_is_small() {
