@@ -93,7 +93,7 @@ def with_all_forms(scenario, methods, folder):
 def compare(program, scenario, methods, seeds, metrics, folder):
     file, names = with_all_forms(scenario, methods, folder)
     out = Path(folder) / f"{scenario}.json"
-    command = [program, "compare", str(file), "--seeds", seeds, "--metrics", ",".join(metrics), "--json", str(out),
+    command = [program, "compare", str(file), "--set", "vehicle.exact.all=as in the papers", "--seeds", seeds, "--metrics", ",".join(metrics), "--json", str(out),
                "--estimators", ",".join(names)]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return json.loads(out.read_text())["table"]

@@ -150,7 +150,10 @@ fn an_isolated_drive_gives_nothing_and_the_others_its_part() {
         now.drives.iter().map(|d| d.motor_torque_nm).collect()
     };
     let (before, after) = (torques(9.9), torques(19.9));
-    assert!(after[3].abs() < 1e-6 && before[3] > 1.0, "{before:?} {after:?}");
+    assert!(
+        after[3].abs() < 1e-6 && before[3] > 1.0,
+        "{before:?} {after:?}"
+    );
     let share = after[0] / after.iter().sum::<f64>();
     assert!((share - 1.0 / 7.0).abs() < 1e-6, "{share}");
     let sums = [&before, &after].map(|t| t.iter().sum::<f64>());

@@ -2,11 +2,12 @@
 
 use crate::ui::errors::CliError;
 use crate::ui::output;
-use crate::ui::prose::counted;
+use crate::ui::prose::paragraph;
 use crate::ui::tables::{lines, percent, right, table, within_terminal};
 use monorig_lab::stress::{
     ClassRow, DrawnSummary, EstimatorSummary, MISLED, MatrixCell, StressFile,
 };
+use std::collections::BTreeSet;
 
 /// Faults that are printed one by one.
 const WORST: usize = 10;
@@ -75,22 +76,25 @@ fn classes(of: &str, rows: &[ClassRow], estimators: &[String]) -> String {
     format!("\n{}\n", lines(&text))
 }
 
-/// The faults that mislead most, with the command that runs one again.
+/// The faults that mislead most, with the command that runs one again, and those whose run broke down.
 fn worst(file: &StressFile) -> String {
     let mut seen: Vec<&MatrixCell> = Vec::new();
+    let mut broken = BTreeSet::new();
     for cell in &file.cells {
-        if seen.len() < WORST && seen.iter().all(|c| c.condition != cell.condition) {
+        if cell.broken > 0 {
+            broken.insert(cell.condition.as_str());
+        } else if seen.len() < WORST && seen.iter().all(|c| c.condition != cell.condition) {
             seen.push(cell);
         }
     }
     let mut text = table(["worst", "misled %", "fault"]);
     for cell in &seen {
         let words = file.row(&cell.condition).map_or("", |r| r.words.as_str());
-        let misled = match cell.broken {
-            0 => percent(cell.misled()),
-            n => format!("{} broke down", counted(n, "run")),
-        };
-        text.add_row([cell.condition.clone(), misled, words.to_owned()]);
+        text.add_row([
+            cell.condition.clone(),
+            percent(cell.misled()),
+            words.to_owned(),
+        ]);
     }
     right(&mut text, 1..2);
     within_terminal(&mut text);
@@ -101,5 +105,10 @@ fn worst(file: &StressFile) -> String {
             "\nthe first again:\n  monorig stress --drawn 1 --seed {seed} --estimators {names}\n"
         )
     });
-    format!("\n{}\n{again}", lines(&text))
+    let broken: Vec<&str> = broken.into_iter().collect();
+    let broken = match broken.is_empty() {
+        true => String::new(),
+        false => paragraph(&format!("broke down: {}", broken.join(", ")), "") + "\n",
+    };
+    format!("\n{}\n{broken}{again}", lines(&text))
 }

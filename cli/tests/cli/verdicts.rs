@@ -395,12 +395,17 @@ fn claims_hold_of_a_vehicle_that_is_told_exactly() {
     let dir = TestFolder::new();
     let scenario = project().join("scenarios/liu2023_section1.yaml");
     let task = ["test", scenario.to_str().unwrap(), "--seeds", "1..3"];
-    let exact = ["--set", "vehicle.exact.all=the claims are of a known vehicle"];
+    let exact = [
+        "--set",
+        "vehicle.exact.all=the claims are of a known vehicle",
+    ];
     let (code, out, err) = dir.monorig(&[&task[..], &exact, &["--json", "t.json"]].concat());
     assert_eq!(code, Some(0), "{out}{err}");
     let told: serde_json::Value = serde_json::from_str(&dir.read("t.json")).unwrap();
     let checks = told["scenarios"][0]["checks"].as_array().unwrap();
-    let claims = checks.iter().filter(|check| !check["known_failure"].is_null());
+    let claims = checks
+        .iter()
+        .filter(|check| !check["known_failure"].is_null());
     let claims: Vec<_> = claims.collect();
     assert!(claims.len() >= 3, "{checks:?}");
     for claim in claims {
