@@ -125,39 +125,39 @@ fn an_emergency_brake_stops_the_train_within_the_distance_its_force_allows() {
     assert!(way > 0.1 && way < slowest, "{way} m, at most {slowest} m");
 }
 
-/// 3 % of 8 × 17.5 kN: the controller drives against it and keeps the speed.
-#[test]
-fn a_brake_that_drags_is_driven_against() {
-    let all = truths(&[("events", "[{at_s: 10, dragging_brake: 0.03}]")]);
-    let mean = |t: f64, of: fn(&Truth) -> f64| {
-        let second = &all[((t - 1.0) * 500.0) as usize..(t * 500.0) as usize];
-        second.iter().map(of).sum::<f64>() / 500.0
-    };
-    assert!(mean(9.9, |t| t.brake_n).abs() < 1.0);
-    let drags = -0.03 * 8.0 * 17_500.0;
-    assert!((mean(20.0, |t| t.brake_n) / drags - 1.0).abs() < 0.02);
-    let more = mean(20.0, |t| t.traction_n) - mean(9.9, |t| t.traction_n);
-    assert!((more / -drags - 1.0).abs() < 0.1, "{more} N");
-    assert!((mean(20.0, |t| t.speed_mps) / mean(9.9, |t| t.speed_mps) - 1.0).abs() < 0.05);
+/// Mean over the last second.
+fn last_second(all: &[Truth], of: fn(&Truth) -> f64) -> f64 {
+    all.iter().rev().take(500).map(of).sum::<f64>() / 500.0
 }
 
-/// The sum of the torques is as before, within what the controller corrects.
+/// 3 % of 8 × 17.5 kN: the controller drives against it, and the train is as fast as without.
+#[test]
+fn a_brake_that_drags_is_driven_against() {
+    let run = |events| truths(&[("events", events), ("stop.after_s", "40")]);
+    let (free, drags) = (run("[]"), run("[{at_s: 10, dragging_brake: 0.03}]"));
+    let more = |of: fn(&Truth) -> f64| last_second(&drags, of) - last_second(&free, of);
+    let brake_n = 0.03 * 8.0 * 17_500.0;
+    assert!((more(|t| t.brake_n) / -brake_n - 1.0).abs() < 0.02);
+    let traction_n = more(|t| t.traction_n);
+    assert!((traction_n / brake_n - 1.0).abs() < 0.1, "{traction_n} N");
+    assert!(more(|t| t.speed_mps).abs() < 0.02);
+}
+
+/// The others have a seventh each of the torque that all eight have without the event.
 #[test]
 fn an_isolated_drive_gives_nothing_and_the_others_its_part() {
-    let all = truths(&[("events", "[{at_s: 10, isolated_drive: 3}]")]);
-    let torques = |t: f64| -> Vec<f64> {
-        let now = &all[(t * 500.0) as usize - 1];
-        now.drives.iter().map(|d| d.motor_torque_nm).collect()
+    let run = |events| truths(&[("events", events), ("stop.after_s", "40")]);
+    let (whole, isolated) = (run("[]"), run("[{at_s: 10, isolated_drive: 3}]"));
+    let torque = |all: &[Truth], i: usize| {
+        let now = all.last().unwrap();
+        now.drives[i].motor_torque_nm
     };
-    let (before, after) = (torques(9.9), torques(19.9));
-    assert!(
-        after[3].abs() < 1e-6 && before[3] > 1.0,
-        "{before:?} {after:?}"
-    );
-    let share = after[0] / after.iter().sum::<f64>();
-    assert!((share - 1.0 / 7.0).abs() < 1e-6, "{share}");
-    let sums = [&before, &after].map(|t| t.iter().sum::<f64>());
-    assert!((sums[1] / sums[0] - 1.0).abs() < 0.05, "{sums:?}");
+    let sum = |all: &[Truth]| (0..8).map(|i| torque(all, i)).sum::<f64>();
+    assert!(torque(&isolated, 3).abs() < 1e-6 && torque(&whole, 3) > 1.0);
+    let share = torque(&isolated, 0) / sum(&isolated);
+    assert!((share - 1.0 / 7.0).abs() < 1e-3, "{share}");
+    let ratio = sum(&isolated) / sum(&whole);
+    assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
 }
 
 #[test]

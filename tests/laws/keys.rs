@@ -142,6 +142,18 @@ const KEYS: &[(&str, &str, &str, Changes)] = &[
         Motion,
     ),
     (
+        "events[].dragging_brake",
+        "events",
+        "[{at_s: 3, dragging_brake: 0.1}]",
+        Motion,
+    ),
+    (
+        "events[].isolated_drive",
+        "events",
+        "[{at_s: 3, isolated_drive: 0}]",
+        Motion,
+    ),
+    (
         "events[].restart_s",
         "events",
         "[{at_s: 3, restart_s: 1}]",
