@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Says which inputs notice that a part of an estimator is switched off, or that it is told a wrong deviation.
 
-    docs/tools/cripples.py PROGRAM [--seeds 1..2] [--courses 60] [--faults 100] [--from 1] [--out FOLDER]
+    docs/tools/cripples.py PROGRAM [--seeds 1..5] [--courses 60] [--faults 100] [--from 1] [--out FOLDER]
 
 Each change of VARIANTS runs as an estimator of its own beside `rail_fusion`, in the same runs: of the named scenarios with
 their expectations, of drawn courses, of drawn faults on drawn courses. Printed, per change:
@@ -30,6 +30,7 @@ FLAGS = (
     "plausibility slip_gate spike_gate accelerometer_gate gyro_monitor torque_monitor load_change_detector residual_noise"
 ).split()
 VARIANTS = {f"{flag}_off": {flag: "false"} for flag in FLAGS} | {
+    "lag_share_0": {"lag_share": "0"},
     "standing_load_s_off": {"standing_load_s": "1000000"},
     "length_sd_5_times": {"length_sd": "0.5"},
     "model_sd_10_times": {"model_sd_mps2": "0.016"},
@@ -104,7 +105,7 @@ def failed_checks(path):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", type=Path)
-    parser.add_argument("--seeds", default="1..2")
+    parser.add_argument("--seeds", default="1..5")
     parser.add_argument("--courses", type=int, default=60)
     parser.add_argument("--faults", type=int, default=100)
     parser.add_argument("--from", dest="first", type=int, default=1)

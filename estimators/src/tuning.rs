@@ -133,6 +133,11 @@ groups! {
         /// Change of the acceleration that is not known, m/s³. Chosen: the jerk of a start.
         jerk_mps3: Real = 0.5,
     }
+    /// Dynamic lag of a grade.
+    DYNAMIC_LAG: DynamicLag {
+        /// Memory of the largest motion over the settling time: a transient outlasts its edge. Chosen.
+        memory: Real = 2.0,
+    }
     /// Excitation gate of the regressions.
     EXCITATION: Excitation {
         /// Longest period that counts as one, s. Chosen.

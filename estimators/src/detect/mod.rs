@@ -10,6 +10,7 @@
 //! | [`Gate`](crate::instruments::gate::Gate) | `innovation_gate` (baselines) | keeps outliers out of the filters, and reopens | all measurements enter |
 //! | [`NisMonitor`](nis_monitor::NisMonitor) | `nis_monitor` | nothing is valid while innovations are larger than the noise allows | no part of validity |
 //! | [`Plausibility`](plausibility::Plausibility) | `plausibility` | nothing is valid while instruments contradict gravity, geometry or each other | no part of validity |
+//! | [`DynamicLag`](dynamic_lag::DynamicLag) | `lag_share` | adds to the standard deviation of a grade what it moves by while its filter settles | it does not |
 //! | [`StandingLoad`](standing_load::StandingLoad) | `standing_load_s` | a standstill opens the mass | it stays |
 //! | [`Validity`](validity::Validity) | `validity_gate` | marks only values that meet the validity rule as valid | all estimated values are |
 //! | [`Conditioning`](crate::preprocess::conditioning::Conditioning) | `outlier_hold`, `gyro_calibration`, `noise` | holds out jumps, learns gyro biases and noise | samples as they come, noise of the parameters |
@@ -20,6 +21,7 @@
 
 pub mod control;
 pub mod cusum;
+pub mod dynamic_lag;
 pub mod excitation_gate;
 pub mod gravity_check;
 pub mod kinematic_consistency;

@@ -13,7 +13,8 @@
 //!
 //! The standard deviation that is published and compared is that of the filter times the root of its windowed NIS where
 //! that is above 1.9 (the a posteriori variance factor of least squares); regressions have that of their own
-//! ([`Rls::spread`](crate::filters::rls::Rls::spread)).
+//! ([`Rls::spread`](crate::filters::rls::Rls::spread)). That of a grade has its [`DynamicLag`] added: what it moves by
+//! while its filter settles.
 //!
 //! A load is changed while the train stands, where nothing shows it
 //! ([`StandingLoad`](crate::detect::standing_load::StandingLoad)). A pipeline answers for that and for 1, 2 and 4 in
@@ -24,6 +25,7 @@ use crate::api::params::params;
 use crate::api::real::{PI, sqrt};
 use crate::api::signals::{Estimate, Value};
 use crate::api::snapshot::state;
+use crate::detect::dynamic_lag::DynamicLag;
 use crate::detect::nis_monitor::NisMonitor;
 use crate::instruments::gate::Gate;
 use crate::tuning;
@@ -38,6 +40,8 @@ params! {
         nis_window_s ["s"] = 2.0, 0.1 => 600.0, "Time constant of the window of the NIS of state filters; five times that for regressions.";
         nis_quantile_sd ["-"] = 4.75, 0.0 => 10.0, "Quantile of χ² that is the limit of the windowed NIS, as that of a normal variable; 4.75: exceeded once in a million windows.";
         plausibility [flag] = true, "Nothing is valid while instruments contradict gravity, the geometry of tracks or each other: wrong unit, sign or axis.";
+        lag_s ["s"] = 0.5, 0.01 => 60.0, "Settling time of a grade: what it moves by within that time counts as uncertain.";
+        lag_share ["-"] = 0.5, 0.0 => 10.0, "Share of what a grade moves by in its settling time that is added to its standard deviation; 0: none.";
         standing_load_s ["s"] = 5.0, 0.1 => 1e6, "Standstill after which another load may hang on the train: the mass is opened, and is not valid until the force balance has confirmed it.";
         mass_sd_max ["-"] = 0.1, 1e-3 => 1.0, "Largest standard deviation of a valid mass, as a share of it.";
         grade_sd_max_deg ["deg"] = 3.0, 0.01 => 30.0, "Largest standard deviation of a valid grade angle.";
@@ -77,6 +81,9 @@ pub struct Validity {
     nis: [NisMonitor; 3],
     /// True if the instruments are plausible.
     plausible: bool,
+    /// Of the grade at the IMU, and of the effective one.
+    lag: [DynamicLag; 2],
+    dt: Real,
 }
 
 impl Validity {
@@ -95,12 +102,14 @@ impl Validity {
             params,
             nis: [state, state, regression],
             plausible: true,
+            lag: [DynamicLag::new(params.lag_s, params.lag_share); 2],
+            dt: 0.0,
         }
     }
 
-    /// Takes whether the instruments are plausible.
-    pub fn observe(&mut self, plausible: bool) {
-        self.plausible = plausible;
+    /// One step of `dt` seconds: whether the instruments are plausible.
+    pub fn observe(&mut self, plausible: bool, dt: Real) {
+        (self.plausible, self.dt) = (plausible, dt);
     }
 
     /// An innovation of a source: its NIS on the un-adapted noise, by its degrees of freedom, `period_s` after the one
@@ -155,10 +164,13 @@ impl Validity {
         let [speed, force] =
             [Source::WheelSpeed, Source::Accelerometer].map(|s| self.variance_factor(s));
         let factor = speed.max(force);
+        let [at_imu, effective] = &mut self.lag;
+        let at_imu = at_imu.widen(widened(estimate.grade_rad, factor), self.dt);
+        let effective = effective.widen(widened(estimate.effective_grade_rad, factor), self.dt);
         let mut marked = Estimate {
             total_mass_kg: self.mass(estimate.total_mass_kg),
-            grade_rad: self.grade(widened(estimate.grade_rad, factor)),
-            effective_grade_rad: self.grade(widened(estimate.effective_grade_rad, factor)),
+            grade_rad: self.grade(at_imu),
+            effective_grade_rad: self.grade(effective),
             speed_mps: self.speed(widened(estimate.speed_mps, speed)),
             ..estimate
         };
@@ -187,7 +199,7 @@ fn mark(value: Value, max_sd: Real, consistent: bool) -> Value {
     }
 }
 
-state!(Validity { nis, plausible; params });
+state!(Validity { nis, plausible, lag, dt; params });
 
 #[cfg(test)]
 mod tests {
@@ -289,7 +301,7 @@ mod tests {
             reading.specific_force_mps2 = Some(if t > 1.0 { 1.0 } else { 0.0 });
             reading.speed_mps = Some(3.6 * (t - 1.0).max(0.0));
             let plausible = checks.step(&reading, reading.pitch_rate_radps, 0.01);
-            rule.observe(plausible);
+            rule.observe(plausible, 0.01);
         }
         assert_eq!(marks(&rule, estimate()), [false; 4]);
     }

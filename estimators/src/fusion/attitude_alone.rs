@@ -96,7 +96,7 @@ impl Pipeline for AttitudePipeline {
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let pitch_rate = reading.pitch_rate_radps.filter(|_| self.filter.uses_gyro());
         let plausible = self.plausibility.step(reading, pitch_rate, dt);
-        self.validity.observe(plausible);
+        self.validity.observe(plausible, dt);
         if !self.plausibility.gyro_is_sound() {
             self.filter.leave_gyro_out();
         }
@@ -206,7 +206,7 @@ mod tests {
     fn start(lean: Real, seconds: Real) -> (Estimate, [Real; 14]) {
         let mut params = Params::default();
         params.lean.pitch_lean_rad_per_mps2 = lean;
-        params.integrity.nis_monitor = false;
+        (params.integrity.lag_share, params.integrity.nis_monitor) = (0.0, false);
         let mut pipeline = new(&vehicle(), &params);
         let mut last = Estimate::default();
         for k in 0..100 + (seconds / DT + 0.5) as u32 {

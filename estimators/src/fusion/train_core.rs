@@ -52,7 +52,7 @@ impl TrainCore {
     /// Gives the validity rule the signals of a step: what the source has found, and the normalised innovation squared
     /// of a block of the force balance with its length, s.
     pub fn supervise(&mut self, input: &TrainInput, block: Option<(Real, Real)>) {
-        self.validity.observe(input.plausible);
+        self.validity.observe(input.plausible, input.dt);
         if let Some(nis) = input.new_nis {
             self.validity.innovation(Source::WheelSpeed, nis, input.dt);
         }

@@ -156,7 +156,7 @@ impl Pipeline for ComplementaryFilter {
         let plausible = self
             .plausibility
             .step(reading, reading.pitch_rate_radps, dt);
-        self.validity.observe(plausible);
+        self.validity.observe(plausible, dt);
         self.gate.tick(dt);
         let rate = reading
             .pitch_rate_radps

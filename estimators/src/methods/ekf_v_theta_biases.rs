@@ -223,7 +223,7 @@ impl Pipeline for EkfVThetaBiases {
         let plausible = self
             .plausibility
             .step(reading, reading.pitch_rate_radps, dt);
-        self.validity.observe(plausible);
+        self.validity.observe(plausible, dt);
         self.gate.tick(dt);
         let inertial = Inertial {
             specific_force_mps2: reading.specific_force_mps2,

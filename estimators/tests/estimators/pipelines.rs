@@ -203,7 +203,7 @@ fn baseline() {
     let mut pipeline = build(
         "ekf_v_theta_biases",
         &rail(),
-        [("nis_monitor", false.into())],
+        [("nis_monitor", false.into()), ("lag_share", 0.0.into())],
     )
     .unwrap();
     let dt = 0.02;

@@ -119,6 +119,7 @@ pub fn drive(
     let validity = ["nis_monitor", "plausibility"];
     let off = validity.map(|key| (key, Setting::Flag(false)));
     let settings = settings.iter().copied().chain(off);
+    let settings = settings.chain([("lag_share", Setting::Number(0.0))]);
     let mut estimator = registry::build(name, &vehicle(), settings).unwrap();
     let place = |wanted: &&str| {
         let mut all = estimator.internals().iter();
