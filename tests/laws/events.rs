@@ -143,6 +143,17 @@ fn a_brake_that_drags_is_driven_against() {
     assert!(more(|t| t.speed_mps).abs() < 0.02);
 }
 
+#[test]
+fn a_drive_that_is_not_there_is_refused_by_its_key() {
+    let s = level(&[("events", "[{at_s: 1, isolated_drive: 8}]")]);
+    let refused = Simulation::build(s, &Registry::default(), 1).err().unwrap();
+    let told = refused.to_string();
+    assert!(
+        told.contains("events[0].isolated_drive") && told.contains("no drive 8"),
+        "{told}"
+    );
+}
+
 /// The others have a seventh each of the torque that all eight have without the event.
 #[test]
 fn an_isolated_drive_gives_nothing_and_the_others_its_part() {

@@ -75,7 +75,7 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
     if s.plant() == PlantKind::Rapier && plant.is_none() {
         checks::step(&scenario, &train, dt_s)?;
     }
-    checks::loads(&scenario, &train)?;
+    checks::events(&scenario, &train)?;
     checks::windows(&scenario, &rail)?;
     let front_m = checks::front(&scenario, &rail, &train)?;
 

@@ -37,14 +37,24 @@ pub fn step(scenario: &Scenario, train: &Train, dt_s: f64) -> Result<(), Error> 
     })
 }
 
-/// No event asks for more load than the train may carry.
-pub fn loads(scenario: &Scenario, train: &Train) -> Result<(), Error> {
+/// No event asks for more load than the train may carry, or isolates a drive that it does not have.
+pub fn events(scenario: &Scenario, train: &Train) -> Result<(), Error> {
     let max_kg = if train.load.is_some() {
         train.limits.max_load_kg
     } else {
         0.0
     };
+    let drives = train.drives.len();
     for (i, e) in scenario.file.events.iter().enumerate() {
+        if let Event::IsolatedDrive { isolated_drive, .. } = e
+            && *isolated_drive as usize >= drives
+        {
+            return Err(scenario.error(
+                format!("events[{i}].isolated_drive"),
+                format!("there is no drive {isolated_drive}"),
+                format!("an index below {drives}, counted from 0 at the front"),
+            ));
+        }
         if let Event::LoadMass { load_mass_kg, .. } = e
             && load_mass_kg.get() > max_kg
         {
