@@ -89,10 +89,13 @@ if not names:
     # descriptions are indented
     names = [line.strip() for line in monorig("list", "estimators").splitlines() if line and not line[0].isspace()]
 
+# an FMU is told the true values of the vehicle: so is the run
+EXACT = ("--set", "vehicle.exact.all=an FMU is told exactly")
+
 # the estimators in a run: samples and estimates
 sets = [word for name in names for word in ("--set", f"estimators.{name}={{}}")]
 monorig("run", SCENARIO, "--keep-samples", "--no-rerun", "--set", f"stop.after_s={SECONDS}", "--set", "record.rate_hz=500",
-        "--set", "expect=[]", "--set", "availability={}", *sets, "--name", "fmpy", "--out", out / "run")
+        "--set", "expect=[]", "--set", "availability={}", *EXACT, *sets, "--name", "fmpy", "--out", out / "run")
 folder = next((out / "run").rglob("samples.parquet")).parent
 samples = pyarrow.parquet.read_table(folder / "samples.parquet").to_pydict()
 channels = pyarrow.parquet.read_table(folder / "channels.parquet")
@@ -168,7 +171,7 @@ if sys.platform == "linux" and python.suffix != ".a" and python.exists():
     os.environ |= {"LD_PRELOAD": str(python), "PYTHONPATH": sysconfig.get_path("purelib")}
     mine = f"estimators={{mine: {{fmu: {out.resolve() / 'Slope.fmu'}, map: {{grade_sd: 0.01}}}}}}"
     monorig("run", SCENARIO, "--no-rerun", "--set", f"stop.after_s={SECONDS}", "--set", "record.rate_hz=500", "--set", "expect=[]",
-            "--set", "availability={}", "--set", mine, "--name", "foreign", "--out", out / "foreign")
+            "--set", "availability={}", *EXACT, "--set", mine, "--name", "foreign", "--out", out / "foreign")
     del os.environ["LD_PRELOAD"], os.environ["PYTHONPATH"]
     wanted = pyarrow.parquet.read_table(next((out / "foreign").rglob("channels.parquet")))["estimates/mine/grade"].to_pylist()
     fmu = Fmu(out / "Slope.fmu", 2)
