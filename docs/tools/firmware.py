@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measure what an estimator takes on a Cortex-M4F and write docs/src/methods/firmware.md: flash, RAM, stack, instructions per step.
+"""Measure what an estimator takes on a Cortex-M4F and write docs/notes/firmware.md: flash, RAM, stack, instructions per step.
 
     python docs/tools/firmware.py            # measure and write
     python docs/tools/firmware.py --print    # measure and print
@@ -17,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 CRATE = ROOT / "docs" / "tools" / "firmware"
-PAGE = ROOT / "docs" / "src" / "methods" / "firmware.md"
+PAGE = ROOT / "docs" / "notes" / "firmware.md"
 TARGET = "thumbv7em-none-eabihf"
 REGISTRY = ROOT / "estimators" / "src" / "registry.rs"
 QEMU = "qemu-system-arm -M mps2-an386 -nographic -monitor none -serial none -semihosting-config enable=on,target=native -icount shift=0"

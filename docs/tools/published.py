@@ -17,7 +17,6 @@ from pathlib import Path
 import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
-PARAMETERS = ROOT / "docs/src/methods/parameters.md"
 # The methods compared in every scenario of Liu et al. 2023; elsewhere those of the scenario.
 ALL = ("dffrls_aekf,rls_ekf,ffrls,joint_ekf,dffrls_aukf,dffrls_ukf,dffrls_aekf_inclination,ffrls_aukf,rls_mff_aukf,"
        "imm_stf,imm_stf_fixed,imm_ekf,kinematic_stf,dynamic_stf,mmrls_sh_stf").split(",")
@@ -36,16 +35,10 @@ SETS = [
 ] + [(f"Guo et al. 2024, table 2 ({case.replace('_', ' ')})", f"guo2024_{case}", None, "1..20", GUO) for case in CASES]
 
 
-def parameters():
-    """Names of the parameters of each estimator, from the book."""
-    found = {}
-    for section in PARAMETERS.read_text().split("\n## ")[1:]:
-        names, _, rows = section.partition("\n")
-        keys = re.findall(r"^\| `(\w+)`", rows, re.M)
-        keys += re.findall(r"`(\w+)`", "".join(re.findall(r"^Shared: .*$", rows, re.M)))
-        for name in re.findall(r"`(\w+)`", names):
-            found.setdefault(name, set()).update(keys)
-    return found
+def parameters(program, name):
+    """Names of the parameters of an estimator, as the program prints them."""
+    listed = subprocess.run([program, "list", "parameters", name], check=True, capture_output=True, text=True).stdout
+    return set(re.findall(r"^(\w+)", listed, re.M))
 
 
 def forms(method):
@@ -64,7 +57,7 @@ def numbers(value):
     return value
 
 
-def with_all_forms(scenario, methods, folder):
+def with_all_forms(program, scenario, methods, folder):
     """The scenario with every form of its methods, in a file of its own; and their names."""
     file = numbers(yaml.safe_load((ROOT / "scenarios" / f"{scenario}.yaml").read_text()))
     for key in ("track", "train", "car", "sensors"):
@@ -72,12 +65,12 @@ def with_all_forms(scenario, methods, folder):
             file[key] = str((ROOT / "scenarios" / file[key]).resolve())
     given = file["estimators"]
     methods = methods or [name.removesuffix("_robust") for name in given]
-    known, names = parameters(), []
+    names = []
     for method in dict.fromkeys(methods):
         settings = given.get(f"{method}_robust", given.get(method, {}))
         for name in forms(method):
             names.append(name)
-            given.setdefault(name, {k: v for k, v in settings.items() if k in known.get(name, ())})
+            given.setdefault(name, {k: v for k, v in settings.items() if k in parameters(program, name)})
     # What was published is of the method, in whatever form.
     for entry in list(file.get("published", [])):
         method = entry["estimator"].removesuffix("_robust")
@@ -91,7 +84,7 @@ def with_all_forms(scenario, methods, folder):
 
 
 def compare(program, scenario, methods, seeds, metrics, folder):
-    file, names = with_all_forms(scenario, methods, folder)
+    file, names = with_all_forms(program, scenario, methods, folder)
     out = Path(folder) / f"{scenario}.json"
     command = [program, "compare", str(file), "--set", "vehicle.exact.all=as in the papers", "--seeds", seeds, "--metrics", ",".join(metrics), "--json", str(out),
                "--estimators", ",".join(names)]

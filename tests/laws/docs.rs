@@ -381,7 +381,7 @@ fn reasons() -> String {
 /// Known failures of every scenario by their reason. The page has all of them behind its last heading, and no others.
 #[test]
 fn the_page_of_known_failures_is_what_the_scenarios_say() {
-    let file = project().join("docs/src/known_failures.md");
+    let file = project().join("docs/known_failures.md");
     let page = std::fs::read_to_string(&file).unwrap();
     let heading = "## The reasons\n\n";
     let (head, there) = page.split_once(heading).unwrap();
@@ -400,12 +400,12 @@ fn the_page_of_known_failures_is_what_the_scenarios_say() {
 #[test]
 fn what_is_wrong_is_found() {
     let page = project().join("docs/src/made_up.md");
-    let text = "# Two words, `code`\n[a](nowhere.md) [b](design.md) [c](design.md#nothing) ![d](images/none.png)\n\
+    let text = "# Two words, `code`\n[a](nowhere.md) [b](physics.md) [c](physics.md#nothing) ![d](images/none.png)\n\
                 [e](#two-words-code) [f](#three) [g](https://example.org/x)\n```\n[h](in_code.md)\n```\n";
     let found = dead(&page, text);
     let expected = [
         "nowhere.md",
-        "design.md#nothing",
+        "physics.md#nothing",
         "images/none.png",
         "#three",
     ];

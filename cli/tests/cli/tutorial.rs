@@ -246,7 +246,7 @@ fn outputs_of_the_replay_in_ten_minutes_are_what_the_commands_print() {
 
 #[test]
 fn outputs_of_the_good_and_the_bad_result_are_what_the_command_prints() {
-    check("docs/src/good_result.md", 1);
+    check("docs/src/choose.md", 1);
 }
 
 #[test]

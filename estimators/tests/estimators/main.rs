@@ -11,7 +11,6 @@ mod identifiability;
 mod mirror;
 mod oracle;
 #[cfg(feature = "printed")]
-mod parameters;
 mod pipelines;
 #[cfg(feature = "printed")]
 mod printed;

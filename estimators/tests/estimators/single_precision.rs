@@ -1,5 +1,5 @@
 //! Differences of the single-precision build from the double-precision one on the same measurements, and the places
-//! where it needs the square-root form. The figures it prints stand in the book, `methods/single_precision.md`.
+//! where it needs the square-root form. The figures that it prints stand in the book, `speed.md`.
 
 use crate::common::{Crane, Random, vehicle};
 use monorig_estimators as double;

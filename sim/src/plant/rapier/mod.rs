@@ -3,7 +3,7 @@
 //! rapier handles collisions of cabs, beam and load with obstacles (`collisions`) and integrates the rigid bodies
 //! meanwhile; while nothing can touch they are integrated by the same arithmetic without its pipeline (`bodies`,
 //! `free_motion`). The forces between wheels and rail come from [`Dynamics`], computed on the analytic rail; why wheels
-//! do not use the contact solver is described in `docs/src/design.md`.
+//! do not use the contact solver is described in `ARCHITECTURE.md`.
 
 mod bodies;
 mod clearance;
