@@ -3,7 +3,7 @@
     python3 docs/tools/published.py path/to/monorig
 
 Runs `monorig compare` over the scenarios below (some minutes on two cores), with every method as published, as printed and robust, and
-writes their tables, published figures beside ours as the scenarios name them (`published`). The text above the tables is in
+writes the rows with a published figure, as the scenarios name them (`published`). The text above the tables is in
 published.md beside this program. Needs PyYAML.
 """
 
@@ -112,6 +112,8 @@ def table(cells, metrics):
     yield "| estimator | " + " | ".join(f"`{m}`" for m in metrics) + " |"
     yield "|---" * (len(metrics) + 1) + "|"
     for name, row in rows.items():
+        if not any(cell.get("published") for cell in row.values()):
+            continue
         columns = []
         for metric in metrics:
             cell = row[metric]
