@@ -277,7 +277,7 @@ fn text(budget: &Budget) -> String {
         .filter_map(|s| Some((&s.name, s.failed.as_ref()?)));
     parts.extend(failed.map(|(name, why)| format!("without {name}: could not be run: {why}")));
     parts.push(format!(
-        "share: part of the mean square error that disappears without the source, over {} seeds",
+        "share: part of the mean square error that the source makes, over {} seeds",
         budget.seeds.len()
     ));
     parts.join("\n\n") + "\n"
