@@ -2,7 +2,7 @@
 
     python3 docs/tools/published.py path/to/monorig
 
-Runs `monorig compare` over the scenarios below (some minutes on two cores), with every method as published, as printed and robust, and
+Runs `monorig compare` over the scenarios below (some minutes on two cores), with every method as published and, of one, supervised, and
 writes the rows with a published figure, as the scenarios name them (`published`). The text above the tables is in
 published.md beside this program. Needs PyYAML.
 """
@@ -20,8 +20,6 @@ ROOT = Path(__file__).resolve().parents[2]
 # The methods compared in every scenario of Liu et al. 2023; elsewhere those of the scenario.
 ALL = ("dffrls_aekf,rls_ekf,ffrls,joint_ekf,dffrls_aukf,dffrls_ukf,dffrls_aekf_inclination,ffrls_aukf,rls_mff_aukf,"
        "imm_stf,imm_stf_fixed,imm_ekf,kinematic_stf,dynamic_stf,mmrls_sh_stf").split(",")
-# Methods that have a printed and a supervised form.
-WHOLE = ("dffrls_aekf", "dffrls_aukf", "imm_stf", "mmrls_sh_stf")
 LIU = ["mass_rmse_kg", "slope_rmse_deg"]
 HUAINAN = ["slope_mae_deg", "slope_rmse_deg"]
 GUO = ["slope_rmse_percent", "slope_error_max_percent", "mass_rmse_kg", "mass_error_converged_max_kg"]
@@ -42,8 +40,8 @@ def parameters(program, name):
 
 
 def forms(method):
-    """The names of a method: as published and, of some, as printed and supervised."""
-    return [method, *([f"{method}_printed"] if method in WHOLE else []), *([f"{method}_robust"] if method == "dffrls_aekf" else [])]
+    """The names of a method: as published and, of one, supervised."""
+    return [method, *([f"{method}_robust"] if method == "dffrls_aekf" else [])]
 
 
 def numbers(value):

@@ -126,11 +126,11 @@ table! {
             = share_in_band(|x: &ErrorSample| x.slope_nees);
         Slope "slope_rmse_over_bound" ["1", Least] "root mean square error of the slope over its Cramér-Rao bound, from the first valid sample on"
             = rms_over(|x: &ErrorSample| [x.slope, x.slope_bound], |x: &ErrorSample| x.slope_valid);
-        Slope "lagged_slope_rmse_deg" ["°", Least] "root mean square error of the slope told with the lag of the IMU's arm, against the grade under the middle of the unit that carries the IMU; of estimators that tell one (internal `lagged_grade_rad`)"
+        Slope "lagged_slope_rmse_deg" ["°", Least] "root mean square error of the delayed slope (internal `lagged_grade_rad`) against the grade under the middle of the unit that carries the IMU"
             = rms(|x: &ErrorSample| x.lagged / DEGREE);
-        Slope "lagged_slope_error_max_deg" ["°", Least] "largest error of that slope"
+        Slope "lagged_slope_error_max_deg" ["°", Least] "largest error of the delayed slope"
             = max(|x: &ErrorSample| x.lagged / DEGREE);
-        Slope "lagged_slope_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of that slope; 1 when consistent"
+        Slope "lagged_slope_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the delayed slope; 1 when consistent"
             = mean(|x: &ErrorSample| x.lagged_nees);
         EffectiveSlope "effective_slope_rmse_deg" ["°", Least] "root mean square error of the effective slope against the effective grade of the whole vehicle"
             = rms(|x: &ErrorSample| x.slope_effective / DEGREE);
@@ -231,7 +231,7 @@ table! {
             "root mean square change of the acceleration, both taken over steps of 0.1 s: comfort"
             = Run(jerk());
         "traction_energy_j" ["J", Least]
-            "work that the wheels do on the vehicle while they drive it, ∫ max(F v, 0) dt; what braking gives back is not taken off"
+            "work that the wheels do on the vehicle while they drive it, ∫ max(F v, 0) dt; energy from braking is not subtracted"
             = Run(energy());
         "traction_energy_jpm" ["J/m", Least]
             "traction energy over the way gone, ∫ |v| dt"
