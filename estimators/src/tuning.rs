@@ -342,19 +342,10 @@ groups! {
     }
     /// Solution separation of the pitch.
     SEPARATION: Separation {
-        /// Memory of the pitch by accelerometer and wheels, s. Chosen.
-        memory_s: Real = 1.0,
-        /// Time for which a pitch by the gyro alone is carried on, s. Chosen.
-        life_s: Real = 20.0,
         /// Separation that is no fault, rad. Chosen.
         nominal_rad: Real = 0.004,
-        /// Standard deviation from which a hypothesis says nothing, rad. Chosen.
-        max_sd_rad: Real = 0.035,
-        /// Change of the pitch in which all must have agreed before a hypothesis is given up, rad. Chosen.
+        /// Change of the pitch in which all must have agreed before a contradiction counts no more, rad. Chosen.
         excited_rad: Real = 0.05,
-        /// Change of the pitch by way that is not seen while the gyro is out of use, rad/m √s. Chosen: that of the model's
-        /// curvature.
-        blind_radpm: Real = 0.03,
     }
     /// Heading by the integral of the yaw rate.
     HEADING: Heading {

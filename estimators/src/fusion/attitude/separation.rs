@@ -33,6 +33,9 @@ pub struct Compared {
     pub speed_mps: Real,
     /// Angle random walk of the gyro, rad/√s.
     pub angle_walk: Real,
+    /// Standard deviation of the curvature of the rail, 1/m: a pitch that is not seen for a second is another by as much
+    /// for each m.
+    pub curvature_sd_per_m: Real,
 }
 
 /// Pitch and roll that the gyro alone has carried on since a time when the filter had them.
@@ -72,7 +75,7 @@ impl Carried {
                 self.angles = next.map(|angle| angle.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD));
                 z.angle_walk
             }
-            None => tuning::SEPARATION.blind_radpm * z.speed_mps,
+            None => z.curvature_sd_per_m * z.speed_mps,
         };
         self.variance += noise * noise * dt;
         self.age_s += dt;
@@ -129,7 +132,7 @@ impl Separation {
     /// Compares the acceleration by accelerometer and pitch with that of the wheels: its mean is too small by g times
     /// what the pitch is too large.
     fn take_force(&mut self, z: &Compared, dt: Real) {
-        let memory_s = tuning::SEPARATION.memory_s;
+        let memory_s = tuning::GRAVITY_CHECK.window_s;
         self.waited_s += dt;
         self.heard_s += dt;
         let Some(acceleration) = z
@@ -167,14 +170,14 @@ impl Separation {
     fn renew(&self, [kept, young]: &mut [Carried; 2], z: &Compared) {
         let [own, _, _] = z.sd;
         let says = |one: &Carried| one.sd() < 2.0 * own + tuning::SEPARATION.nominal_rad;
-        let old = young.age_s > tuning::SEPARATION.life_s;
+        let old = young.age_s > tuning::ATTITUDE.young_s;
         if !old && says(young) {
             return;
         }
         let [low, high] = young.range;
         let due = match kept.apart {
             true => old && high - low > tuning::SEPARATION.excited_rad,
-            false => kept.age_s > 2.0 * tuning::SEPARATION.life_s || !says(kept),
+            false => kept.age_s > 2.0 * tuning::ATTITUDE.young_s || !says(kept),
         };
         let agreed = !young.apart && self.heard_s >= young.age_s;
         if !is_known(kept) || agreed && due {
@@ -191,7 +194,7 @@ impl Separation {
 
 /// Returns true while a pitch is known well enough to say anything.
 fn is_known(one: &Carried) -> bool {
-    one.sd() < tuning::SEPARATION.max_sd_rad
+    one.sd() < tuning::SOURCE.read_sum_sd
 }
 
 #[allow(
@@ -219,6 +222,7 @@ impl AttitudeFilter {
             wheels_mps: (wheels.used + wheels.rejected > 0).then_some(wheels.speed_mps),
             speed_mps: x[V],
             angle_walk: self.model.noise.angle_walk,
+            curvature_sd_per_m: self.model.noise.curvature_sd_per_m,
         };
         self.separation.step(&compared, dt);
     }
@@ -253,6 +257,7 @@ mod tests {
                 wheels_mps: Some(1.0),
                 speed_mps: 1.0,
                 angle_walk: 1e-5,
+                ..Compared::default()
             };
             separation.step(&z, DT);
         }
@@ -298,6 +303,7 @@ mod tests {
                     wheels_mps: Some(1.0),
                     speed_mps: 1.0,
                     angle_walk: 1e-5,
+                    ..Compared::default()
                 };
                 separation.step(&z, DT);
             }
