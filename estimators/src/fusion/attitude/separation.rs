@@ -280,7 +280,7 @@ mod tests {
     #[test]
     fn a_pitch_that_accelerometer_and_wheels_contradict_is_doubted_by_as_much() {
         for off in [0.02, -0.02] {
-            let sd = run(&mut Separation::default(), off, 0.0, 5.0);
+            let sd = run(&mut Separation::default(), off, 0.0, 10.0);
             assert!((sd / told(0.02) - 1.0).abs() < 1e-3, "{sd}");
         }
     }
@@ -319,7 +319,7 @@ mod tests {
     #[test]
     fn what_an_instrument_said_last_stands_while_it_is_missing() {
         let mut separation = Separation::default();
-        run(&mut separation, 0.02, 0.0, 5.0);
+        run(&mut separation, 0.02, 0.0, 10.0);
         for _ in 0..1000 {
             let z = Compared {
                 angles: [0.02, 0.0],
