@@ -120,8 +120,7 @@ fn sources(
             Some(folder) => format!("{} has no {}", folder.display(), example.folder),
             None => "the sources of monorig are not at or above this folder".into(),
         };
-        let help =
-            "name the folder of monorig's sources with --monorig: the new folder refers to files in it";
+        let help = "name the folder of monorig's sources with --monorig: the new folder refers to files in it";
         return Err(CliError::refused(message, help));
     };
     found.canonicalize().map_err(|e| failed(found, e))
