@@ -4,7 +4,7 @@
 //! Each hypothesis is the [force balance](super::filter) begun at one load. A block
 //!
 //! 1. gives a share of the weight to fresh hypotheses, which know all but the load and its swing by the heaviest one:
-//!    the hazard of another load since the last share, or after a stand in which one can be hung on unseen a half
+//!    the hazard of another load since the last share, or a tenth after a stand in which one can be hung on unseen
 //! 2. corrects each, and weighs each by Student's t of its normalised innovation; the determinant is left out, which
 //!    favours the lightest load, since the noise of the swing grows with the load
 //! 3. merges those of the same load and forgets the lightest
@@ -260,9 +260,9 @@ mod tests {
         assert!((about / (off * off) - 1.0).abs() < 1e-9);
     }
 
-    /// After a stand half of the weight is that of other loads; the heaviest is the one of before.
+    /// After a stand a tenth of the weight is that of other loads; the heaviest is the one of before.
     #[test]
-    fn a_stand_gives_half_of_the_weight_away() {
+    fn a_stand_gives_a_tenth_of_the_weight_away() {
         let mut bank = bank();
         bank.count = 1;
         let balance = bank.balance;
@@ -271,7 +271,7 @@ mod tests {
         bank.open();
         assert!((weight(&bank) - 1.0).abs() < 1e-12 && bank.hypotheses().len() == 9);
         assert_eq!(bank.heaviest().belief, before.belief);
-        assert!((bank.heaviest().weight - 0.5).abs() < 1e-12);
+        assert!((bank.heaviest().weight - 0.9).abs() < 1e-12);
     }
 
     /// The bank is full with eight hypotheses and eight fresh ones; the lightest go first.

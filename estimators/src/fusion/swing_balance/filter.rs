@@ -294,6 +294,7 @@ impl State for Hypothesis {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::api::aid::AidOutcome;
     use crate::api::mass_layout::MassLayout;
     use crate::fusion::swing_balance::block::{BlockBuilder, BlockInput};
     use crate::rail::rail_memory::RailMemory;

@@ -1,7 +1,6 @@
 use super::*;
 use crate::api::mass_layout::MassLayout;
 use crate::testing::vehicles::vehicle;
-use std::vec::Vec;
 
 const DT: Real = 0.01;
 const MU: Real = 0.02;
