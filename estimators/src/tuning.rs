@@ -340,6 +340,13 @@ groups! {
         /// Variance of the pitch that a unit of excess adds, rad²/s. Chosen.
         doubt_rad2ps: Real = 1.6e-5,
     }
+    /// Solution separation of the pitch.
+    SEPARATION: Separation {
+        /// Separation that is no fault, rad. Chosen.
+        nominal_rad: Real = 0.004,
+        /// Change of the pitch in which all must have agreed before a contradiction counts no more, rad. Chosen.
+        excited_rad: Real = 0.05,
+    }
     /// Heading by the integral of the yaw rate.
     HEADING: Heading {
         /// Scale error of a calibrated gyro and of its axes against each other. Chosen.
@@ -349,13 +356,8 @@ groups! {
     SHOCK: Shock {
         /// Jump of the accelerometer from one sample to the next that is a shock, m/s². Chosen.
         jump_mps2: Real = 1.5,
-        /// Time for which the gyro monitor rests after a shock, and the accelerometer is out of use after its |f| was
-        /// not g, s. Chosen.
+        /// Time for which the gyro monitor rests after a shock, s. Chosen.
         rest_s: Real = 0.5,
-        /// Low-pass of |f| − g, s. Chosen: 0.1 s rejects the shocks of rail joints, too.
-        norm_lag_s: Real = 0.4,
-        /// Deviation of |f| from g behind it beyond which the accelerometer is out of use, m/s². Chosen.
-        norm_gate_mps2: Real = 0.35,
         /// Time for which a shock rings, s. Chosen.
         ring_s: Real = 0.03,
         /// Jump of the gyro that is no spike, rad/s. Chosen.

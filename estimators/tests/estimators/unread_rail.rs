@@ -246,7 +246,11 @@ fn rail_that_was_read_badly_stays_in_doubt_for_its_way() {
         let (before, pitch) = (last, e.grade_rad.sd.powi(2) - body);
         last = pitch;
         told.push((e.effective_grade_rad.sd.powi(2) - pitch).sqrt());
-        if told.len() > 50 && read > 0.004 && e.effective_grade_rad.valid && (before / pitch - 1.0).abs() < 0.002 {
+        if told.len() > 50
+            && read > 0.004
+            && e.effective_grade_rad.valid
+            && (before / pitch - 1.0).abs() < 0.002
+        {
             compared += 1;
             let found = told.iter().rev().take(50).fold(f64::MAX, |a, b| a.min(*b));
             assert!((found / read - 1.0).abs() < 0.1, "{found} {read}");
