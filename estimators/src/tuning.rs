@@ -345,7 +345,7 @@ groups! {
         /// Separation that is no fault, rad. Chosen.
         nominal_rad: Real = 0.004,
         /// Change of the pitch in which all must have agreed before a contradiction counts no more, rad. Chosen.
-        excited_rad: Real = 0.05,
+        excited_rad: Real = 0.01,
     }
     /// Heading by the integral of the yaw rate.
     HEADING: Heading {

@@ -236,14 +236,13 @@ class Separation:
         if self.pair:
             self.renew(own, anew)
         apart = [abs(one.angles[0] - theta) for one in self.pair or () if one.sd() < 0.02]
-        third = max([abs(self.without_gyro), *apart]) / 3.0
-        return math.sqrt(own**2 + third**2 + 2.0 * third * SHEET["mount"])
+        return SHEET["mount"] + max([abs(self.without_gyro), *apart]) / 3.0
 
     def renew(self, own, anew):
         kept, young = self.pair
         says = lambda one: one.sd() < 2.0 * own + 0.004
         if young.age > 20.0 or not says(young):
-            moved = young.age > 20.0 and young.high - young.low > 0.05
+            moved = young.age > 20.0 and young.high - young.low > 0.01
             due = moved if kept.apart else kept.age > 40.0 or not says(kept)
             if kept.sd() >= 0.02 or (due and not young.apart and self.heard >= young.age):
                 kept = young
@@ -270,8 +269,7 @@ class Attitude:
         gc = G * math.cos(theta)
         phi = math.asin(clip(force[1] / gc, -0.3, 0.3))
         a = 0.02 if abs(v) < self.still else 2.5 if self.turn_walk else 1.0
-        wrong = np.linalg.norm(force) - G
-        angle = math.sqrt(p["bias"] ** 2 + a**2 + (p["vrw"] / math.sqrt(DT)) ** 2 + wrong**2) / gc
+        angle = math.sqrt(p["bias"] ** 2 + a**2 + (p["vrw"] / math.sqrt(DT)) ** 2) / gc
         scale = p["scale"] / math.sqrt(len(speeds))
         sd = np.zeros(11)
         sd[[V, TH, PH, EW]] = 2.0 * p["wheel"] + scale * abs(v) + max(np.ptp(speeds) - 7.0 * p["wheel"], 0.0), angle, angle, scale
@@ -429,7 +427,7 @@ class Attitude:
         elif abs(self.v) > 0.06:
             way = abs(self.v) * DT / 0.05
             self.curvature = clip(self.curvature + way / (1.0 + way) * (pitch / self.v - self.curvature), -0.13, 0.13)
-        self.pitch_sd = self.separation.step(b, body, None if force is None else self.v_dot, self.voted)
+        self.pitch_sd, self.mount_sd = math.sqrt(b.P[TH, TH]), self.separation.step(b, body, None if force is None else self.v_dot, self.voted)
         self.arm_error(self.v * DT, math.sqrt(b.P[TH, TH]) < 0.003)
         _, q, r = body if body is not None else (0.0, 0.0, 0.0)
         self.yaw = (q * math.sin(b.x[PH]) + r * math.cos(b.x[PH])) / math.cos(b.x[TH])
@@ -438,7 +436,7 @@ class Attitude:
         self.speed_noise = math.sqrt(max(b.P[V, V] - b.P[V, EW] ** 2 / b.P[EW, EW], 0.0))
         self.grade = b.x[TH] + ARM * self.curvature
         arm = self.arm + (0.05 * self.curvature) ** 2
-        self.grade_sd = math.sqrt(self.pitch_sd**2 + arm + SHEET["mount"] ** 2 + 0.0003**2)
+        self.grade_sd = math.sqrt(self.pitch_sd**2 + arm + self.mount_sd**2 + 0.0003**2)
 
     def arm_error(self, way, known):
         part = ARM / 4.0

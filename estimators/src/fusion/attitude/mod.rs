@@ -478,10 +478,7 @@ impl AttitudeFilter {
             speed_noise_mps: self.speed_noise(),
             acceleration_mps2: rates.v_dot,
             pitch_rad: x[THETA],
-            pitch_sd_rad: match self.supervision.separation {
-                true => self.separation.sd_rad().max(least_sd),
-                false => sqrt(P[(THETA, THETA)]).max(least_sd),
-            },
+            pitch_sd_rad: sqrt(P[(THETA, THETA)]).max(least_sd),
             roll_rad: x[PHI],
             bias_mps2: x[BIAS_X],
             sum_sd: self.sum_sd(cos_theta),

@@ -3,8 +3,8 @@
 //! Gyro, accelerometer and wheels have one parity relation, f = v̇ + g sin θ. When they contradict each other two
 //! pitches are left. Without the gyro it is the pitch by accelerometer and wheels over the last second; without
 //! accelerometer and wheels it is the pitch that the gyro has carried on from a time when all agreed. The deviation that
-//! is told covers both, whichever is right: σ² = P + δ² + 2 δ σ_mount, with δ a third of the largest separation, so that
-//! separation and mount add up. Source: ours, after solution separation in satellite navigation (Brown & McBurney 1988,
+//! is told covers both, whichever is right: σ² = P + (σ_mount + δ)², with δ a third of the largest separation. As that of
+//! the mount it is added at the end only: to weigh a sample with, a fault that may be is not its noise. Source: ours, after solution separation in satellite navigation (Brown & McBurney 1988,
 //! Brenner 1996); the pitches are those of running sums instead of filters of their own.
 
 use super::AttitudeFilter;
@@ -21,8 +21,8 @@ use crate::tuning;
 pub struct Compared {
     /// Pitch and roll of the filter, rad.
     pub angles: [Real; 2],
-    /// Standard deviations of that pitch, rad, of the gyro's bias about y, rad/s, and of the mount, rad.
-    pub sd: [Real; 3],
+    /// Standard deviations of that pitch, rad, and of the gyro's bias about y, rad/s.
+    pub sd: [Real; 2],
     /// Body rates without the gyro's biases, rad/s; `None` without a gyro.
     pub body_radps: Option<[Real; 3]>,
     /// Acceleration by accelerometer and pitch, m/s²; `None` without an accelerometer.
@@ -54,7 +54,7 @@ struct Carried {
 
 impl Carried {
     fn begin(z: &Compared) -> Self {
-        let ([theta, _], [sd, bias_sd, _]) = (z.angles, z.sd);
+        let ([theta, _], [sd, bias_sd]) = (z.angles, z.sd);
         Self {
             angles: z.angles,
             bias_sd,
@@ -109,14 +109,14 @@ pub struct Separation {
     without_gyro: Real,
     /// Pitches by the gyro alone: one that is kept while it is apart, and one that is begun anew in turn.
     carried: Option<[Carried; 2]>,
-    sd_rad: Real,
+    third_rad: Real,
 }
 
 impl Separation {
     /// Takes the signals of a step.
     pub fn step(&mut self, z: &Compared, dt: Real) {
         self.take_force(z, dt);
-        let [own, _, mount] = z.sd;
+        let [own, _] = z.sd;
         let limit = tuning::STATISTICS.noise_sd * own + tuning::SEPARATION.nominal_rad;
         let calm = self.without_gyro.abs() < limit;
         if self.carried.is_none() && calm && self.is_heard() {
@@ -130,8 +130,7 @@ impl Separation {
         self.carried = carried;
         let known = carried.iter().flatten().filter(|one| is_known(*one));
         let others = known.map(|one| one.from(z).abs());
-        let third = others.fold(self.without_gyro.abs(), Real::max) / 3.0;
-        self.sd_rad = sqrt(own * own + third * (third + 2.0 * mount));
+        self.third_rad = others.fold(self.without_gyro.abs(), Real::max) / 3.0;
     }
 
     /// Compares the acceleration by accelerometer and pitch with that of the wheels: its mean is too small by g times
@@ -178,7 +177,7 @@ impl Separation {
     /// Begins the young pitch anew once it is old, or says little. The kept one gives way to it if all have agreed with
     /// the young one all its life; after a contradiction they must have done so while the pitch changed.
     fn renew(&self, [kept, young]: &mut [Carried; 2], z: &Compared) {
-        let [own, _, _] = z.sd;
+        let [own, _] = z.sd;
         let says = |one: &Carried| one.sd() < 2.0 * own + tuning::SEPARATION.nominal_rad;
         let old = young.age_s > tuning::ATTITUDE.young_s;
         if !old && says(young) {
@@ -196,9 +195,9 @@ impl Separation {
         *young = Carried::begin(z);
     }
 
-    /// Standard deviation of the pitch that covers both, rad.
-    pub fn sd_rad(&self) -> Real {
-        self.sd_rad
+    /// Standard deviation by which the pitch covers both, rad: a third of the largest separation.
+    pub fn third_rad(&self) -> Real {
+        self.third_rad
     }
 }
 
@@ -226,7 +225,7 @@ impl AttitudeFilter {
         let (x, sd) = (&self.belief.x, |i: usize| sqrt(self.belief.P[(i, i)]));
         let compared = Compared {
             angles: [x[THETA], x[PHI]],
-            sd: [sd(THETA), sd(GYRO_Y), self.mount_sd_rad()],
+            sd: [sd(THETA), sd(GYRO_Y)],
             body_radps: rates.body_radps,
             acceleration_mps2: force.then_some(rates.v_dot),
             wheels_mps: (wheels.used + wheels.rejected > 0).then_some(wheels.speed_mps),
@@ -245,7 +244,7 @@ impl Blank for Carried {
 }
 
 state!(Carried { angles, bias_sd, variance, age_s, range, apart; });
-state!(Separation { low, waited_s, heard_s, without_gyro, carried, sd_rad; });
+state!(Separation { low, waited_s, heard_s, without_gyro, carried, third_rad; });
 
 #[cfg(test)]
 mod tests {
@@ -253,7 +252,6 @@ mod tests {
 
     const DT: Real = 0.01;
     const OWN: Real = 0.001;
-    const MOUNT: Real = 0.003;
 
     /// A run on the level at 1 m/s with the pitch of the filter off by `off` rad and the gyro by `rate` rad/s, for so
     /// many seconds.
@@ -261,7 +259,7 @@ mod tests {
         for _ in 0..(seconds / DT) as usize {
             let z = Compared {
                 angles: [off, 0.0],
-                sd: [OWN, 1e-6, MOUNT],
+                sd: [OWN, 1e-6],
                 body_radps: Some([0.0, -rate, 0.0]),
                 acceleration_mps2: Some(-GRAVITY * off),
                 wheels_mps: Some(1.0),
@@ -271,19 +269,13 @@ mod tests {
             };
             separation.step(&z, DT);
         }
-        separation.sd_rad()
-    }
-
-    /// The deviation of the pitch that is told, with the mount's beside it, if the largest separation is `apart`.
-    fn told(apart: Real) -> Real {
-        let third = apart / 3.0;
-        sqrt(OWN * OWN + third * third + 2.0 * third * MOUNT)
+        separation.third_rad()
     }
 
     #[test]
     fn instruments_that_agree_add_nothing() {
         let sd = run(&mut Separation::default(), 0.0, 0.0, 100.0);
-        assert!(sd < 1.01 * OWN, "{sd}");
+        assert!(sd < 0.01 * OWN, "{sd}");
     }
 
     /// A pitch that is off by 0.02 rad is off by that from accelerometer and wheels, to either side.
@@ -291,7 +283,7 @@ mod tests {
     fn a_pitch_that_accelerometer_and_wheels_contradict_is_doubted_by_as_much() {
         for off in [0.02, -0.02] {
             let sd = run(&mut Separation::default(), off, 0.0, 10.0);
-            assert!((sd / told(0.02) - 1.0).abs() < 1e-3, "{sd}");
+            assert!((sd / (0.02 / 3.0) - 1.0).abs() < 1e-3, "{sd}");
         }
     }
 
@@ -307,7 +299,7 @@ mod tests {
                 pitch += rate * DT;
                 let z = Compared {
                     angles: [pitch, 0.0],
-                    sd: [OWN, 1e-6, MOUNT],
+                    sd: [OWN, 1e-6],
                     body_radps: Some([0.0, -rate, 0.0]),
                     acceleration_mps2: Some(acceleration),
                     wheels_mps: Some(1.0),
@@ -317,12 +309,12 @@ mod tests {
                 };
                 separation.step(&z, DT);
             }
-            separation.sd_rad()
+            separation.third_rad()
         };
         let sd = follow(0.0, 100.0, 0.0, 0.05);
-        assert!((sd / told(0.05) - 1.0).abs() < 0.02, "{sd}");
+        assert!((sd / (0.05 / 3.0) - 1.0).abs() < 0.02, "{sd}");
         let sd = follow(0.0, 100.0, 0.004, 0.05);
-        assert!(sd < 1.01 * OWN, "{sd}");
+        assert!(sd < 0.01 * OWN, "{sd}");
     }
 
     /// Without an accelerometer what it said last stands.
@@ -333,13 +325,13 @@ mod tests {
         for _ in 0..1000 {
             let z = Compared {
                 angles: [0.02, 0.0],
-                sd: [OWN, 1e-6, MOUNT],
+                sd: [OWN, 1e-6],
                 body_radps: Some([0.0; 3]),
                 wheels_mps: Some(1.0),
                 ..Compared::default()
             };
             separation.step(&z, DT);
         }
-        assert!((separation.sd_rad() / told(0.02) - 1.0).abs() < 1e-3);
+        assert!((separation.third_rad() / (0.02 / 3.0) - 1.0).abs() < 1e-3);
     }
 }

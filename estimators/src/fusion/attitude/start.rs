@@ -25,7 +25,7 @@ pub fn first_belief(
     bias_sd: [Real; 2],
     (standing_mps, road): (Real, bool),
 ) -> Option<Gaussian<N>> {
-    let [fx, fy, fz] = z.specific_force_mps2?;
+    let [fx, fy, _] = z.specific_force_mps2?;
     let wheels = z.new_wheel_speed_mps.iter().flatten();
     let none = (0.0, 0.0, [Real::MAX, Real::MIN]);
     let (count, sum, [low, high]) = wheels.fold(none, |(n, sum, [low, high]), v| {
@@ -47,9 +47,7 @@ pub fn first_belief(
     };
     let [bias, gyro] = bias_sd;
     let noise = params.velocity_random_walk / sqrt(dt);
-    // A sample that is not as long as g is wrong by as much.
-    let wrong = sqrt(fx * fx + fy * fy + fz * fz) - GRAVITY;
-    let angle = sqrt(bias * bias + v_dot * v_dot + noise * noise + wrong * wrong) / g_theta;
+    let angle = sqrt(bias * bias + v_dot * v_dot + noise * noise) / g_theta;
     let scale = params.wheel_scale_sd / sqrt(count);
     let slip = (high - low - tuning::STATISTICS.agree_sd * params.wheel_speed_sd_mps).max(0.0);
     let speed = 2.0 * params.wheel_speed_sd_mps + scale * v.abs() + slip;
