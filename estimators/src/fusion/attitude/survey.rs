@@ -45,14 +45,9 @@ impl AttitudeFilter {
         sqrt(known + moved * moved)
     }
 
-    /// Standard deviation of what the filter cannot know of the pitch, rad, common to all grades: that of the IMU's
-    /// mounting, and what instruments that contradict each other leave open.
+    /// Standard deviation of the IMU's mounting, rad: common to all grades.
     pub fn mount_sd_rad(&self) -> Real {
-        let open = match self.supervision.separation {
-            true => self.separation.third_rad(),
-            false => 0.0,
-        };
-        self.params.mount_sd_deg * PI / 180.0 + open
+        self.params.mount_sd_deg * PI / 180.0
     }
 
     /// The grade where the IMU was one arm ago.
