@@ -340,6 +340,13 @@ groups! {
         /// Variance of the pitch that a unit of excess adds, rad²/s. Chosen.
         doubt_rad2ps: Real = 1.6e-5,
     }
+    /// Solution separation of the pitch.
+    SEPARATION: Separation {
+        /// Separation that is no fault, rad. Chosen.
+        nominal_rad: Real = 0.004,
+        /// Change of the pitch in which all must have agreed before a contradiction counts no more, rad. Chosen.
+        excited_rad: Real = 0.01,
+    }
     /// Heading by the integral of the yaw rate.
     HEADING: Heading {
         /// Scale error of a calibrated gyro and of its axes against each other. Chosen.
@@ -349,13 +356,8 @@ groups! {
     SHOCK: Shock {
         /// Jump of the accelerometer from one sample to the next that is a shock, m/s². Chosen.
         jump_mps2: Real = 1.5,
-        /// Time for which the gyro monitor rests after a shock, and the accelerometer is out of use after its |f| was
-        /// not g, s. Chosen.
+        /// Time for which the gyro monitor rests after a shock, s. Chosen.
         rest_s: Real = 0.5,
-        /// Low-pass of |f| − g, s. Chosen: 0.1 s rejects the shocks of rail joints, too.
-        norm_lag_s: Real = 0.4,
-        /// Deviation of |f| from g behind it beyond which the accelerometer is out of use, m/s². Chosen.
-        norm_gate_mps2: Real = 0.35,
         /// Time for which a shock rings, s. Chosen.
         ring_s: Real = 0.03,
         /// Jump of the gyro that is no spike, rad/s. Chosen.
@@ -447,8 +449,6 @@ groups! {
         nominal_mps2: Real = 2.5e-3,
         /// Step of the accelerations kept, m/s². Derived: an eighth of their noise.
         acceleration_step: Real = 2e-4,
-        /// Step of the noise kept, m/s², of which there are at most 255. Chosen: a byte keeps it.
-        noise_step: Real = 1e-4,
         /// Noise of the acceleration of a part that the model's noise covers, m/s². Chosen.
         nominal_part_mps2: Real = 0.01,
         /// Step in which the noise of a part is kept, m/s². Chosen: a byte keeps it.
@@ -462,78 +462,55 @@ groups! {
     BALANCE: Balance {
         /// Largest |ln L/L₀|. Chosen.
         max_length: Real = 0.5,
-        /// Part of the running resistance per weight from which it weighs the load, and not the swing. Derived: a load
-        /// swings with accelerations of some 0.05 g.
-        max_swing_mu: Real = 0.05,
-        /// Memory of the excitation, s. Chosen.
-        excitation_s: Real = 10.0,
-        /// Root of its mean square over the noise of the regressor from which a block weighs the load. Chosen.
-        min_excitation: Real = 5.0,
         /// Standard deviations of the swing after a load has been taken, rad and rad/s. Chosen.
         new_swing_sd: [Real; 2] = [0.06, 0.25],
         /// Share of the first variance of the resistance that another load adds. Chosen.
         reopen: Real = 0.01,
-        /// Time over which the factor on the noise grows with the residuals, s; it falls in twice that. Chosen.
-        inflate_s: Real = 4.0,
-        /// Factor on the noise from which it acts. Chosen.
-        min_inflation: Real = 1.2,
     }
-    /// Blocks that wait, the start, and the marks of the mass.
+    /// Blocks that wait, and the marks of the mass.
     QUEUE: Queue {
-        /// Blocks kept: those that wait for rail, and those that a change of load goes back over; a capacity. Chosen.
+        /// Blocks kept that wait for rail; a capacity. Chosen.
         blocks: usize = 26,
-        /// Blocks that may come while the start search goes over those kept. Chosen.
-        spare_blocks: u64 = 5,
         /// Time after standing from which a block is of use, s. Chosen.
         settle_s: Real = 0.3,
-        /// Blocks after which the start is searched for the first time. Chosen.
-        first_look_blocks: u32 = 10,
-        /// Blocks after which the start is searched for the last time. Chosen.
-        settled_blocks: u32 = 20,
-        /// Time that the start search takes for a block, s. Derived: one for each sample at 100 Hz.
-        search_period_s: Real = 0.01,
-        /// Most blocks that the start search goes over in a step. Chosen.
-        max_search_blocks: u32 = 10,
-        /// Memory of the mean residual, s. Chosen.
-        lean_memory_s: Real = 2.0,
-        /// Mean residual from which the mass is not valid, in standard deviations: residuals that keep to one side come
-        /// of another load, or of a model that is wrong. Chosen.
-        max_lean_sd: Real = 1.2,
         /// Standard deviations by which the force may jump from one block to the next. Chosen.
         jump_sd: Real = 8.0,
         /// Blocks after a jump until its cause is found. Chosen.
         settling_blocks: u64 = 3,
     }
-    /// CUSUM of scaled residuals: another load.
-    CUSUM: Cusum {
-        /// Allowance of the sums, in standard deviations. Chosen.
-        allowance: Real = 1.2,
-        /// Threshold of the sums, in standard deviations. Chosen.
-        threshold: Real = 20.0,
-        /// Memory of the square of the residuals by which they are scaled, s. Chosen.
-        scale_s: Real = 20.0,
-        /// Largest scaled residual that is taken. Chosen.
-        max_residual: Real = 5.0,
-        /// Pause after an alarm, s. Chosen.
-        pause_s: Real = 15.0,
-    }
-    /// Start search.
-    START: Start {
-        /// Loads that a pass starts from, and their standard deviations, as shares of the largest load. Chosen: closer
-        /// together where they are light.
+    /// Load bank.
+    BANK: Bank {
+        /// Loads that a fresh hypothesis starts from, and their standard deviations, as shares of the largest load.
+        /// Chosen: closer together where they are light.
         loads: [[Real; 2]; 8] = [
-    [0.03, 0.03],
-    [0.10, 0.04],
-    [0.19, 0.05],
-    [0.31, 0.07],
-    [0.46, 0.08],
-    [0.62, 0.08],
-    [0.78, 0.08],
-    [0.94, 0.08],
-],
-        /// Share of the squares in the logarithm of a weight. By theory it is a half. Measured: the residuals have a
-        /// third of the variance that the filter assumes.
-        sharpness: Real = 1.0,
+            [0.03, 0.03],
+            [0.10, 0.04],
+            [0.19, 0.05],
+            [0.31, 0.07],
+            [0.46, 0.08],
+            [0.62, 0.08],
+            [0.78, 0.08],
+            [0.94, 0.08],
+        ],
+        /// Hypotheses kept after a block; a capacity. Chosen.
+        kept: usize = 8,
+        /// Hypotheses with the fresh ones; a capacity. Derived: those kept and the loads above.
+        most: usize = 16,
+        /// Rate of another load on the way, 1/s. Chosen.
+        hazard_hz: Real = 3e-5,
+        /// Blocks of use from one share for another load to the next. Chosen.
+        share_blocks: u32 = 4,
+        /// Share of another load after a stand. Derived: a half, times a fifth by which a load that fits narrows, which the
+        /// weights leave out.
+        stand_share: Real = 0.1,
+        /// Degrees of freedom of a residual. Chosen: heavy tails.
+        freedom: Real = 3.0,
+        /// Bhattacharyya distance of two loads that are the same. Chosen.
+        same: Real = 0.1,
+        /// Weight below which a hypothesis is forgotten. Chosen.
+        least_weight: Real = 1e-12,
+        /// Blocks used from which a mass is known. Chosen.
+        first_blocks: u32 = 6,
     }
     /// Torque monitor.
     TORQUE: Torque {

@@ -114,11 +114,6 @@ impl BlockForce<'_> {
         self.by_angle() * walk * sqrt(T * T * T / 20.0)
     }
 
-    /// Regressor of the load without its resistance, a_L + g S*_L, m/s²: 0 at a steady speed on the level.
-    pub fn load_regressor(&self, x: &SVector<Real, N>) -> Real {
-        self.load_acceleration(x) + GRAVITY * self.means.load_deep
-    }
-
     /// Sets the variance of the noise at a state.
     pub fn with_noise(mut self, noise: &BlockNoise, x: &SVector<Real, N>) -> Self {
         let n = &self.model.nominal;

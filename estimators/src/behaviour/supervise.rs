@@ -23,7 +23,7 @@ fn the_switches_of_an_estimator_go_by_its_kind() {
         for switch in ["rail_memory", "method_grade"] {
             assert_eq!(has(switch), method, "{name}: {switch}");
         }
-        let weighs = kind == Kind::Ours && has("load_change_detector");
+        let weighs = kind == Kind::Ours && has("force_fusion");
         assert_eq!(has("torque_monitor"), method || weighs, "{name}");
         for switch in ["validity_gate", "nis_monitor", "plausibility"] {
             assert_eq!(has(switch), kind.has_validity_rule(), "{name}: {switch}");
@@ -31,7 +31,7 @@ fn the_switches_of_an_estimator_go_by_its_kind() {
         assert_eq!(has("innovation_gate"), kind == Kind::Baseline, "{name}");
         for switch in [
             "slip_gate",
-            "accelerometer_gate",
+            "separation",
             "spike_gate",
             "gyro_monitor",
             "vertical_force",
@@ -49,7 +49,7 @@ fn the_switches_of_an_estimator_go_by_its_kind() {
     }
     assert_eq!(with("method_grade").count(), 1);
     assert_eq!(with("slip_detector").count(), 1);
-    assert_eq!(with("load_change_detector").count(), 2);
+    assert_eq!(with("load_change_detector").count(), 1);
     assert_eq!(with("excitation_gate").count(), 1);
 }
 

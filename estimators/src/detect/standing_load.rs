@@ -76,11 +76,6 @@ impl KeptMass {
         self.kept.get_or_insert([mass, variance]);
     }
 
-    /// The mass kept, if there is one.
-    pub fn mass(&self) -> Option<Real> {
-        self.kept.map(|[mass, _]| mass)
-    }
-
     /// Forgets it: the load is another.
     pub fn forget(&mut self) {
         self.kept = None;

@@ -215,7 +215,6 @@ impl TrainSource {
             block: BlockInput {
                 speed_mps: v,
                 speed_noise_mps: attitude.speed_noise_mps,
-                sum_sd: attitude.sum_sd,
                 acceleration_mps2: attitude.acceleration_mps2,
                 traction,
                 traction_lag_s: self.torques.lag_s(),

@@ -27,13 +27,7 @@ fn every_number_is_that_of_the_oracle() {
         "read_sd",
     ];
     // Supervisors that the oracle leaves out: they have laws of their own.
-    let outside = [
-        "start_search",
-        "load_change_detector",
-        "torque_monitor",
-        "force_fusion",
-    ]
-    .map(|key| (key, Setting::Flag(false)));
+    let outside = ["torque_monitor", "force_fusion"].map(|key| (key, Setting::Flag(false)));
     let no_gyro = [("gyro", Setting::Flag(false))];
     let motion = |e: &Estimate| {
         let (v, grade) = (e.speed_mps, e.grade_rad);

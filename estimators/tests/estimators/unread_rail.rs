@@ -212,7 +212,8 @@ fn on_read_rail_the_bias_is_left() {
 
 /// A train that is switched on while it runs reads its rail badly at first: what is more than 0.003 of the sum
 /// sin θ + b/g goes into the mean under the train. Its variance is added to that of the pitch, and fades over 20 m of
-/// way once the rail is read better.
+/// way once the rail is read better. It is the least in half a second: rail is read piece by piece, and of what is not
+/// yet read the standard deviation of a train that has not been weighed knows little.
 #[test]
 fn rail_that_was_read_badly_stays_in_doubt_for_its_way() {
     let settings = [("mount_sd_deg", Setting::Number(0.0))];
@@ -224,6 +225,7 @@ fn rail_that_was_read_badly_stays_in_doubt_for_its_way() {
         crane.step(1.0, DT);
     });
     let (mut read, mut last, mut compared) = (0.0_f64, 0.0_f64, 0);
+    let mut told = Vec::new();
     for _ in 0..6_000 {
         let z = crane.step(1.0, DT);
         let e = estimator.step(&z, &Command::default(), DT).unwrap();
@@ -234,14 +236,23 @@ fn rail_that_was_read_badly_stays_in_doubt_for_its_way() {
         let sum_sd = (values[place].powi(2) - body).sqrt();
         if sum_sd < 0.02 {
             let unusual = (sum_sd.powi(2) - 0.003_f64.powi(2)).max(0.0).sqrt();
-            read = (read * (-crane.speed_mps * DT / 20.0).exp()).max(unusual);
+            read *= (-crane.speed_mps * DT / 20.0).exp();
+            if unusual > read {
+                read = unusual;
+                told.clear();
+            }
         }
         // the mean is looked at every tenth of a second, in which the pitch gets better, too
         let (before, pitch) = (last, e.grade_rad.sd.powi(2) - body);
         last = pitch;
-        if read > 0.004 && e.effective_grade_rad.valid && (before / pitch - 1.0).abs() < 0.002 {
+        told.push((e.effective_grade_rad.sd.powi(2) - pitch).sqrt());
+        if told.len() > 50
+            && read > 0.004
+            && e.effective_grade_rad.valid
+            && (before / pitch - 1.0).abs() < 0.002
+        {
             compared += 1;
-            let found = (e.effective_grade_rad.sd.powi(2) - pitch).sqrt();
+            let found = told.iter().rev().take(50).fold(f64::MAX, |a, b| a.min(*b));
             assert!((found / read - 1.0).abs() < 0.1, "{found} {read}");
         }
     }

@@ -17,6 +17,7 @@ pub mod heading;
 pub mod imu_health;
 pub mod params;
 pub mod rail_curvature;
+pub mod separation;
 pub mod standing_bias;
 pub mod start;
 pub mod survey;
@@ -39,8 +40,8 @@ use crate::detect::control::Control;
 use crate::detect::validity::Integrity;
 use crate::filters::gaussian::Gaussian;
 use crate::models::attitude::{
-    Angles, AttitudeInput, AttitudeModel, AttitudeRates, BIAS_X, GYRO_Z, KAPPA, Lever, N, PHI,
-    SCALE, THETA, V,
+    Angles, AttitudeInput, AttitudeModel, AttitudeRates, BIAS_X, KAPPA, Lever, N, PHI, SCALE,
+    THETA, V,
 };
 use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::tuning;
@@ -51,6 +52,7 @@ use heading::{Heading, HeadingInput};
 use imu_health::{ImuHealth, SoundImu};
 use params::{AttitudeParams, AttitudeSupervision};
 use rail_curvature::RailCurvature;
+use separation::Separation;
 use standing_bias::StandingBias;
 use start::first_belief;
 use wheels_ahead::WheelsAhead;
@@ -123,6 +125,7 @@ pub struct AttitudeFilter {
     health: ImuHealth,
     wheels: WheelGate,
     monitor: GyroMonitor,
+    separation: Separation,
     window: ForceWindow,
     curvature: RailCurvature,
     arm: ArmError,
@@ -182,9 +185,10 @@ impl AttitudeFilter {
             ahead: WheelsAhead::default(),
             belief: Gaussian::independent(SVector::zeros(), SVector::zeros()),
             angles: Angles::default(),
-            health: ImuHealth::new(supervision.accelerometer_gate, supervision.spike_gate),
+            health: ImuHealth::new(supervision.spike_gate),
             wheels: WheelGate::new(vehicle.drives, wheel_sd, integrity.gate_sd, gated),
             monitor: GyroMonitor::new(supervision.gyro_monitor, wheel_sd),
+            separation: Separation::default(),
             window: ForceWindow::new(ForceNoise {
                 random_walk: params.velocity_random_walk,
                 lateral_sd_mps2: params.lateral_sd(vehicle),
@@ -209,9 +213,8 @@ impl AttitudeFilter {
         if !self.started {
             self.start(z, dt)?;
         }
-        let (yaw_bias, v) = (self.belief.x[GYRO_Z], self.belief.x[V]);
         let gyro = self.supervision.gyro && self.gyro_sound;
-        let imu = self.health.step(z, yaw_bias, v, gyro, dt);
+        let imu = self.health.step(z, gyro, dt);
         let rates = self.predict(&imu, dt);
         if imu.shock {
             self.monitor.shock();
@@ -221,6 +224,7 @@ impl AttitudeFilter {
         self.aid_by_force(&imu, dt);
         self.aid_by_standstill(&imu, ballot.used > 0, dt);
         self.limit(z, dt)?;
+        self.separate(&rates, imu.force_mps2.is_some(), &ballot, dt);
         self.find((z, &imu), &rates, &ballot, dt);
         Some(self.found)
     }
@@ -601,6 +605,7 @@ impl State for AttitudeFilter {
             health,
             wheels,
             monitor,
+            separation,
             window,
             curvature,
             arm,
@@ -627,6 +632,7 @@ impl State for AttitudeFilter {
         health.visit(archive);
         wheels.visit(archive);
         monitor.visit(archive);
+        separation.visit(archive);
         window.visit(archive);
         curvature.visit(archive);
         arm.visit(archive);

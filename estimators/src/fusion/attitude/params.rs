@@ -34,9 +34,9 @@ params! {
     /// Which supervisors of the attitude filter are on.
     AttitudeSupervision {
         slip_gate [flag] = true, "Wheels beyond the gate do not count; off: all do.";
-        accelerometer_gate [flag] = true, "The accelerometer is out of use while |f| is not g or it is stuck; off: it is always used.";
         spike_gate [flag] = true, "Single outliers of the gyro are left out; off: they are not.";
         gyro_monitor [flag] = true, "The pitch is doubted while wheels that agree contradict it; off: it is not.";
+        separation [flag] = true, "The told deviation of the pitch covers the hypotheses of a wrong gyro, accelerometer or wheels; off: it is that of the filter.";
         noise_learning [flag] = true, "The accelerometer's noise is never taken to be below that seen; off: it is that of the sheet.";
         vertical_force [flag] = true, "The vertical force is a measurement (bias by |f| = g); off: it is not used.";
         gyro [flag] = true, "The gyro is used; off: grade changes are a random walk.";

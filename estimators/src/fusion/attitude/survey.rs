@@ -45,9 +45,14 @@ impl AttitudeFilter {
         sqrt(known + moved * moved)
     }
 
-    /// Standard deviation of the IMU's mounting, rad: common to all grades.
+    /// Standard deviation of what the filter cannot know of the pitch, rad, common to all grades: that of the IMU's
+    /// mounting, and what instruments that contradict each other leave open.
     pub fn mount_sd_rad(&self) -> Real {
-        self.params.mount_sd_deg * PI / 180.0
+        let open = match self.supervision.separation {
+            true => self.separation.third_rad(),
+            false => 0.0,
+        };
+        self.params.mount_sd_deg * PI / 180.0 + open
     }
 
     /// The grade where the IMU was one arm ago.

@@ -6,7 +6,7 @@
 
 use crate::Real;
 use crate::api::aid::{AidOutcome, Rejection};
-use crate::api::real::{GRAVITY, floor, sqrt, within};
+use crate::api::real::{floor, sqrt, within};
 use crate::api::snapshot::{Blank, state};
 use crate::models::swing::SUBSTEPS;
 use crate::rail::rail_memory::{Place, RailMemory};
@@ -23,8 +23,6 @@ pub struct BlockInput {
     pub speed_mps: Real,
     /// Standard deviation of the speed but for what is common to a block, m/s.
     pub speed_noise_mps: Real,
-    /// Standard deviation of sin θ + b/g.
-    pub sum_sd: Real,
     /// Acceleration by the accelerometer, m/s².
     pub acceleration_mps2: Real,
     /// Traction at the rims, N, and its variance; `None` if too few torques are known.
@@ -56,9 +54,6 @@ pub struct Block {
     pub variance: f32,
     /// Speed, m/s.
     pub speed_mps: f32,
-    /// Standard deviation of the noise of the acceleration and of the sine of the grade times g, in steps of
-    /// `BLOCK.noise_step`.
-    noise: u8,
     /// Standard deviation of the noise of the acceleration of a part, in steps of `BLOCK.part_step`.
     part_noise: u8,
     /// Acceleration in parts, in steps of `BLOCK.acceleration_step`.
@@ -79,11 +74,6 @@ impl Block {
     pub fn accelerations(&self) -> [Real; SUBSTEPS] {
         self.acceleration
             .map(|steps| Real::from(steps) * tuning::BLOCK.acceleration_step)
-    }
-
-    /// Standard deviation of the noise of the load's regressor, m/s².
-    pub fn noise_mps2(&self) -> Real {
-        Real::from(self.noise) * tuning::BLOCK.noise_step
     }
 
     /// Standard deviation of the noise of the acceleration of a part, m/s², where it is beyond what the model's noise
@@ -112,7 +102,6 @@ pub struct BlockBuilder {
     variance: Real,
     speed: Real,
     noise: Real,
-    sum_sd: Real,
     brake: Real,
     unsound: bool,
     slip: bool,
@@ -148,7 +137,6 @@ impl BlockBuilder {
         self.seen_walk = self.seen_walk.max(z.seen_walk);
         self.lag_s = self.lag_s.max(z.traction_lag_s);
         self.noise = self.noise.max(z.speed_noise_mps);
-        self.sum_sd = self.sum_sd.max(z.sum_sd);
         if let Some([traction, variance]) = z.traction {
             self.with_traction += 1;
             self.traction += traction;
@@ -190,11 +178,6 @@ impl BlockBuilder {
                     + self.late_variance(),
             ),
             speed_mps: stored(self.speed / self.length_s),
-            noise: within(
-                floor(self.regressor_noise() / tuning::BLOCK.noise_step + 0.5),
-                0.0,
-                255.0,
-            ) as u8,
             part_noise: {
                 let [sd, _] = self.part_noise();
                 within(floor(sd / tuning::BLOCK.part_step + 0.5), 0.0, 255.0) as u8
@@ -229,15 +212,6 @@ impl BlockBuilder {
         } else {
             AidOutcome::Fused
         }
-    }
-
-    /// Standard deviation of the noise that the load's regressor has, m/s².
-    fn regressor_noise(&self) -> Real {
-        let (speed, grade) = (
-            self.noise / self.length_s.max(tuning::BLOCK.substep_s),
-            GRAVITY * self.sum_sd,
-        );
-        sqrt(2.0 * speed * speed + grade * grade)
     }
 
     /// Standard deviation of the noise of the acceleration of a part, m/s², 0 up to the nominal one, and the share that
@@ -283,8 +257,8 @@ impl Blank for Place {
     }
 }
 
-state!(Block { place, traction_n, variance, speed_mps, noise, part_noise, acceleration, substep, outcome; });
-state!(BlockBuilder { started, with_traction, traction, variance, speed, noise, sum_sd, brake, unsound, slip, doubt, part, parts, part_s, part_way, part_mps, seen_walk, lag_s, tractions, length_s; } where |this| this.part < SUBSTEPS);
+state!(Block { place, traction_n, variance, speed_mps, part_noise, acceleration, substep, outcome; });
+state!(BlockBuilder { started, with_traction, traction, variance, speed, noise, brake, unsound, slip, doubt, part, parts, part_s, part_way, part_mps, seen_walk, lag_s, tractions, length_s; } where |this| this.part < SUBSTEPS);
 
 /// The figure as a block keeps it: single precision halves what a memory of blocks takes.
 #[allow(clippy::unnecessary_cast)] // not with double precision
@@ -411,34 +385,25 @@ mod tests {
         }
     }
 
-    /// Noise of the speeds at both ends over the length, and of the grade: by squares. The force of inertia has the
-    /// former beyond 2.5 mm/s², and a traction that may be late what it changes by in that time.
+    /// The force of inertia has the noise of the speeds at both ends over the length beyond 2.5 mm/s², and a traction
+    /// that may be late what it changes by in that time: by squares.
     #[test]
     fn each_noise_adds_its_variance() {
-        for (noise, sum_sd, lag_s) in [
-            (0.0, 0.0, 0.0),
-            (5e-4, 0.0, 0.0),
-            (0.003, 0.0, 0.0),
-            (0.0, 0.001, 0.0),
-            (0.003, 0.001, 0.0),
-            (0.0, 0.0, 0.2),
-            (0.003, 0.001, 0.4),
+        for (noise, lag_s) in [
+            (0.0, 0.0),
+            (5e-4, 0.0),
+            (0.003, 0.0),
+            (0.0, 0.2),
+            (0.003, 0.4),
         ] {
             // the largest of the block counts
             let largest = |k: i32, of: Real| if k == 20 { of } else { 0.5 * of };
             let found = block(|k| BlockInput {
                 speed_noise_mps: largest(k, noise),
-                sum_sd: largest(k, sum_sd),
                 traction_lag_s: largest(k, lag_s),
                 ..running(k)
             });
             let by_speed = 2.0 * (noise / 0.5) * (noise / 0.5);
-            let by_grade = (GRAVITY * sum_sd) * (GRAVITY * sum_sd);
-            let regressor = (by_speed + by_grade).sqrt();
-            assert!(
-                (found.noise_mps2() - regressor).abs() < 5.1e-5,
-                "{noise} {sum_sd}"
-            );
             let late = lag_s / 0.5 * 490.0;
             let inertia = 1e8 * (by_speed - 2.5e-3 * 2.5e-3).max(0.0);
             let expected = 8.0 + late * late + inertia;

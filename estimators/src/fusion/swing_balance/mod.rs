@@ -1,16 +1,14 @@
 //! Mass by a force balance in which the load swings: blocks of half a second that wait until the rail under the train
-//! has been read, a Kalman filter over them ([`filter`]), and a load-change detector that goes back to where the change
-//! began.
+//! has been read, and a [bank](bank) of Kalman filters over them, one for each load that may hang on the train.
 //!
 //! The load on chains is a pendulum driven by the measured acceleration: every start weighs it (its pull against the
 //! train is m_L a_L, known in time but for m_L), so the mass is there after the first start and not only after a change
 //! of grade. Source: ours.
 
+pub mod bank;
 pub mod block;
 pub mod filter;
 pub mod params;
-pub mod scaled_cusum;
-pub mod start_search;
 pub mod torque_monitor;
 
 use nalgebra::SVector;
@@ -19,35 +17,23 @@ use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::{Archive, State, state};
-use crate::detect::standing_load::KeptMass;
 use crate::fusion::effective::GradeByForce;
 use crate::models::swing_balance::{ANGLE, CV, ETA, MASS, N, Nominal, R0};
 use crate::rail::mass_on_rail::MassOnRail;
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::{TrainMeans, TrainOnRail};
 use crate::tuning;
+use bank::LoadBank;
 use block::{Block, BlockBuilder, BlockInput};
-use filter::{BlockCorrection, SwingBalance};
+use filter::{Hypothesis, SwingBalance};
 use params::{SwingBalanceParams, SwingSupervision};
-use scaled_cusum::ScaledCusum;
-use start_search::StartSearch;
 
-/// The filter at the last block at which no residual hinted at another load.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct RollBack {
-    filter: SwingBalance,
-    /// The block that comes next.
-    next: u64,
-    /// True if the filter has gone back to it already, for another load.
-    spent: bool,
-}
-
-/// State of the balance that is published: while the start is searched the filter goes over old blocks, and this stays.
+/// State of the balance that is published: that of the heaviest hypothesis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BalanceState {
     /// State, in the order of [`crate::models::swing_balance`].
     pub x: SVector<Real, N>,
-    /// Variance of the load, kg².
+    /// Variance of the load, kg²: of all hypotheses.
     pub mass_variance: Real,
     /// Variance of the grade behind the rail read, rad².
     pub eta_variance: Real,
@@ -58,11 +44,11 @@ pub struct BalanceState {
     reason = "indices of states are constants below N"
 )]
 impl BalanceState {
-    fn by(filter: &SwingBalance) -> Self {
-        let belief = filter.belief();
+    fn by(bank: &LoadBank) -> Self {
+        let Hypothesis { belief, .. } = bank.heaviest();
         Self {
             x: belief.x,
-            mass_variance: belief.P[(MASS, MASS)],
+            mass_variance: bank.variance_about(belief.x[MASS]),
             eta_variance: belief.P[(ETA, ETA)],
         }
     }
@@ -76,20 +62,8 @@ pub struct SwingMass {
     tare_kg: Real,
     gain_sd: Real,
     front_m: Real,
-    /// The filter; while the start is searched that of the pass.
-    filter: SwingBalance,
+    bank: LoadBank,
     found: BalanceState,
-    roll_back: RollBack,
-    kept: KeptMass,
-    search: StartSearch,
-    /// Block that comes next in a pass of the start search, and the one that every pass begins with.
-    trial_next: u64,
-    search_from: u64,
-    /// True if the start has been searched since it was new.
-    searched: bool,
-    residuals: ScaledCusum,
-    /// Mean of the normalised residuals of late.
-    lean: Real,
     /// Innovation of the newest block and its variance, and the block up to which a jump of it takes the mark.
     outlook: Option<[Real; 2]>,
     jumped: u64,
@@ -99,11 +73,8 @@ pub struct SwingMass {
     written: u64,
     taken: u64,
     settle_s: Real,
-    changes: u32,
+    /// Blocks used since the load may have become another.
     used: u32,
-    /// Block up to which what is published stays as it is, and what is: mass and its standard deviation, kg.
-    catch_up: u64,
-    published: [Real; 2],
     new_nis: Option<(Real, Real)>,
     status: AidStatus,
 }
@@ -121,30 +92,19 @@ impl SwingMass {
         supervision: SwingSupervision,
         drives: usize,
     ) -> Self {
-        let filter = SwingBalance::new(nominal, &params, &supervision);
+        let bank = LoadBank::new(SwingBalance::new(nominal, &params, &supervision));
         let [front_m, _] = train.span_m();
-        let mut mass = Self {
+        let mut found = BalanceState::by(&bank);
+        found.x[MASS] = nominal.load0_kg;
+        found.mass_variance = bank.variance_about(nominal.load0_kg);
+        Self {
             supervision,
             train,
             tare_kg: nominal.tare_kg,
             gain_sd: params.gain_sd(drives),
             front_m: -front_m,
-            filter,
-            found: BalanceState::by(&filter),
-            roll_back: RollBack {
-                filter,
-                next: 0,
-                spent: false,
-            },
-            kept: KeptMass::default(),
-            search: StartSearch::default(),
-            trial_next: 0,
-            search_from: 0,
-            searched: false,
-            catch_up: 0,
-            published: [0.0; 2],
-            residuals: ScaledCusum::default(),
-            lean: 0.0,
+            bank,
+            found,
             outlook: None,
             jumped: 0,
             builder: BlockBuilder::default(),
@@ -152,13 +112,10 @@ impl SwingMass {
             written: 0,
             taken: 0,
             settle_s: 0.0,
-            changes: 0,
             used: 0,
             new_nis: None,
             status: AidStatus::default(),
-        };
-        mass.publish();
-        mass
+        }
     }
 
     /// One sample, with the total mass before it, kg; returns the grade by the force of a block when one is whole. At
@@ -182,12 +139,7 @@ impl SwingMass {
                 .taken
                 .max(self.written.saturating_sub(tuning::QUEUE.blocks as u64 - 1));
         }
-        if self.search.is_active() {
-            let blocks = (dt / tuning::QUEUE.search_period_s) as u32;
-            for _ in 0..blocks.clamp(1, tuning::QUEUE.max_search_blocks) {
-                self.search_step(rail);
-            }
-        } else if self.taken < self.written {
+        if self.taken < self.written {
             let block = self.block(self.taken);
             let full = self.written - self.taken >= tuning::QUEUE.blocks as u64 - 1;
             let waits = self.supervision.wait_for_rail
@@ -197,11 +149,6 @@ impl SwingMass {
             if !waits {
                 self.taken += 1;
                 self.take(&block, rail);
-                self.found = BalanceState::by(&self.filter);
-                self.begin_search();
-                if !self.search.is_active() {
-                    self.publish();
-                }
             }
         }
         if z.brake > tuning::BLOCK.max_brake {
@@ -214,17 +161,18 @@ impl SwingMass {
     fn watch(&mut self, block: &Block, rail: &RailMemory) -> GradeByForce {
         let v = Real::from(block.speed_mps);
         let means = self.train.at(rail, block.place);
-        let sound = block.outcome == AidOutcome::Fused
-            && v.abs() > tuning::MOTION.moves_mps
-            && !self.search.is_active();
+        let sound = block.outcome == AidOutcome::Fused && v.abs() > tuning::MOTION.moves_mps;
         let now = sound.then(|| {
-            let mut x = self.filter.belief().x;
+            let mut x = self.bank.heaviest().belief.x;
             for number in self.taken..self.written {
-                x = self.filter.carried(x, &self.block(number), means.load_cos);
+                x = self
+                    .bank
+                    .balance()
+                    .carried(x, &self.block(number), means.load_cos);
             }
-            self.filter.outlook(&x, block, &means)
+            self.bank.balance().outlook(&x, block, &means)
         });
-        self.look_for_jump(now.filter(|_| self.searched), block, &means);
+        self.look_for_jump(now.filter(|_| self.has_weighed()), block, &means);
         let carried = self.carried();
         let weight_n = carried.mass_kg * GRAVITY;
         let swing_rad = self.found.x[ANGLE] * carried.load_kg / carried.mass_kg;
@@ -294,118 +242,17 @@ impl SwingMass {
 
     fn take(&mut self, block: &Block, rail: &RailMemory) {
         let (refusal, means) = self.look(block, rail);
-        let correction = self.filter.step(block, &means, refusal);
-        let BlockCorrection {
-            status,
-            normalised,
-            weighs,
-        } = correction;
-        self.status = status;
-        if is_used(&status) {
-            let share = block.length_s() / (tuning::QUEUE.lean_memory_s + block.length_s());
-            self.lean += share * (normalised - self.lean);
-        }
-        if is_used(&status) && weighs {
-            self.used = self.used.saturating_add(1);
-            self.new_nis = Some((normalised * normalised, block.length_s()));
-            if self.residuals.alarm(normalised, block.length_s())
-                && self.supervision.load_change_detector
-            {
-                self.go_back();
-                return;
+        let found = self.bank.take(block, &means, refusal.is_none());
+        self.status = match (refusal, found) {
+            (None, Some((status, nis))) => {
+                self.used = self.used.saturating_add(1);
+                self.new_nis = Some((nis, block.length_s()));
+                status
             }
-        }
-        if is_used(&status) && self.used > tuning::QUEUE.settled_blocks {
-            let found = BalanceState::by(&self.filter);
-            let mass_kg = self.filter.mass_kg();
-            if let Some([kept_kg, variance]) = self.kept.recall(mass_kg, found.mass_variance) {
-                self.filter.recall(kept_kg, variance);
-            }
-        }
-        if Real::from(block.speed_mps).abs() <= tuning::MOTION.moves_mps {
-            self.residuals.clear();
-        }
-        let settled = self.used == 0 || self.used > tuning::QUEUE.settled_blocks;
-        if self.residuals.at_rest() && settled {
-            self.roll_back = RollBack {
-                filter: self.filter,
-                next: self.taken,
-                spent: false,
-            };
-        }
-    }
-
-    /// Begins the start search when enough blocks have been used.
-    fn begin_search(&mut self) {
-        let new = self.new_nis.is_some();
-        let due = self.used == tuning::QUEUE.first_look_blocks
-            || self.used == tuning::QUEUE.settled_blocks;
-        if !new || !due {
-            return;
-        }
-        if !self.supervision.start_search || !self.filter.is_nonlinear() {
-            self.searched = true;
-            return;
-        }
-        let kept_from =
-            (self.written + tuning::QUEUE.spare_blocks).saturating_sub(tuning::QUEUE.blocks as u64);
-        // A second search that has lost the start would have less data than the first.
-        if self.searched && kept_from > self.roll_back.next {
-            return;
-        }
-        self.search_from = self.roll_back.next.max(kept_from);
-        self.search.begin(self.filter.load_share());
-        self.begin_pass();
-    }
-
-    fn begin_pass(&mut self) {
-        self.filter = self.roll_back.filter;
-        if self.roll_back.spent || self.search_from > self.roll_back.next {
-            self.filter.reset_load();
-        }
-        self.filter.start_from(self.search.start());
-        // one noise for all passes, so that they can be compared
-        self.filter.set_noise_mass(match self.search.is_last() {
-            true => None,
-            false => Some(self.mass_kg()),
-        });
-        self.trial_next = self.search_from;
-        self.settle_s = 0.0;
-    }
-
-    /// One block of a pass of the start search.
-    fn search_step(&mut self, rail: &RailMemory) {
-        if !self.search.is_active() {
-            return;
-        }
-        if self.written.saturating_sub(self.trial_next) > tuning::QUEUE.blocks as u64 {
-            // blocks came faster than they could be gone over: from the start
-            self.search.stop();
-            self.filter = self.roll_back.filter;
-            self.filter.reset_load();
-            (self.used, self.searched) = (0, false);
-            return;
-        }
-        let block = self.block(self.trial_next);
-        self.trial_next += 1;
-        let (refusal, means) = self.look(&block, rail);
-        let status = self.filter.step(&block, &means, refusal).status;
-        if let Some(nis) = status.nis().filter(|_| is_used(&status)) {
-            self.search.take(nis);
-        }
-        if self.trial_next < self.taken {
-            return;
-        }
-        let [load, variance] = self.filter.load_share();
-        match self.search.close(load, variance) {
-            None => self.begin_pass(),
-            Some(variance) => {
-                self.filter.widen(variance);
-                self.found = BalanceState::by(&self.filter);
-                self.searched = true;
-                self.residuals = ScaledCusum::default();
-                self.publish();
-            }
+            (outcome, _) => AidStatus::not_fused(outcome.unwrap_or(AidOutcome::Stale)),
+        };
+        if self.used > 0 {
+            self.found = BalanceState::by(&self.bank);
         }
     }
 
@@ -413,39 +260,10 @@ impl SwingMass {
         self.blocks.get(slot(number)).copied().unwrap_or_default()
     }
 
-    fn publish(&mut self) {
-        if self.taken >= self.catch_up && self.held_kg().is_none() {
-            let variance = self.filter.belief().P[(MASS, MASS)];
-            self.published = [self.filter.mass_kg(), self.sd_kg(variance)];
-        }
-    }
-
     /// Standard deviation of a mass of the filter's variance, kg², with that of the scale of the force, kg.
     fn sd_kg(&self, variance: Real) -> Real {
-        let gain = self.gain_sd * self.filter.mass_kg();
+        let gain = self.gain_sd * self.mass_kg();
         sqrt(variance + gain * gain)
-    }
-
-    /// Goes back to the last block at which no residual hinted at another load, opens the mass, and goes over the
-    /// blocks since then again. It never goes back to the same block twice, because with a wrong model that would have
-    /// no end.
-    fn go_back(&mut self) {
-        let kept = self.written.saturating_sub(self.roll_back.next) < tuning::QUEUE.blocks as u64;
-        if !self.roll_back.spent && kept {
-            self.filter = self.roll_back.filter;
-            self.catch_up = self.catch_up.max(self.taken);
-            self.taken = self.roll_back.next;
-        } else {
-            (self.roll_back.filter, self.roll_back.next) = (self.filter, self.taken);
-        }
-        self.roll_back.spent = true;
-        self.kept.forget();
-        self.filter.reset_load();
-        self.residuals = ScaledCusum::paused();
-        self.settle_s = 0.0;
-        self.used = 0;
-        self.searched = false;
-        self.changes = self.changes.saturating_add(1);
     }
 
     /// Takes it that the train came unseen to where it is: the rail of the blocks kept is no longer known, the load may
@@ -457,43 +275,16 @@ impl SwingMass {
             .for_each(|block| block.outcome = outcome);
         self.builder = BlockBuilder::default();
         self.taken = self.written;
-        self.stop_search();
-        self.filter.lose_place(behind_sd_rad);
-        self.go_on_from_here();
+        self.bank.lose_place(behind_sd_rad);
+        self.found.eta_variance = behind_sd_rad * behind_sd_rad;
+        self.found.x[ETA] = 0.0;
     }
 
-    /// Takes it that another load may hang on the train, which has stood: the mass keeps its value and is as uncertain
-    /// as at the start.
+    /// Takes it that another load may hang on the train, which has stood: the mass keeps its value.
     pub fn open_load(&mut self) {
-        self.stop_search();
-        let kept_kg = self.filter.mass_kg();
-        let variance = BalanceState::by(&self.filter).mass_variance;
-        self.filter.open_load();
-        self.go_on_from_here();
-        self.publish();
-        self.kept.keep(kept_kg, variance);
-        (self.used, self.searched) = (0, false);
-    }
-
-    /// Gives up a start search that goes on.
-    fn stop_search(&mut self) {
-        if self.search.is_active() {
-            self.search.stop();
-            self.filter = self.roll_back.filter;
-            self.filter.reset_load();
-            (self.used, self.searched) = (0, false);
-        }
-    }
-
-    /// Takes the filter as it is for one that no residual speaks against.
-    fn go_on_from_here(&mut self) {
-        self.found = BalanceState::by(&self.filter);
-        self.residuals.clear();
-        self.roll_back = RollBack {
-            filter: self.filter,
-            next: self.taken,
-            spent: false,
-        };
+        self.bank.open();
+        self.found.mass_variance = self.bank.variance_about(self.found.x[MASS]);
+        self.used = 0;
     }
 
     /// State of the balance.
@@ -501,14 +292,9 @@ impl SwingMass {
         &self.found
     }
 
-    /// Mass from before a standstill, kg, until it has been weighed anew.
-    fn held_kg(&self) -> Option<Real> {
-        self.kept.mass().filter(|_| !self.searched)
-    }
-
     /// Total mass, kg.
     pub fn mass_kg(&self) -> Real {
-        self.held_kg().unwrap_or(self.tare_kg + self.found.x[MASS])
+        self.tare_kg + self.found.x[MASS]
     }
 
     /// Masses that the effective grade is a mean over.
@@ -522,10 +308,9 @@ impl SwingMass {
         }
     }
 
-    /// Total mass and its standard deviation with that of what no filter can see (scale of the torque), kg: as it was
-    /// while the filter goes over blocks again.
+    /// Total mass and its standard deviation with that of what no filter can see (scale of the torque), kg.
     pub fn published(&self) -> [Real; 2] {
-        self.published
+        [self.mass_kg(), self.sd_kg(self.found.mass_variance)]
     }
 
     /// The train on its rail.
@@ -535,27 +320,22 @@ impl SwingMass {
 
     /// Returns true if the mass has been measured for long enough.
     pub fn is_known(&self) -> bool {
-        self.searched && self.lean.abs() < tuning::QUEUE.max_lean_sd && self.taken >= self.jumped
+        self.used >= tuning::BANK.first_blocks && self.taken >= self.jumped
     }
 
     /// Returns true if a block has been used for the load that hangs on the train now.
     pub fn has_weighed(&self) -> bool {
-        self.used > 0 && self.held_kg().is_none()
+        self.used > 0
     }
 
-    /// Mean of the normalised residuals of late.
-    pub fn lean(&self) -> Real {
-        self.lean
+    /// Loads that are held possible.
+    pub fn bank(&self) -> &LoadBank {
+        &self.bank
     }
 
-    /// Normalised innovation squared of the block that the last step has used, and its length, s.
+    /// Mean normalised innovation squared of the block that the last step has used, and its length, s.
     pub fn new_nis(&self) -> Option<(Real, Real)> {
         self.new_nis
-    }
-
-    /// Loads found to be another.
-    pub fn changes(&self) -> u32 {
-        self.changes
     }
 
     /// Status of the last block.
@@ -570,17 +350,11 @@ impl SwingMass {
     }
 }
 
-/// Returns true if a block has corrected the filter.
-fn is_used(status: &AidStatus) -> bool {
-    matches!(status.outcome, AidOutcome::Fused | AidOutcome::Deweighted)
-}
-
 fn slot(block: u64) -> usize {
     (block % tuning::QUEUE.blocks as u64) as usize
 }
 
 state!(BalanceState { x, mass_variance, eta_variance; });
-state!(RollBack { filter, next, spent; });
 
 impl State for SwingMass {
     fn visit(&mut self, archive: &mut Archive) {
@@ -590,16 +364,8 @@ impl State for SwingMass {
             tare_kg: _,
             gain_sd: _,
             front_m: _,
-            filter,
+            bank,
             found,
-            roll_back,
-            kept,
-            search,
-            trial_next,
-            search_from,
-            searched,
-            residuals,
-            lean,
             outlook,
             jumped,
             builder,
@@ -607,23 +373,12 @@ impl State for SwingMass {
             written,
             taken,
             settle_s,
-            changes,
             used,
-            catch_up,
-            published,
             new_nis,
             status,
         } = self;
-        filter.visit(archive);
+        bank.visit(archive);
         found.visit(archive);
-        roll_back.visit(archive);
-        kept.visit(archive);
-        search.visit(archive);
-        trial_next.visit(archive);
-        search_from.visit(archive);
-        searched.visit(archive);
-        residuals.visit(archive);
-        lean.visit(archive);
         outlook.visit(archive);
         jumped.visit(archive);
         builder.visit(archive);
@@ -631,10 +386,7 @@ impl State for SwingMass {
         written.visit(archive);
         taken.visit(archive);
         settle_s.visit(archive);
-        changes.visit(archive);
         used.visit(archive);
-        catch_up.visit(archive);
-        published.visit(archive);
         new_nis.visit(archive);
         status.visit(archive);
         archive.require(*taken <= *written && *written < u64::MAX / 2);

@@ -40,9 +40,6 @@ params! {
         swing [flag] = true, "The load swings; off: it is rigid.";
         depth [flag] = true, "Masses hang below the rail; off: they are on it.";
         wait_for_rail [flag] = true, "Blocks wait until the rail under the front of the train is read; off: they do not.";
-        start_search [flag] = true, "The first blocks are gone over from several loads, each weighed by how it fits; off: from one.";
-        load_change_detector [flag] = true, "Residuals that keep to one side mean another load; off: never.";
-        residual_noise [flag] = true, "The noise follows the residuals, never below the nominal one; off: it is nominal.";
         torque_monitor [flag] = true, "Torques are compared with the command; off: they are not.";
         force_fusion [flag] = true, "The effective grade takes the force balance for rail not read; off: it does not.";
     }

@@ -1,0 +1,337 @@
+//! Solution separation: how far the filter's pitch is from pitches that one instrument has no part in.
+//!
+//! Gyro, accelerometer and wheels have one parity relation, f = v̇ + g sin θ. When they contradict each other two
+//! pitches are left. Without the gyro it is the pitch by accelerometer and wheels over the last second; without
+//! accelerometer and wheels it is the pitch that the gyro has carried on from a time when all agreed. The deviation that
+//! is told covers both, whichever is right: σ² = P + (σ_mount + δ)², with δ a third of the largest separation. As that of
+//! the mount it is added at the end only: to weigh a sample with, a fault that may be is not its noise. Source: ours, after solution separation in satellite navigation (Brown & McBurney 1988,
+//! Brenner 1996); the pitches are those of running sums instead of filters of their own.
+
+use super::AttitudeFilter;
+use crate::Real;
+use crate::aiding::wheels::Ballot;
+use crate::api::real::{GRAVITY, sin_cos, sqrt};
+use crate::api::snapshot::{Blank, state};
+use crate::models::attitude::{AttitudeRates, GYRO_Y, PHI, THETA, V};
+use crate::models::force_balance::MAX_GRADE_RAD;
+use crate::tuning;
+
+/// Signals of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Compared {
+    /// Pitch and roll of the filter, rad.
+    pub angles: [Real; 2],
+    /// Standard deviations of that pitch, rad, and of the gyro's bias about y, rad/s.
+    pub sd: [Real; 2],
+    /// Body rates without the gyro's biases, rad/s; `None` without a gyro.
+    pub body_radps: Option<[Real; 3]>,
+    /// Acceleration by accelerometer and pitch, m/s²; `None` without an accelerometer.
+    pub acceleration_mps2: Option<Real>,
+    /// New speed by the wheels, m/s.
+    pub wheels_mps: Option<Real>,
+    /// Speed of the filter, m/s.
+    pub speed_mps: Real,
+    /// Angle random walk of the gyro, rad/√s.
+    pub angle_walk: Real,
+    /// Standard deviation of the curvature of the rail, 1/m: a pitch that is not seen for a second is another by as much
+    /// for each m.
+    pub curvature_sd_per_m: Real,
+}
+
+/// Pitch and roll that the gyro alone has carried on since a time when the filter had them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Carried {
+    angles: [Real; 2],
+    /// Standard deviation of the gyro's bias when it began, rad/s, and variance of the pitch without that, rad².
+    bias_sd: Real,
+    variance: Real,
+    age_s: Real,
+    /// Least and largest pitch of the filter since then, rad.
+    range: [Real; 2],
+    /// True if filter, wheels and accelerometer have not agreed with it all the time.
+    apart: bool,
+}
+
+impl Carried {
+    fn begin(z: &Compared) -> Self {
+        let ([theta, _], [sd, bias_sd]) = (z.angles, z.sd);
+        Self {
+            angles: z.angles,
+            bias_sd,
+            variance: sd * sd,
+            age_s: 0.0,
+            range: [theta; 2],
+            apart: false,
+        }
+    }
+
+    fn step(&mut self, z: &Compared, calm: bool, dt: Real) {
+        let [theta, phi] = self.angles;
+        let noise = match z.body_radps {
+            Some([p, q, r]) => {
+                let ([st, ct], [sp, cp]) = (sin_cos(theta), sin_cos(phi));
+                let turned = [r * sp - q * cp, p - st / ct * (q * sp + r * cp)];
+                let next = [theta + turned[0] * dt, phi + turned[1] * dt];
+                self.angles = next.map(|angle| angle.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD));
+                z.angle_walk
+            }
+            None => z.curvature_sd_per_m * z.speed_mps,
+        };
+        self.variance += noise * noise * dt;
+        self.age_s += dt;
+        let ([low, high], [pitch, _]) = (self.range, z.angles);
+        self.range = [low.min(pitch), high.max(pitch)];
+        let limit = tuning::STATISTICS.noise_sd * self.sd() + tuning::SEPARATION.nominal_rad;
+        self.apart |= !calm || self.from(z).abs() > limit;
+    }
+
+    /// Separation from the filter, rad.
+    fn from(&self, z: &Compared) -> Real {
+        let ([theta, _], [pitch, _]) = (self.angles, z.angles);
+        theta - pitch
+    }
+
+    fn sd(&self) -> Real {
+        let turned = self.bias_sd * self.age_s;
+        sqrt(self.variance + turned * turned)
+    }
+}
+
+/// Separation of the filter from both pitches.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Separation {
+    /// Speed by the wheels and acceleration by the accelerometer behind the same low-pass, m/s and m/s².
+    low: Option<[Real; 2]>,
+    /// Time since the last wheel, and for which accelerometer and wheels have been there, s.
+    waited_s: Real,
+    heard_s: Real,
+    /// Separation from the pitch without the gyro, rad; the last one while an instrument of it is missing.
+    without_gyro: Real,
+    /// Pitches by the gyro alone: one that is kept while it is apart, and one that is begun anew in turn.
+    carried: Option<[Carried; 2]>,
+    third_rad: Real,
+}
+
+impl Separation {
+    /// Takes the signals of a step.
+    pub fn step(&mut self, z: &Compared, dt: Real) {
+        self.take_force(z, dt);
+        let [own, _] = z.sd;
+        let limit = tuning::STATISTICS.noise_sd * own + tuning::SEPARATION.nominal_rad;
+        let calm = self.without_gyro.abs() < limit;
+        if self.carried.is_none() && calm && self.is_heard() {
+            self.carried = Some([Carried::begin(z); 2]);
+        }
+        let mut carried = self.carried;
+        if let Some(pair) = &mut carried {
+            pair.iter_mut().for_each(|one| one.step(z, calm, dt));
+            self.renew(pair, z);
+        }
+        self.carried = carried;
+        let known = carried.iter().flatten().filter(|one| is_known(*one));
+        let others = known.map(|one| one.from(z).abs());
+        self.third_rad = others.fold(self.without_gyro.abs(), Real::max) / 3.0;
+    }
+
+    /// Compares the acceleration by accelerometer and pitch with that of the wheels: its mean is too small by g times
+    /// what the pitch is too large.
+    fn take_force(&mut self, z: &Compared, dt: Real) {
+        let memory_s = tuning::GRAVITY_CHECK.window_s;
+        self.waited_s += dt;
+        self.heard_s += dt;
+        let Some(acceleration) = z
+            .acceleration_mps2
+            .filter(|_| self.waited_s < tuning::ATTITUDE.lost_s)
+        else {
+            (self.low, self.heard_s) = (None, 0.0);
+            self.waited_s = if z.wheels_mps.is_some() {
+                0.0
+            } else {
+                self.waited_s
+            };
+            return;
+        };
+        if let Some([_, mean]) = &mut self.low {
+            *mean += dt / (memory_s + dt) * (acceleration - *mean);
+        }
+        let Some(wheels) = z.wheels_mps else {
+            return;
+        };
+        let [speed, mean] = self
+            .low
+            .unwrap_or([wheels - memory_s * acceleration, acceleration]);
+        let gained = (wheels - speed) / memory_s;
+        let share = self.waited_s / (memory_s + self.waited_s);
+        self.low = Some([speed + share * (wheels - speed), mean]);
+        self.waited_s = 0.0;
+        if self.is_heard() {
+            self.without_gyro = (mean - gained) / GRAVITY;
+        }
+    }
+
+    /// True once accelerometer and wheels have been there for twice the memory.
+    fn is_heard(&self) -> bool {
+        self.heard_s > 2.0 * tuning::GRAVITY_CHECK.window_s
+    }
+
+    /// Begins the young pitch anew once it is old, or says little. The kept one gives way to it if all have agreed with
+    /// the young one all its life; after a contradiction they must have done so while the pitch changed.
+    fn renew(&self, [kept, young]: &mut [Carried; 2], z: &Compared) {
+        let [own, _] = z.sd;
+        let says = |one: &Carried| one.sd() < 2.0 * own + tuning::SEPARATION.nominal_rad;
+        let old = young.age_s > tuning::ATTITUDE.young_s;
+        if !old && says(young) {
+            return;
+        }
+        let [low, high] = young.range;
+        let due = match kept.apart {
+            true => old && high - low > tuning::SEPARATION.excited_rad,
+            false => kept.age_s > 2.0 * tuning::ATTITUDE.young_s || !says(kept),
+        };
+        let agreed = !young.apart && self.heard_s >= young.age_s;
+        if !is_known(kept) || agreed && due {
+            *kept = *young;
+        }
+        *young = Carried::begin(z);
+    }
+
+    /// Standard deviation by which the pitch covers both, rad: a third of the largest separation.
+    pub fn third_rad(&self) -> Real {
+        self.third_rad
+    }
+}
+
+/// Returns true while a pitch is known well enough to say anything.
+fn is_known(one: &Carried) -> bool {
+    one.sd() < tuning::SOURCE.read_sum_sd
+}
+
+#[allow(
+    clippy::indexing_slicing,
+    reason = "indices of states are constants below N"
+)]
+impl AttitudeFilter {
+    /// Compares the belief after a step with what single instruments say.
+    pub(super) fn separate(
+        &mut self,
+        rates: &AttitudeRates,
+        force: bool,
+        wheels: &Ballot,
+        dt: Real,
+    ) {
+        if self.starts {
+            self.separation = Separation::default();
+        }
+        let (x, sd) = (&self.belief.x, |i: usize| sqrt(self.belief.P[(i, i)]));
+        let compared = Compared {
+            angles: [x[THETA], x[PHI]],
+            sd: [sd(THETA), sd(GYRO_Y)],
+            body_radps: rates.body_radps,
+            acceleration_mps2: force.then_some(rates.v_dot),
+            wheels_mps: (wheels.used + wheels.rejected > 0).then_some(wheels.speed_mps),
+            speed_mps: x[V],
+            angle_walk: self.model.noise.angle_walk,
+            curvature_sd_per_m: self.model.noise.curvature_sd_per_m,
+        };
+        self.separation.step(&compared, dt);
+    }
+}
+
+impl Blank for Carried {
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
+state!(Carried { angles, bias_sd, variance, age_s, range, apart; });
+state!(Separation { low, waited_s, heard_s, without_gyro, carried, third_rad; });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT: Real = 0.01;
+    const OWN: Real = 0.001;
+
+    /// A run on the level at 1 m/s with the pitch of the filter off by `off` rad and the gyro by `rate` rad/s, for so
+    /// many seconds.
+    fn run(separation: &mut Separation, off: Real, rate: Real, seconds: Real) -> Real {
+        for _ in 0..(seconds / DT) as usize {
+            let z = Compared {
+                angles: [off, 0.0],
+                sd: [OWN, 1e-6],
+                body_radps: Some([0.0, -rate, 0.0]),
+                acceleration_mps2: Some(-GRAVITY * off),
+                wheels_mps: Some(1.0),
+                speed_mps: 1.0,
+                angle_walk: 1e-5,
+                ..Compared::default()
+            };
+            separation.step(&z, DT);
+        }
+        separation.third_rad()
+    }
+
+    #[test]
+    fn instruments_that_agree_add_nothing() {
+        let sd = run(&mut Separation::default(), 0.0, 0.0, 100.0);
+        assert!(sd < 0.01 * OWN, "{sd}");
+    }
+
+    /// A pitch that is off by 0.02 rad is off by that from accelerometer and wheels, to either side.
+    #[test]
+    fn a_pitch_that_accelerometer_and_wheels_contradict_is_doubted_by_as_much() {
+        for off in [0.02, -0.02] {
+            let sd = run(&mut Separation::default(), off, 0.0, 10.0);
+            assert!((sd / (0.02 / 3.0) - 1.0).abs() < 1e-3, "{sd}");
+        }
+    }
+
+    /// A filter that has followed accelerometer and wheels by 0.05 rad, which the gyro has not seen, is doubted until the
+    /// pitch has changed by more while all agreed.
+    #[test]
+    fn what_the_gyro_has_not_seen_is_doubted_until_all_agree_on_a_change() {
+        let mut separation = Separation::default();
+        run(&mut separation, 0.0, 0.0, 30.0);
+        let mut follow = |acceleration: Real, seconds: Real, rate: Real, from: Real| {
+            let mut pitch = from;
+            for _ in 0..(seconds / DT) as usize {
+                pitch += rate * DT;
+                let z = Compared {
+                    angles: [pitch, 0.0],
+                    sd: [OWN, 1e-6],
+                    body_radps: Some([0.0, -rate, 0.0]),
+                    acceleration_mps2: Some(acceleration),
+                    wheels_mps: Some(1.0),
+                    speed_mps: 1.0,
+                    angle_walk: 1e-5,
+                    ..Compared::default()
+                };
+                separation.step(&z, DT);
+            }
+            separation.third_rad()
+        };
+        let sd = follow(0.0, 100.0, 0.0, 0.05);
+        assert!((sd / (0.05 / 3.0) - 1.0).abs() < 0.02, "{sd}");
+        let sd = follow(0.0, 100.0, 0.004, 0.05);
+        assert!(sd < 0.01 * OWN, "{sd}");
+    }
+
+    /// Without an accelerometer what it said last stands.
+    #[test]
+    fn what_an_instrument_said_last_stands_while_it_is_missing() {
+        let mut separation = Separation::default();
+        run(&mut separation, 0.02, 0.0, 10.0);
+        for _ in 0..1000 {
+            let z = Compared {
+                angles: [0.02, 0.0],
+                sd: [OWN, 1e-6],
+                body_radps: Some([0.0; 3]),
+                wheels_mps: Some(1.0),
+                ..Compared::default()
+            };
+            separation.step(&z, DT);
+        }
+        assert!((separation.third_rad() / (0.02 / 3.0) - 1.0).abs() < 1e-3);
+    }
+}
