@@ -4,8 +4,8 @@
 //! pitches are left. Without the gyro it is the pitch by accelerometer and wheels over the last second; without
 //! accelerometer and wheels it is the pitch that the gyro has carried on from a time when all agreed. The deviation that
 //! is told covers both, whichever is right: σ² = P + (σ_mount + δ)², with δ a third of the largest separation. As that of
-//! the mount it is added at the end only: to weigh a sample with, a fault that may be is not its noise. Source: ours, after solution separation in satellite navigation (Brown & McBurney 1988,
-//! Brenner 1996); the pitches are those of running sums instead of filters of their own.
+//! the mount it is added at the end only: to weigh a sample with, a fault that may be is not its noise. Source: ours, after solution
+//! separation in satellite navigation (Brown & McBurney 1988, Brenner 1996); the pitches are those of running sums instead of filters of their own.
 
 use super::AttitudeFilter;
 use crate::Real;
@@ -31,7 +31,7 @@ pub struct Compared {
     pub wheels_mps: Option<Real>,
     /// Speed of the filter, m/s.
     pub speed_mps: Real,
-    /// Angle random walk of the gyro, rad/√s.
+    /// Random walk of a pitch by the gyro, with what turns couple into it, rad/√s.
     pub angle_walk: Real,
     /// Standard deviation of the curvature of the rail, 1/m: a pitch that is not seen for a second is another by as much
     /// for each m.
@@ -109,7 +109,7 @@ pub struct Separation {
     without_gyro: Real,
     /// Pitches by the gyro alone: one that is kept while it is apart, and one that is begun anew in turn.
     carried: Option<[Carried; 2]>,
-    third_rad: Real,
+    open_rad: Real,
 }
 
 impl Separation {
@@ -130,7 +130,8 @@ impl Separation {
         self.carried = carried;
         let known = carried.iter().flatten().filter(|one| is_known(*one));
         let others = known.map(|one| one.from(z).abs());
-        self.third_rad = others.fold(self.without_gyro.abs(), Real::max) / 3.0;
+        let largest = others.fold(self.without_gyro.abs(), Real::max);
+        self.open_rad = (largest - 2.0 * own).max(0.0) / 3.0;
     }
 
     /// Compares the acceleration by accelerometer and pitch with that of the wheels: its mean is too small by g times
@@ -196,8 +197,8 @@ impl Separation {
     }
 
     /// Standard deviation by which the pitch covers both, rad: a third of the largest separation.
-    pub fn third_rad(&self) -> Real {
-        self.third_rad
+    pub fn open_rad(&self) -> Real {
+        self.open_rad
     }
 }
 
@@ -223,6 +224,8 @@ impl AttitudeFilter {
             self.separation = Separation::default();
         }
         let (x, sd) = (&self.belief.x, |i: usize| sqrt(self.belief.P[(i, i)]));
+        let walk = self.model.noise.angle_walk;
+        let [_, _, yaw_rate] = rates.body_radps.unwrap_or_default();
         let compared = Compared {
             angles: [x[THETA], x[PHI]],
             sd: [sd(THETA), sd(GYRO_Y)],
@@ -230,7 +233,7 @@ impl AttitudeFilter {
             acceleration_mps2: force.then_some(rates.v_dot),
             wheels_mps: (wheels.used + wheels.rejected > 0).then_some(wheels.speed_mps),
             speed_mps: x[V],
-            angle_walk: self.model.noise.angle_walk,
+            angle_walk: sqrt(walk * walk + self.turn_walk * yaw_rate * yaw_rate),
             curvature_sd_per_m: self.model.noise.curvature_sd_per_m,
         };
         self.separation.step(&compared, dt);
@@ -244,7 +247,7 @@ impl Blank for Carried {
 }
 
 state!(Carried { angles, bias_sd, variance, age_s, range, apart; });
-state!(Separation { low, waited_s, heard_s, without_gyro, carried, third_rad; });
+state!(Separation { low, waited_s, heard_s, without_gyro, carried, open_rad; });
 
 #[cfg(test)]
 mod tests {
@@ -269,7 +272,7 @@ mod tests {
             };
             separation.step(&z, DT);
         }
-        separation.third_rad()
+        separation.open_rad()
     }
 
     #[test]
@@ -309,7 +312,7 @@ mod tests {
                 };
                 separation.step(&z, DT);
             }
-            separation.third_rad()
+            separation.open_rad()
         };
         let sd = follow(0.0, 100.0, 0.0, 0.05);
         assert!((sd / (0.05 / 3.0) - 1.0).abs() < 0.02, "{sd}");
@@ -332,6 +335,6 @@ mod tests {
             };
             separation.step(&z, DT);
         }
-        assert!((separation.third_rad() / (0.02 / 3.0) - 1.0).abs() < 1e-3);
+        assert!((separation.open_rad() / (0.02 / 3.0) - 1.0).abs() < 1e-3);
     }
 }

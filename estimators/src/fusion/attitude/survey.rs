@@ -49,7 +49,7 @@ impl AttitudeFilter {
     /// mounting, and what instruments that contradict each other leave open.
     pub fn mount_sd_rad(&self) -> Real {
         let open = match self.supervision.separation {
-            true => self.separation.third_rad(),
+            true => self.separation.open_rad(),
             false => 0.0,
         };
         self.params.mount_sd_deg * PI / 180.0 + open
