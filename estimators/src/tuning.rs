@@ -356,6 +356,10 @@ groups! {
     SHOCK: Shock {
         /// Jump of the accelerometer from one sample to the next that is a shock, m/s². Chosen.
         jump_mps2: Real = 1.5,
+        /// Low-pass of |f| − g, s. Chosen: 0.1 s rejects the shocks of rail joints, too.
+        norm_lag_s: Real = 0.4,
+        /// Deviation of |f| from g behind it beyond which the accelerometer is out of use, m/s². Chosen.
+        norm_gate_mps2: Real = 0.35,
         /// Time for which the gyro monitor rests after a shock, s. Chosen.
         rest_s: Real = 0.5,
         /// Time for which a shock rings, s. Chosen.

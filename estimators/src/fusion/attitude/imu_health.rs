@@ -1,6 +1,7 @@
-//! Health of the IMU: stuck detectors, and spike gate of the gyro.
+//! Health of the IMU: stuck detectors, spike gate of the gyro, and the length of the specific force.
 
 use crate::api::reading::Channels;
+use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
 use crate::instruments::spike_gate::{SpikeGate, SpikeLimits, apart};
 use crate::instruments::stuck_detector::StuckDetector;
@@ -31,34 +32,48 @@ pub struct SoundImu {
     pub shock: bool,
 }
 
-/// Health of accelerometer and gyro: freshness by the front end, and stuck detectors.
+/// Health of accelerometer and gyro: freshness by the front end, stuck detectors, and the length of the specific force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuHealth {
+    gate: bool,
     spike_gate: bool,
     spikes: SpikeGate<3>,
     last_force: Option<[Real; 3]>,
     last_rate: Option<[Real; 3]>,
     force: StuckDetector<3>,
     rate: StuckDetector<3>,
+    norm_error_mps2: Real,
+    out_s: Real,
     ring_s: Real,
 }
 
 impl ImuHealth {
-    /// Builds the health check with the gate for spikes on or off.
-    pub fn new(spike_gate: bool) -> Self {
+    /// Builds the health check with the gate on |f|, and that for spikes, on or off.
+    pub fn new(gate: bool, spike_gate: bool) -> Self {
         Self {
+            gate,
             spike_gate,
             spikes: SpikeGate::new(RATE_LIMITS),
             last_force: None,
             last_rate: None,
             force: StuckDetector::default(),
             rate: StuckDetector::default(),
+            norm_error_mps2: 0.0,
+            out_s: 0.0,
             ring_s: 0.0,
         }
     }
 
-    /// Takes the samples of a step and returns what of the IMU is in use; without `gyro` that is not used.
-    pub fn step(&mut self, z: &Channels, gyro: bool, dt: Real) -> SoundImu {
+    /// Takes the samples of a step and returns what of the IMU is in use. `yaw_bias_radps` is the gyro's bias about z;
+    /// without `gyro` it is not used.
+    pub fn step(
+        &mut self,
+        z: &Channels,
+        yaw_bias_radps: Real,
+        speed_mps: Real,
+        gyro: bool,
+        dt: Real,
+    ) -> SoundImu {
         let [new_force, new_rate] = z.new;
         let before = self.last_force;
         let mut imu = SoundImu {
@@ -88,7 +103,13 @@ impl ImuHealth {
             }
             let stuck = self.force.is_stuck(NO_CLOCK);
             imu.stuck |= stuck;
-            imu.force_mps2 = (!stuck).then_some(force);
+            if !stuck {
+                let yaw_rate = imu.rate_radps.map_or(0.0, |[_, _, r]| r - yaw_bias_radps);
+                let lag_s = before.map_or(0.0, |_| tuning::SHOCK.norm_lag_s);
+                self.check_norm(force, yaw_rate * speed_mps, dt / (lag_s + dt));
+            }
+            self.out_s = (self.out_s - dt).max(0.0);
+            imu.force_mps2 = Some(force).filter(|_| !(stuck || self.gate && self.out_s > 0.0));
         }
         imu
     }
@@ -104,18 +125,26 @@ impl ImuHealth {
         }
         shock
     }
+
+    fn check_norm(&mut self, [x, y, z]: [Real; 3], centripetal_mps2: Real, share: Real) {
+        let expected = sqrt(GRAVITY * GRAVITY + centripetal_mps2 * centripetal_mps2);
+        let error = sqrt(x * x + y * y + z * z) - expected;
+        self.norm_error_mps2 += share * (error - self.norm_error_mps2);
+        if self.norm_error_mps2.abs() > tuning::SHOCK.norm_gate_mps2 {
+            self.out_s = tuning::SHOCK.rest_s;
+        }
+    }
 }
 
-state!(ImuHealth { spikes, last_force, last_rate, force, rate, ring_s; spike_gate });
+state!(ImuHealth { spikes, last_force, last_rate, force, rate, norm_error_mps2, out_s, ring_s; gate, spike_gate });
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::api::real::GRAVITY;
 
     /// Sum of the pitch rates that are used of these samples, [pitch rate, rise of f_x] each, behind a quiet second.
     fn used(samples: &[[Real; 2]]) -> Real {
-        let mut health = ImuHealth::new(true);
+        let mut health = ImuHealth::new(true, true);
         let quiet = [[0.0, 0.0]; 100];
         let mut sum = 0.0;
         for (k, [rate, force]) in quiet.iter().chain(samples).chain(&quiet).enumerate() {
@@ -126,7 +155,10 @@ mod tests {
                 new: [true; 2],
                 ..Channels::default()
             };
-            let [_, q, _] = health.step(&z, true, 0.005).rate_radps.unwrap_or_default();
+            let [_, q, _] = health
+                .step(&z, 0.0, 1.0, true, 0.005)
+                .rate_radps
+                .unwrap_or_default();
             sum += q;
         }
         sum
@@ -153,12 +185,16 @@ mod tests {
         assert!((used(&after) - 0.1).abs() < 1e-2);
     }
 
+    /// Bias of the gyro about z, rad/s: large, so that a wrong one shows.
+    const YAW_BIAS_RADPS: Real = 0.5;
+
     /// The IMU in use over a second of quiet samples and then another, made by `samples` from the number of
     /// the step: specific force and rate.
     fn last(
         health: &mut ImuHealth,
         seconds: Real,
         samples: impl Fn(u32) -> ([Real; 3], [Real; 3]),
+        speed: Real,
     ) -> SoundImu {
         let mut last = SoundImu::default();
         for k in 0..(seconds / 0.005) as u32 {
@@ -169,7 +205,7 @@ mod tests {
                 new: [true; 2],
                 ..Channels::default()
             };
-            last = health.step(&z, true, 0.005);
+            last = health.step(&z, YAW_BIAS_RADPS, speed, true, 0.005);
         }
         last
     }
@@ -185,20 +221,69 @@ mod tests {
         for (force_stuck, rate_stuck) in
             [(true, false), (false, true), (true, true), (false, false)]
         {
-            let mut health = ImuHealth::new(true);
+            let mut health = ImuHealth::new(true, true);
             let at = |k: u32, stuck: bool| if stuck { noise(3) } else { noise(k) };
             let quiet = |k: u32| ([noise(k), 0.0, GRAVITY], [noise(k), 0.0, 0.0]);
-            last(&mut health, 2.0, quiet);
+            last(&mut health, 2.0, quiet, 1.0);
             let samples = |k: u32| {
                 (
                     [at(k, force_stuck), 0.0, GRAVITY],
                     [at(k, rate_stuck), 0.0, 0.0],
                 )
             };
-            let imu = last(&mut health, 0.5, samples);
+            let imu = last(&mut health, 0.5, samples, 1.0);
             assert_eq!(imu.stuck, force_stuck || rate_stuck);
             assert_eq!(imu.force_mps2.is_some(), !force_stuck);
             assert_eq!(imu.rate_radps.is_some(), !rate_stuck);
         }
+    }
+
+    /// The length of the specific force is g, and in a bend √(g² + (v r)²) with the yaw rate r less the bias of the
+    /// gyro: by more than 0.35 m/s² off for longer than its lag, the accelerometer is out of use, and in use again half
+    /// a second after it is right. Without the gate it is always in use.
+    #[test]
+    fn an_accelerometer_that_does_not_read_g_is_out_of_use() {
+        let (speed, yaw_rate): (Real, Real) = (2.0, 1.5);
+        let along = |force: [Real; 3], yaw_rate: Real| {
+            move |k: u32| {
+                let [x, y, z] = force;
+                let rate = [noise(k), 0.0, yaw_rate + YAW_BIAS_RADPS];
+                ([x + noise(k), y, z], rate)
+            }
+        };
+        let bend = [0.0, speed * yaw_rate, GRAVITY];
+        for (force, rate, sound) in [
+            ([0.0, 0.0, GRAVITY], 0.0, true),
+            ([0.0, 0.0, GRAVITY + 0.3], 0.0, true),
+            ([0.0, 0.0, GRAVITY - 0.4], 0.0, false),
+            ([0.0, 0.0, GRAVITY + 0.4], 0.0, false),
+            ([3.0, 0.0, GRAVITY], 0.0, false),
+            (bend, 0.0, false),
+            (bend, yaw_rate, true),
+            ([0.0, 0.0, GRAVITY], yaw_rate, false),
+        ] {
+            for gated in [true, false] {
+                let mut health = ImuHealth::new(gated, true);
+                let imu = last(&mut health, 4.0, along(force, rate), speed);
+                assert_eq!(
+                    imu.force_mps2.is_some(),
+                    sound || !gated,
+                    "{force:?} {rate}"
+                );
+            }
+        }
+        // 0.5 m/s² more: beyond the gate after 0.4 ln(0.5/0.15) = 0.48 s, and 0.4 ln(0.5/0.35) + 0.5 = 0.64 s after it
+        // is right again, in use
+        let mut health = ImuHealth::new(true, true);
+        let (right, wrong) = (
+            along([0.0, 0.0, GRAVITY], 0.0),
+            along([0.0, 0.0, GRAVITY + 0.5], 0.0),
+        );
+        last(&mut health, 1.0, right, 0.0);
+        assert!(last(&mut health, 0.45, wrong, 0.0).force_mps2.is_some());
+        assert!(last(&mut health, 0.10, wrong, 0.0).force_mps2.is_none());
+        last(&mut health, 4.0, wrong, 0.0);
+        assert!(last(&mut health, 0.60, right, 0.0).force_mps2.is_none());
+        assert!(last(&mut health, 0.10, right, 0.0).force_mps2.is_some());
     }
 }

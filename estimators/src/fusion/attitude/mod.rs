@@ -40,8 +40,8 @@ use crate::detect::control::Control;
 use crate::detect::validity::Integrity;
 use crate::filters::gaussian::Gaussian;
 use crate::models::attitude::{
-    Angles, AttitudeInput, AttitudeModel, AttitudeRates, BIAS_X, KAPPA, Lever, N, PHI, SCALE,
-    THETA, V,
+    Angles, AttitudeInput, AttitudeModel, AttitudeRates, BIAS_X, GYRO_Z, KAPPA, Lever, N, PHI,
+    SCALE, THETA, V,
 };
 use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::tuning;
@@ -185,7 +185,7 @@ impl AttitudeFilter {
             ahead: WheelsAhead::default(),
             belief: Gaussian::independent(SVector::zeros(), SVector::zeros()),
             angles: Angles::default(),
-            health: ImuHealth::new(supervision.spike_gate),
+            health: ImuHealth::new(supervision.accelerometer_gate, supervision.spike_gate),
             wheels: WheelGate::new(vehicle.drives, wheel_sd, integrity.gate_sd, gated),
             monitor: GyroMonitor::new(supervision.gyro_monitor, wheel_sd),
             separation: Separation::default(),
@@ -210,11 +210,13 @@ impl AttitudeFilter {
     pub fn step(&mut self, z: &Channels, dt: Real) -> Option<Attitude> {
         self.listen(z, dt);
         self.starts = false;
+        let (yaw_bias, v) = (self.belief.x[GYRO_Z], self.belief.x[V]);
+        let gyro = self.supervision.gyro && self.gyro_sound;
+        let imu = self.health.step(z, yaw_bias, v, gyro, dt);
         if !self.started {
+            imu.force_mps2?;
             self.start(z, dt)?;
         }
-        let gyro = self.supervision.gyro && self.gyro_sound;
-        let imu = self.health.step(z, gyro, dt);
         let rates = self.predict(&imu, dt);
         if imu.shock {
             self.monitor.shock();
@@ -254,7 +256,7 @@ impl AttitudeFilter {
         self.starts
     }
 
-    /// Begins with the first samples.
+    /// Begins with the first samples of an accelerometer that is in use.
     fn start(&mut self, z: &Channels, dt: Real) -> Option<()> {
         self.belief = first_belief(
             z,

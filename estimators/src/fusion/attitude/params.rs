@@ -33,6 +33,7 @@ params! {
 params! {
     /// Which supervisors of the attitude filter are on.
     AttitudeSupervision {
+        accelerometer_gate [flag] = true, "The accelerometer is out of use while |f| is not g or it is stuck; off: it is always used.";
         slip_gate [flag] = true, "Wheels beyond the gate do not count; off: all do.";
         spike_gate [flag] = true, "Single outliers of the gyro are left out; off: they are not.";
         gyro_monitor [flag] = true, "The pitch is doubted while wheels that agree contradict it; off: it is not.";

@@ -3,9 +3,10 @@
 //! Gyro, accelerometer and wheels have one parity relation, f = v̇ + g sin θ. When they contradict each other two
 //! pitches are left. Without the gyro it is the pitch by accelerometer and wheels over the last second; without
 //! accelerometer and wheels it is the pitch that the gyro has carried on from a time when all agreed. The deviation that
-//! is told covers both, whichever is right: σ² = P + (σ_mount + δ)², with δ a third of the largest separation. As that of
-//! the mount it is added at the end only: to weigh a sample with, a fault that may be is not its noise. Source: ours, after solution
-//! separation in satellite navigation (Brown & McBurney 1988, Brenner 1996); the pitches are those of running sums instead of filters of their own.
+//! is told covers both, whichever is right: three times √P + δ reach as far as the largest separation and one √P more,
+//! σ² = P + (σ_mount + δ)². As that of the mount it is added at the end only: to weigh a sample with, a fault that may be
+//! is not its noise. Source: ours, after solution separation in satellite navigation (Brown & McBurney 1988, Brenner
+//! 1996); the pitches are those of running sums instead of filters of their own.
 
 use super::AttitudeFilter;
 use crate::Real;
@@ -196,7 +197,8 @@ impl Separation {
         *young = Carried::begin(z);
     }
 
-    /// Standard deviation by which the pitch covers both, rad: a third of the largest separation.
+    /// Standard deviation by which the pitch covers both, rad: a third of what the largest separation has beyond two of
+    /// the filter's own.
     pub fn open_rad(&self) -> Real {
         self.open_rad
     }
@@ -256,6 +258,11 @@ mod tests {
     const DT: Real = 0.01;
     const OWN: Real = 0.001;
 
+    /// What a separation leaves open, rad.
+    fn open(separation: Real) -> Real {
+        (separation - 2.0 * OWN) / 3.0
+    }
+
     /// A run on the level at 1 m/s with the pitch of the filter off by `off` rad and the gyro by `rate` rad/s, for so
     /// many seconds.
     fn run(separation: &mut Separation, off: Real, rate: Real, seconds: Real) -> Real {
@@ -286,7 +293,7 @@ mod tests {
     fn a_pitch_that_accelerometer_and_wheels_contradict_is_doubted_by_as_much() {
         for off in [0.02, -0.02] {
             let sd = run(&mut Separation::default(), off, 0.0, 10.0);
-            assert!((sd / (0.02 / 3.0) - 1.0).abs() < 1e-3, "{sd}");
+            assert!((sd / open(0.02) - 1.0).abs() < 1e-3, "{sd}");
         }
     }
 
@@ -315,7 +322,7 @@ mod tests {
             separation.open_rad()
         };
         let sd = follow(0.0, 100.0, 0.0, 0.05);
-        assert!((sd / (0.05 / 3.0) - 1.0).abs() < 0.02, "{sd}");
+        assert!((sd / open(0.05) - 1.0).abs() < 0.02, "{sd}");
         let sd = follow(0.0, 100.0, 0.004, 0.05);
         assert!(sd < 0.01 * OWN, "{sd}");
     }
@@ -335,6 +342,6 @@ mod tests {
             };
             separation.step(&z, DT);
         }
-        assert!((separation.open_rad() / (0.02 / 3.0) - 1.0).abs() < 1e-3);
+        assert!((separation.open_rad() / open(0.02) - 1.0).abs() < 1e-3);
     }
 }
