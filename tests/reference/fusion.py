@@ -135,7 +135,7 @@ class Health:
     def __init__(self, events):
         self.last_force, self.ring, self.shock = None, 0.0, False
         self.used = self.held = None
-        self.jump = 0.0
+        self.jump, self.norm, self.out = 0.0, 0.0, 0.0
         self.stuck = {"force": [None, 0, 0, 0], "rate": [None, 0, 0, 0]}
         self.events = events
 
@@ -167,7 +167,8 @@ class Health:
         self.used = w
         return w + (held - last) if confirmed and (ringing or jump > limit) else w
 
-    def step(self, force, w, gyro):
+    def step(self, force, w, yaw_bias, v, gyro):
+        lag = 0.0 if self.last_force is None else 0.4
         self.ring = max(self.ring - DT, 0.0)
         self.shock = self.last_force is not None and np.max(np.abs(force - self.last_force)) > 1.5
         self.last_force = force
@@ -181,6 +182,15 @@ class Health:
                 rate = None
                 self.events.add("stuck gyro")
         assert not self.repeats("force", force)
+        centripetal = (rate[2] - yaw_bias) * v if rate is not None else 0.0
+        error = np.linalg.norm(force) - math.hypot(G, centripetal)
+        self.norm += DT / (lag + DT) * (error - self.norm)
+        if abs(self.norm) > 0.35:
+            self.out = 0.5
+        self.out = max(self.out - DT, 0.0)
+        if self.out > 0.0:
+            self.events.add("|f| is not g")
+            return None, rate
         return force, rate
 
 
@@ -192,14 +202,14 @@ class Carried:
         self.low = self.high = theta
         self.apart = False
 
-    def step(self, theta, body, v, calm):
+    def step(self, theta, body, v, calm, turn_walk):
         if body is None:
             self.variance += (0.03 * v) ** 2 * DT
         else:
             (t, f), (p, q, r) = self.angles, body
             turned = np.array([r * math.sin(f) - q * math.cos(f), p - math.tan(t) * (q * math.sin(f) + r * math.cos(f))])
             self.angles = np.clip(self.angles + turned * DT, -math.pi / 3, math.pi / 3)
-            self.variance += SHEET["arw"] ** 2 * DT
+            self.variance += (SHEET["arw"] ** 2 + turn_walk * r**2) * DT
         self.age += DT
         self.low, self.high = min(self.low, theta), max(self.high, theta)
         self.apart = self.apart or not calm or abs(self.angles[0] - theta) > 3.0 * self.sd() + 0.004
@@ -214,7 +224,7 @@ class Separation:
     def __init__(self):
         self.low, self.waited, self.heard, self.without_gyro, self.pair = None, 0.0, 0.0, 0.0, None
 
-    def step(self, b, body, acceleration, wheels):
+    def step(self, b, body, acceleration, wheels, turn_walk):
         self.waited, self.heard = self.waited + DT, self.heard + DT
         if acceleration is None:
             self.low, self.heard, self.waited = None, 0.0, 0.0
@@ -232,11 +242,11 @@ class Separation:
         if self.pair is None and calm and self.heard > 2.0:
             self.pair = (anew(), anew())
         for one in self.pair or ():
-            one.step(theta, body, b.x[V], calm)
+            one.step(theta, body, b.x[V], calm, turn_walk)
         if self.pair:
             self.renew(own, anew)
         apart = [abs(one.angles[0] - theta) for one in self.pair or () if one.sd() < 0.02]
-        return SHEET["mount"] + max([abs(self.without_gyro), *apart]) / 3.0
+        return SHEET["mount"] + max(max([abs(self.without_gyro), *apart]) - 2.0 * own, 0.0) / 3.0
 
     def renew(self, own, anew):
         kept, young = self.pair
@@ -290,10 +300,11 @@ class Attitude:
         return forward, pitch, p - np.tan(x[TH]) * (q * np.sin(x[PH]) + r * np.cos(x[PH])), (p, q, r)
 
     def step(self, force, w, speeds):
+        yaw_bias, v = (0.0, 0.0) if self.b is None else self.b.x[[GZ, V]]
+        force, w = self.health.step(force, w, yaw_bias, v, self.gyro)
         if self.b is None:
             self.start(force, speeds)
         b, p = self.b, SHEET
-        force, w = self.health.step(force, w, self.gyro)
         if (w is not None) == (b.P[KA, KA] > 0.0):
             b.alone(KA, *((0.0, 0.0) if w is not None else (self.curvature, 0.005**2)))
         before = b.x.copy()
@@ -427,7 +438,7 @@ class Attitude:
         elif abs(self.v) > 0.06:
             way = abs(self.v) * DT / 0.05
             self.curvature = clip(self.curvature + way / (1.0 + way) * (pitch / self.v - self.curvature), -0.13, 0.13)
-        self.pitch_sd, self.mount_sd = math.sqrt(b.P[TH, TH]), self.separation.step(b, body, None if force is None else self.v_dot, self.voted)
+        self.pitch_sd, self.mount_sd = math.sqrt(b.P[TH, TH]), self.separation.step(b, body, None if force is None else self.v_dot, self.voted, self.turn_walk)
         self.arm_error(self.v * DT, math.sqrt(b.P[TH, TH]) < 0.003)
         _, q, r = body if body is not None else (0.0, 0.0, 0.0)
         self.yaw = (q * math.sin(b.x[PH]) + r * math.cos(b.x[PH])) / math.cos(b.x[TH])
@@ -825,7 +836,7 @@ def oracle(table):
             att.step(row[1:4], row[4:7], row[9:11])
             if k % 10 == 9:
                 out.append([run, *attitude_row(att)])
-        wanted = {"shock", "no wheel", "one wheel", "wheels"}
+        wanted = {"shock", "|f| is not g", "no wheel", "one wheel", "wheels"}
         wanted |= {"spike", "stuck gyro", "standstill", "doubt", "Huber 0", "Huber 1"} if gyro else set()
         assert wanted <= att.events, f"not met: {wanted - att.events}"
     fusion = Fusion()
