@@ -31,6 +31,7 @@ fn the_switches_of_an_estimator_go_by_its_kind() {
         assert_eq!(has("innovation_gate"), kind == Kind::Baseline, "{name}");
         for switch in [
             "slip_gate",
+            "accelerometer_gate",
             "separation",
             "spike_gate",
             "gyro_monitor",

@@ -39,6 +39,44 @@ fn jitter(mut z: Channels, k: u32) -> Channels {
     z
 }
 
+/// A specific force that is not as long as g starts nothing: the filter begins half a second after it last was so, on the
+/// pitch by then. A train in which it never is g has no estimate.
+#[test]
+fn a_start_waits_for_an_accelerometer_that_reads_g() {
+    let force = |size: Real, forward: Real| [forward, 0.0, size];
+    for wrong in [
+        force(1.0, 0.0),
+        force(0.0, GRAVITY * GRAVITY),
+        force(GRAVITY, 32.767),
+        force(-GRAVITY - 1.0, 1.0),
+    ] {
+        let mut starts = filter(0.0);
+        let mut never = starts;
+        let mut began = None;
+        for k in 0..1000u32 {
+            let mut z = jitter(channels(0.1, 0.5, 0.0), k);
+            let right = z;
+            z.specific_force_mps2 = Some(wrong);
+            z = jitter(z, k);
+            assert!(never.step(&z, DT).is_none(), "{wrong:?}");
+            let found = starts.step(if k == 0 { &z } else { &right }, DT);
+            if let (None, Some(_)) = (began, found) {
+                began = Some(k);
+            }
+        }
+        // e^(−t/0.4 s) of the first error is left in the low-pass
+        let [x, _, z] = wrong;
+        let error = (x.hypot(z) - GRAVITY).abs();
+        let expected = 0.4 * (error / 0.35).ln() + 0.5;
+        let began_s = DT * Real::from(began.unwrap());
+        assert!(
+            (began_s - expected).abs() < 0.05,
+            "{wrong:?}: {began_s} {expected}"
+        );
+        assert!((starts.found.pitch_rad - 0.1).abs() < 1e-3, "{wrong:?}");
+    }
+}
+
 /// In the first three seconds after a start in motion wheels may slip unseen, by which the pitch is uncertain by 0.06
 /// rad for each √s. A vehicle that has stood at the start knows its pitch.
 #[test]
