@@ -504,8 +504,8 @@ groups! {
         hazard_hz: Real = 3e-5,
         /// Blocks of use from one share for another load to the next. Chosen.
         share_blocks: u32 = 4,
-        /// Share of another load after a stand. Derived: a half, times a fifth by which a load that fits narrows, which the
-        /// weights leave out.
+        /// Share of another load after a stand. Derived: a half, times a fifth by which a load that fits narrows, which
+        /// the weights leave out.
         stand_share: Real = 0.1,
         /// Degrees of freedom of a residual. Chosen: heavy tails.
         freedom: Real = 3.0,

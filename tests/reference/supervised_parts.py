@@ -163,7 +163,7 @@ class Supervised:
         now.bend = self.bend
         now.effective, now.bias_sd = self.effective(), math.sqrt(att.b.P[BX, BX])
         self.method.step(now)
-        grade, effective = ((angle, math.hypot(sd, SHEET["mount"])) for angle, sd in self.weigh(now.effective))
+        grade, effective = ((angle, math.hypot(sd, att.mount_sd)) for angle, sd in self.weigh(now.effective))
         self.pitch_rate += (1.0 - math.exp(-DT / 0.1)) * (att.pitch_rate - self.pitch_rate)
         trail = 0.25 * self.way.wheelbase * self.pitch_rate / max(abs(att.v), 0.5)
         effective = effective[0], math.hypot(effective[1], trail)
@@ -233,7 +233,7 @@ class Supervised:
 
     def weigh(self, core):
         """Grade at the IMU and effective grade, each with its standard deviation."""
-        at_imu, method = (clip(self.att.grade, -STEEPEST, STEEPEST), math.sqrt(self.att.grade_sd**2 - SHEET["mount"] ** 2)), self.method.grade()
+        at_imu, method = (clip(self.att.grade, -STEEPEST, STEEPEST), math.sqrt(self.att.grade_sd**2 - self.att.mount_sd**2)), self.method.grade()
         if method is None:
             self.met["alone"] += 1
             return at_imu, core

@@ -114,8 +114,8 @@ fn what_is_drawn_lies_within_its_range() {
     assert!((16_000.0..=20_000.0).contains(&most), "{most}");
 }
 
-/// A heavy train after a start of two seconds: a filter of the mass that begins at one load comes to rest far off on some
-/// of these courses.
+/// A heavy train after a start of two seconds: a filter of the mass that begins at one load comes to rest far off on
+/// some of these courses.
 #[test]
 fn a_short_start_does_not_mislead() {
     let folder = tempfile::tempdir().unwrap();

@@ -40,8 +40,8 @@ use crate::detect::control::Control;
 use crate::detect::validity::Integrity;
 use crate::filters::gaussian::Gaussian;
 use crate::models::attitude::{
-    Angles, AttitudeInput, AttitudeModel, AttitudeRates, BIAS_X, GYRO_Z, KAPPA, Lever, N, PHI,
-    SCALE, THETA, V,
+    Angles, AttitudeInput, AttitudeModel, AttitudeRates, BIAS_X, GYRO_Y, GYRO_Z, KAPPA, Lever, N,
+    PHI, SCALE, THETA, V,
 };
 use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::tuning;
@@ -52,7 +52,7 @@ use heading::{Heading, HeadingInput};
 use imu_health::{ImuHealth, SoundImu};
 use params::{AttitudeParams, AttitudeSupervision};
 use rail_curvature::RailCurvature;
-use separation::Separation;
+use separation::{Compared, Separation};
 use standing_bias::StandingBias;
 use start::first_belief;
 use wheels_ahead::WheelsAhead;
@@ -229,6 +229,27 @@ impl AttitudeFilter {
         self.separate(&rates, imu.force_mps2.is_some(), &ballot, dt);
         self.find((z, &imu), &rates, &ballot, dt);
         Some(self.found)
+    }
+
+    /// Compares the belief after a step with what single instruments say.
+    fn separate(&mut self, rates: &AttitudeRates, force: bool, wheels: &Ballot, dt: Real) {
+        if self.starts {
+            self.separation = Separation::default();
+        }
+        let (x, sd) = (&self.belief.x, |i: usize| sqrt(self.belief.P[(i, i)]));
+        let walk = self.model.noise.angle_walk;
+        let [_, _, yaw_rate] = rates.body_radps.unwrap_or_default();
+        let compared = Compared {
+            angles: [x[THETA], x[PHI]],
+            sd: [sd(THETA), sd(GYRO_Y)],
+            body_radps: rates.body_radps,
+            acceleration_mps2: force.then_some(rates.v_dot),
+            wheels_mps: (wheels.used + wheels.rejected > 0).then_some(wheels.speed_mps),
+            speed_mps: x[V],
+            angle_walk: sqrt(walk * walk + self.turn_walk * yaw_rate * yaw_rate),
+            curvature_sd_per_m: self.model.noise.curvature_sd_per_m,
+        };
+        self.separation.step(&compared, dt);
     }
 
     /// Counts the time without samples; the filter starts anew after a pause.

@@ -2,18 +2,15 @@
 //!
 //! Gyro, accelerometer and wheels have one parity relation, f = v̇ + g sin θ. When they contradict each other two
 //! pitches are left. Without the gyro it is the pitch by accelerometer and wheels over the last second; without
-//! accelerometer and wheels it is the pitch that the gyro has carried on from a time when all agreed. The deviation that
-//! is told covers both, whichever is right: three times √P + δ reach as far as the largest separation and one √P more,
-//! σ² = P + (σ_mount + δ)². As that of the mount it is added at the end only: to weigh a sample with, a fault that may be
-//! is not its noise. Source: ours, after solution separation in satellite navigation (Brown & McBurney 1988, Brenner
-//! 1996); the pitches are those of running sums instead of filters of their own.
+//! accelerometer and wheels it is the pitch that the gyro has carried on from a time when all agreed. The reported
+//! deviation covers both, whichever is right: three times √P + δ reach as far as the largest separation and one √P more,
+//! σ² = P + (σ_mount + δ)². As that of the mount it is added at the end only: a fault that may be is not the noise of a
+//! sample. Source: ours, after solution separation in satellite navigation (Brown & McBurney 1988, Brenner 1996); the
+//! pitches are those of running sums instead of filters of their own.
 
-use super::AttitudeFilter;
 use crate::Real;
-use crate::aiding::wheels::Ballot;
 use crate::api::real::{GRAVITY, sin_cos, sqrt};
 use crate::api::snapshot::{Blank, state};
-use crate::models::attitude::{AttitudeRates, GYRO_Y, PHI, THETA, V};
 use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::tuning;
 
@@ -34,8 +31,7 @@ pub struct Compared {
     pub speed_mps: Real,
     /// Random walk of a pitch by the gyro, with what turns couple into it, rad/√s.
     pub angle_walk: Real,
-    /// Standard deviation of the curvature of the rail, 1/m: a pitch that is not seen for a second is another by as much
-    /// for each m.
+    /// Standard deviation of the curvature of the rail, 1/m: an unseen pitch changes by as much for each m.
     pub curvature_sd_per_m: Real,
 }
 
@@ -209,39 +205,6 @@ fn is_known(one: &Carried) -> bool {
     one.sd() < tuning::SOURCE.read_sum_sd
 }
 
-#[allow(
-    clippy::indexing_slicing,
-    reason = "indices of states are constants below N"
-)]
-impl AttitudeFilter {
-    /// Compares the belief after a step with what single instruments say.
-    pub(super) fn separate(
-        &mut self,
-        rates: &AttitudeRates,
-        force: bool,
-        wheels: &Ballot,
-        dt: Real,
-    ) {
-        if self.starts {
-            self.separation = Separation::default();
-        }
-        let (x, sd) = (&self.belief.x, |i: usize| sqrt(self.belief.P[(i, i)]));
-        let walk = self.model.noise.angle_walk;
-        let [_, _, yaw_rate] = rates.body_radps.unwrap_or_default();
-        let compared = Compared {
-            angles: [x[THETA], x[PHI]],
-            sd: [sd(THETA), sd(GYRO_Y)],
-            body_radps: rates.body_radps,
-            acceleration_mps2: force.then_some(rates.v_dot),
-            wheels_mps: (wheels.used + wheels.rejected > 0).then_some(wheels.speed_mps),
-            speed_mps: x[V],
-            angle_walk: sqrt(walk * walk + self.turn_walk * yaw_rate * yaw_rate),
-            curvature_sd_per_m: self.model.noise.curvature_sd_per_m,
-        };
-        self.separation.step(&compared, dt);
-    }
-}
-
 impl Blank for Carried {
     fn blank() -> Self {
         Self::default()
@@ -258,7 +221,7 @@ mod tests {
     const DT: Real = 0.01;
     const OWN: Real = 0.001;
 
-    /// What a separation leaves open, rad.
+    /// Deviation that a separation adds, rad.
     fn open(separation: Real) -> Real {
         (separation - 2.0 * OWN) / 3.0
     }
@@ -297,8 +260,8 @@ mod tests {
         }
     }
 
-    /// A filter that has followed accelerometer and wheels by 0.05 rad, which the gyro has not seen, is doubted until the
-    /// pitch has changed by more while all agreed.
+    /// A filter that has followed accelerometer and wheels by 0.05 rad, which the gyro has not seen, is doubted until
+    /// the pitch has changed by more while all agreed.
     #[test]
     fn what_the_gyro_has_not_seen_is_doubted_until_all_agree_on_a_change() {
         let mut separation = Separation::default();

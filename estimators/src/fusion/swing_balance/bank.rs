@@ -76,7 +76,7 @@ impl LoadBank {
         self.hypotheses().iter().map(about).sum()
     }
 
-    /// Takes a block: corrects by it if it is of `use`, and carries the state over its length. Returns the status of the
+    /// Takes a block: corrects by it if it is of use, and carries the state over its length. Returns the status of the
     /// heaviest and the mean normalised innovation squared.
     pub fn take(
         &mut self,

@@ -69,7 +69,7 @@ impl Hypothesis {
     }
 }
 
-/// What a block says to all hypotheses, with one noise for all, so that they can be compared.
+/// A block as a measurement of all hypotheses, with one noise for all, so that they can be compared.
 pub struct BlockOfAll<'a> {
     aid: BlockForce<'a>,
     block: &'a Block,
