@@ -125,7 +125,7 @@ impl Separation {
             self.renew(pair, z);
         }
         self.carried = carried;
-        let known = carried.iter().flatten().filter(|one| is_known(*one));
+        let known = carried.iter().flatten().filter(|one| is_known(one));
         let others = known.map(|one| one.from(z).abs());
         let largest = others.fold(self.without_gyro.abs(), Real::max);
         self.open_rad = (largest - 2.0 * own).max(0.0) / 3.0;
