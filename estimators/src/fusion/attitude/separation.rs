@@ -226,15 +226,22 @@ mod tests {
         (separation - 2.0 * OWN) / 3.0
     }
 
-    /// A run on the level at 1 m/s with the pitch of the filter off by `off` rad and the gyro by `rate` rad/s, for so
-    /// many seconds.
-    fn run(separation: &mut Separation, off: Real, rate: Real, seconds: Real) -> Real {
+    /// A run at 1 m/s for so many seconds: the pitch of the filter begins at `from` and turns at `rate` as the gyro says,
+    /// with this acceleration by accelerometer and pitch.
+    fn run(
+        separation: &mut Separation,
+        [from, rate]: [Real; 2],
+        acceleration: Real,
+        seconds: Real,
+    ) -> Real {
+        let mut pitch = from;
         for _ in 0..(seconds / DT) as usize {
+            pitch += rate * DT;
             let z = Compared {
-                angles: [off, 0.0],
+                angles: [pitch, 0.0],
                 sd: [OWN, 1e-6],
                 body_radps: Some([0.0, -rate, 0.0]),
-                acceleration_mps2: Some(-GRAVITY * off),
+                acceleration_mps2: Some(acceleration),
                 wheels_mps: Some(1.0),
                 speed_mps: 1.0,
                 angle_walk: 1e-5,
@@ -247,7 +254,7 @@ mod tests {
 
     #[test]
     fn instruments_that_agree_add_nothing() {
-        let sd = run(&mut Separation::default(), 0.0, 0.0, 100.0);
+        let sd = run(&mut Separation::default(), [0.0; 2], 0.0, 100.0);
         assert!(sd < 0.01 * OWN, "{sd}");
     }
 
@@ -255,7 +262,7 @@ mod tests {
     #[test]
     fn a_pitch_that_accelerometer_and_wheels_contradict_is_doubted_by_as_much() {
         for off in [0.02, -0.02] {
-            let sd = run(&mut Separation::default(), off, 0.0, 10.0);
+            let sd = run(&mut Separation::default(), [off, 0.0], -GRAVITY * off, 10.0);
             assert!((sd / open(0.02) - 1.0).abs() < 1e-3, "{sd}");
         }
     }
@@ -265,36 +272,37 @@ mod tests {
     #[test]
     fn what_the_gyro_has_not_seen_is_doubted_until_all_agree_on_a_change() {
         let mut separation = Separation::default();
-        run(&mut separation, 0.0, 0.0, 30.0);
-        let mut follow = |acceleration: Real, seconds: Real, rate: Real, from: Real| {
-            let mut pitch = from;
-            for _ in 0..(seconds / DT) as usize {
-                pitch += rate * DT;
-                let z = Compared {
-                    angles: [pitch, 0.0],
-                    sd: [OWN, 1e-6],
-                    body_radps: Some([0.0, -rate, 0.0]),
-                    acceleration_mps2: Some(acceleration),
-                    wheels_mps: Some(1.0),
-                    speed_mps: 1.0,
-                    angle_walk: 1e-5,
-                    ..Compared::default()
-                };
-                separation.step(&z, DT);
-            }
-            separation.open_rad()
-        };
-        let sd = follow(0.0, 100.0, 0.0, 0.05);
+        run(&mut separation, [0.0; 2], 0.0, 30.0);
+        let sd = run(&mut separation, [0.05, 0.0], 0.0, 100.0);
         assert!((sd / open(0.05) - 1.0).abs() < 0.02, "{sd}");
-        let sd = follow(0.0, 100.0, 0.004, 0.05);
+        let sd = run(&mut separation, [0.05, 0.004], 0.0, 100.0);
         assert!(sd < 0.01 * OWN, "{sd}");
+    }
+
+    /// The variance of a carried pitch grows by the random walk of the gyro and by the square of its bias over the time.
+    #[test]
+    fn a_carried_pitch_is_known_as_well_as_the_gyro_turns_it() {
+        let (walk, bias_sd, seconds): (Real, Real, Real) = (2e-4, 3e-5, 20.0);
+        let z = Compared {
+            sd: [OWN, bias_sd],
+            body_radps: Some([0.0; 3]),
+            angle_walk: walk,
+            ..Compared::default()
+        };
+        let mut carried = Carried::begin(&z);
+        for _ in 0..(seconds / DT) as usize {
+            carried.step(&z, true, DT);
+        }
+        let turned = bias_sd * seconds;
+        let expected = (OWN * OWN + walk * walk * seconds + turned * turned).sqrt();
+        assert!((carried.sd() / expected - 1.0).abs() < 1e-9);
     }
 
     /// Without an accelerometer what it said last stands.
     #[test]
     fn what_an_instrument_said_last_stands_while_it_is_missing() {
         let mut separation = Separation::default();
-        run(&mut separation, 0.02, 0.0, 10.0);
+        run(&mut separation, [0.02, 0.0], -GRAVITY * 0.02, 10.0);
         for _ in 0..1000 {
             let z = Compared {
                 angles: [0.02, 0.0],
