@@ -226,7 +226,7 @@ mod tests {
         (separation - 2.0 * OWN) / 3.0
     }
 
-    /// A run at 1 m/s for so many seconds: the pitch of the filter begins at `from` and turns at `rate` as the gyro says,
+    /// A run at 1 m/s for so many seconds: the pitch of the filter begins at `from` and turns at the `rate` of the gyro,
     /// with this acceleration by accelerometer and pitch.
     fn run(
         separation: &mut Separation,
@@ -279,7 +279,7 @@ mod tests {
         assert!(sd < 0.01 * OWN, "{sd}");
     }
 
-    /// The variance of a carried pitch grows by the random walk of the gyro and by the square of its bias over the time.
+    /// The variance of a carried pitch grows by the random walk of the gyro and by the square of bias times time.
     #[test]
     fn a_carried_pitch_is_known_as_well_as_the_gyro_turns_it() {
         let (walk, bias_sd, seconds): (Real, Real, Real) = (2e-4, 3e-5, 20.0);
