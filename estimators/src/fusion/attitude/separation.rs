@@ -226,7 +226,7 @@ mod tests {
         (separation - 2.0 * OWN) / 3.0
     }
 
-    /// A run at 1 m/s for so many seconds: the pitch of the filter begins at `from` and turns at the `rate` of the gyro,
+    /// A run at 1 m/s for so many seconds: the filter's pitch begins at `from` and turns at the `rate` of the gyro,
     /// with this acceleration by accelerometer and pitch.
     fn run(
         separation: &mut Separation,
