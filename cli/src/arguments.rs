@@ -5,6 +5,7 @@ use crate::ui::errors::CliError;
 use crate::ui::output;
 use monorig_lab::campaign::Shard;
 use monorig_lab::metrics;
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::scenario::ParameterValue;
 use monorig_wire::signal::Numbers;
 use std::net::{SocketAddr, ToSocketAddrs};
@@ -109,6 +110,25 @@ impl Out {
         let variable = || std::env::var_os(OUT_VARIABLE).filter(|dir| !dir.is_empty());
         let given = self.out.clone().or_else(|| variable().map(PathBuf::from));
         given.unwrap_or_else(|| "runs".into())
+    }
+}
+
+/// Code of others that a file names.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct Foreign {
+    /// Run the libraries, FMUs and programs that the files name, with your rights; without it only those that `--set`
+    /// names
+    #[arg(long)]
+    allow_foreign: bool,
+}
+
+impl Foreign {
+    /// The registry for files that others may have sent, with what the user names.
+    pub fn registry(self, all: &Registry, named: impl IntoIterator<Item = String>) -> Registry {
+        match self.allow_foreign {
+            true => all.clone(),
+            false => all.clone().only_foreign(named),
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! `monorig calibrate`: parameters of vehicle and instruments from a log, and into its map.
 
-use crate::arguments::assignment;
+use crate::arguments::{Foreign, assignment};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::recording::standing_noise;
 use crate::ui::errors::CliError;
@@ -57,6 +57,8 @@ pub struct CalibrateArgs {
     /// Change a value of the map; may be given several times
     #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
     pub sets: Vec<(String, String)>,
+    #[command(flatten)]
+    pub foreign: Foreign,
 }
 
 /// Quantities of a drive that can be known.
@@ -78,7 +80,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 impl Command for CalibrateArgs {
     fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
-        calibrate(self, program.registry)
+        calibrate(self, &self.foreign.registry(program.registry, []))
     }
 }
 

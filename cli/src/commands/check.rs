@@ -1,5 +1,6 @@
 //! `monorig check`: find mistakes in files without running anything.
 
+use crate::arguments::Foreign;
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::formats::FileKind;
 use crate::files::formats::{self, FileFormat, KINDS};
@@ -32,11 +33,13 @@ pub struct CheckArgs {
     /// Kind of the files, if it cannot be told from their keys
     #[arg(long)]
     pub kind: Option<FileKind>,
+    #[command(flatten)]
+    pub foreign: Foreign,
 }
 
 impl Command for CheckArgs {
     fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
-        check(self, program.registry)
+        check(self, &self.foreign.registry(program.registry, []))
     }
 }
 

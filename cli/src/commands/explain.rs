@@ -1,7 +1,8 @@
 //! `monorig explain`: which source of error makes how much of a run's errors.
 
-use crate::arguments::{Jobs, seeds};
+use crate::arguments::{Foreign, Jobs, seeds};
 use crate::command::{Command, CommandOutcome, Program};
+use crate::files::scenarios::{of_run, scenario_name};
 use crate::files::{prepare, report};
 use crate::identity::identity;
 use crate::recording::many::all_of;
@@ -18,8 +19,8 @@ use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::resolved;
 use monorig_sim::config::file::{Sets, input_error};
 use monorig_sim::config::scenario::{Scenario, Seeds};
-use monorig_sim::record::manifest::{self, Manifest, sum};
-use std::path::{Path, PathBuf};
+use monorig_sim::record::manifest::{self, Manifest};
+use std::path::PathBuf;
 
 const EXPLAIN_EXAMPLES: &str = "\
 Examples:
@@ -48,6 +49,8 @@ pub struct ExplainArgs {
     pub seeds: Option<String>,
     #[command(flatten)]
     pub jobs: Jobs,
+    #[command(flatten)]
+    pub foreign: Foreign,
 }
 
 /// Seeds without `--seeds`.
@@ -55,7 +58,7 @@ const SEEDS: u64 = 5;
 
 impl Command for ExplainArgs {
     fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
-        explain(self, program.registry)
+        explain(self, &self.foreign.registry(program.registry, []))
     }
 }
 
@@ -179,33 +182,15 @@ fn scenario_file(task: &ExplainArgs, manifest: &Manifest) -> Result<PathBuf, Cli
     if let Some(file) = &task.scenario {
         return Ok(file.clone());
     }
-    let name = format!("{}.yaml", scenario_name(manifest));
-    let wanted = manifest.inputs.get(&name);
-    let candidates = [Path::new("."), Path::new("scenarios")]
-        .into_iter()
-        .flat_map(|f| below(f, &name));
-    let mut same = candidates.filter(|file| sum(file).ok().as_ref() == wanted);
-    let found = same.next().ok_or_else(|| {
-        let message =
-            format!("there is no {name} as it was in this run, here or in the folder scenarios");
+    let found = of_run(manifest).ok_or_else(|| {
+        let name = scenario_name(manifest);
+        let message = format!(
+            "there is no {name}.yaml as it was in this run, here or in the folder scenarios"
+        );
         CliError::refused(message, "name the scenario file with --scenario")
     })?;
     detail(&format!("the scenario is {}", found.display()));
     Ok(found)
-}
-
-/// Name of the scenario of a run, without that of the variant.
-fn scenario_name(manifest: &Manifest) -> &str {
-    manifest.scenario.split('@').next().unwrap_or_default()
-}
-
-/// Files of this name in a folder and in the folders in it.
-fn below(folder: &Path, name: &str) -> Vec<PathBuf> {
-    let inside = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut folders: Vec<PathBuf> = inside.map(|e| e.path()).filter(|p| p.is_dir()).collect();
-    folders.sort();
-    let all = std::iter::once(folder.to_owned()).chain(folders);
-    all.map(|f| f.join(name)).filter(|p| p.is_file()).collect()
 }
 
 /// All runs: with everything, then without each of the sources.

@@ -1,11 +1,13 @@
 //! `monorig export`: a run as a log.
 
 use crate::command::{Command, CommandOutcome, Program};
+use crate::files::scenarios::of_run;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use monorig_logs::export::{ExportFormat, export as write};
+use monorig_sim::record::manifest::Manifest;
 use std::path::PathBuf;
 
 const EXPORT_EXAMPLES: &str = "\
@@ -64,7 +66,8 @@ fn export(task: &ExportArgs) -> Result<CommandOutcome, CliError> {
             .join(seed)
             .join(format.name())
     });
-    let done = write(&task.run, format, &out)?;
+    let scenario = of_run(&Manifest::of_run(&task.run)?);
+    let done = write(&task.run, format, &out, scenario.as_deref())?;
     if done.clipped > 0 {
         note(&format!(
             "{} values are beyond the range of their CAN signal and were written as its end",

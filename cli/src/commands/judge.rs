@@ -1,7 +1,9 @@
 //! `monorig judge`: estimates made elsewhere, judged beside ours.
 
 use crate::command::{Command, CommandOutcome, Program};
+use crate::files::load::say_left_out;
 use crate::files::out::prepare_out;
+use crate::files::scenarios::of_run;
 use crate::recording::play::{PlayArgs, Playing, play};
 use crate::ui::errors::CliError;
 use monorig_logs::export::{ExportFormat, export};
@@ -66,9 +68,14 @@ fn judge(task: &JudgeArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
         args: &task.play,
         full_rate: false,
     };
+    let judged = |map: &mut Map| {
+        let allowed = task.play.registry(map, registry);
+        say_left_out(&map.leave_out_foreign(&allowed));
+        play(map, &playing, registry)
+    };
     if let Some(map) = &task.map {
-        let map = Map::load_with(map, task.what.as_deref(), &task.play.sets)?;
-        return play(&map, &playing, registry);
+        let mut map = Map::load_with(map, task.what.as_deref(), &task.play.sets)?;
+        return judged(&mut map);
     }
     let what = task.what.clone().unwrap_or_default();
     let run = what.join(manifest::NAME);
@@ -79,10 +86,15 @@ fn judge(task: &JudgeArgs, registry: &Registry) -> Result<CommandOutcome, CliErr
     let manifest = Manifest::of_run(&what)?;
     prepare_out(&out)?;
     let folder = Temporary(out.join(format!(".judge-{}", whole::unique())));
-    let log = export(&what, ExportFormat::PARQUET, &folder.0)?;
+    let log = export(
+        &what,
+        ExportFormat::PARQUET,
+        &folder.0,
+        of_run(&manifest).as_deref(),
+    )?;
     let mut map = Map::load_with(&log.map, None, &task.play.sets)?;
     map.name = format!("{}_{}_{}", manifest.scenario, manifest.seed, task.name);
-    play(&map, &playing, registry)
+    judged(&mut map)
 }
 
 /// A folder that goes when it is no longer needed.

@@ -12,7 +12,7 @@ use monorig_logs::drive::VehicleFile;
 use monorig_logs::map::{Map, MapFile};
 use monorig_logs::replay::{self, ReplayOptions};
 use monorig_sim::closed_loop::registry::Registry;
-use monorig_sim::config::file::{Document, Sets};
+use monorig_sim::config::file::Document;
 use monorig_sim::config::rail_profile::ProfileFile;
 use monorig_sim::config::scenario::{ParameterFile, ScenarioFile};
 use monorig_sim::config::sensor_sheet::Sheet;
@@ -122,7 +122,7 @@ pub const KINDS: &[FileFormat] = &[
             ("/$defs/Published/properties/metric", Words::Metric),
             INSTRUMENT,
         ],
-        check: |path, registry| load::simulation(path, &Sets::default(), registry).map(drop),
+        check: load::check,
     },
     FileFormat {
         kind: FileKind::Track,
@@ -278,7 +278,8 @@ pub const KINDS: &[FileFormat] = &[
         schema: || schema_for!(MapFile),
         words: &[TYPE, ESTIMATORS, METRIC_OF_BOUND, METRIC_OF_FAILURE],
         check: |path, registry| {
-            let map = Map::load(path)?;
+            let mut map = Map::load(path)?;
+            load::say_left_out(&map.leave_out_foreign(registry));
             let simulation = replay::simulation(&map, &ReplayOptions::default(), registry)?;
             expected::check(&simulation.scenario)
         },

@@ -1,5 +1,6 @@
 //! A scenario, read and checked by building the simulation of the first of its seeds.
 
+use crate::ui::note::note;
 use monorig_lab::verdicts::expected;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
@@ -8,9 +9,31 @@ use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use std::path::Path;
 
-/// Reads a scenario with changes, and every file it names; checks them against each other.
-pub fn simulation(path: &Path, changes: &Sets, registry: &Registry) -> Result<Simulation, Error> {
-    built(Scenario::load_with(path, changes)?, registry)
+/// Reads a scenario and every file it names, and checks them against each other. Parts of others that the registry does
+/// not run are left out.
+pub fn check(path: &Path, registry: &Registry) -> Result<(), Error> {
+    let mut scenario = Scenario::load_with(path, &Sets::default())?;
+    let file = &mut scenario.file;
+    let mut left_out = registry.leave_out_foreign(&mut file.estimators);
+    file.in_loop
+        .take_if(|name| !file.estimators.contains_key(name));
+    let fmu = file.drive.controller.fmu.clone();
+    if let Some(fmu) = fmu.filter(|_| registry.allows_foreign("").is_err()) {
+        file.drive.controller = Default::default();
+        left_out.push(format!("the controller ({fmu})"));
+    }
+    say_left_out(&left_out);
+    built(scenario, registry).map(drop)
+}
+
+/// Says which parts of others are not run.
+pub fn say_left_out(parts: &[String]) {
+    if !parts.is_empty() {
+        let parts = parts.join(", ");
+        note(&format!(
+            "code of others, not run without --allow-foreign: {parts}"
+        ));
+    }
 }
 
 /// Builds the simulation of the first seed of a scenario.

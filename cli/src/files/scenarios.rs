@@ -5,6 +5,7 @@ use crate::files::formats::{self, FileKind};
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use monorig_sim::config::file::{Document, input_error};
+use monorig_sim::record::manifest::{Manifest, sum};
 use std::path::{Path, PathBuf};
 
 /// The files named, and the scenarios in the folders named, by name; of these, those with `filter` in their name. None
@@ -78,4 +79,27 @@ fn other_kind(file: &Path) -> Option<&'static str> {
 fn nothing(path: &Path, message: String) -> CliError {
     let help = "name scenario files (*.yaml), or folders that hold some";
     CliError::Sim(input_error(path, "", message, help))
+}
+
+/// The scenario file of a run: one that has its name and, byte for byte, its content, here or in the folder scenarios.
+pub fn of_run(manifest: &Manifest) -> Option<PathBuf> {
+    let name = format!("{}.yaml", scenario_name(manifest));
+    let wanted = manifest.inputs.get(&name)?;
+    let folders = [Path::new("."), Path::new("scenarios")].into_iter();
+    let mut candidates = folders.flat_map(|f| below(f, &name));
+    candidates.find(|file| sum(file).is_ok_and(|sum| sum == *wanted))
+}
+
+/// Name of the scenario of a run, without that of the variant.
+pub fn scenario_name(manifest: &Manifest) -> &str {
+    manifest.scenario.split('@').next().unwrap_or_default()
+}
+
+/// Files of this name in a folder and in the folders in it.
+fn below(folder: &Path, name: &str) -> Vec<PathBuf> {
+    let inside = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut folders: Vec<PathBuf> = inside.map(|e| e.path()).filter(|p| p.is_dir()).collect();
+    folders.sort();
+    let all = std::iter::once(folder.to_owned()).chain(folders);
+    all.map(|f| f.join(name)).filter(|p| p.is_file()).collect()
 }

@@ -61,6 +61,16 @@ pub fn resumed<R: CampaignRow + Send>(
     let mut store = Store::resume(&path, campaign, &mut there)?;
     inputs::keep(of, &folder.join("inputs"))?;
     let (all, begun) = (campaign.rows(), store.rows());
+    if let Some(way) = of.elsewhere().filter(|_| begun > 0) {
+        let message = format!(
+            "{begun} of {all} runs are there, and the estimator at {way} may be another program by now"
+        );
+        let help = format!(
+            "remove {} to begin anew, or name another folder with --out",
+            path.display()
+        );
+        return Err(CliError::refused(message, help));
+    }
     if begun > 0 {
         note(&format!("{begun} of {all} runs are there already"));
     }

@@ -1,6 +1,6 @@
 //! A recorded log, played to estimators, recorded and judged.
 
-use crate::arguments::{Json, Out, VIEWER, address, assignment};
+use crate::arguments::{Foreign, Json, Out, VIEWER, address, assignment};
 use crate::command::CommandOutcome;
 use crate::files::out::prepare_out;
 use crate::identity::identity;
@@ -51,6 +51,15 @@ pub struct PlayArgs {
     pub sets: Vec<(String, String)>,
     #[command(flatten)]
     pub json: Json,
+    #[command(flatten)]
+    foreign: Foreign,
+}
+
+impl PlayArgs {
+    /// The registry for a map that others may have sent.
+    pub(crate) fn registry(&self, map: &Map, all: &Registry) -> Registry {
+        self.foreign.registry(all, map.foreign_named_by(&self.sets))
+    }
 }
 
 /// Play a log, judge the estimators, and show the verdicts.
@@ -60,6 +69,7 @@ pub(crate) fn play(
     registry: &Registry,
 ) -> Result<CommandOutcome, CliError> {
     let args = task.args;
+    let registry = &args.registry(map, registry);
     let junit = args.junit.as_deref();
     if let Some(path) = junit {
         output::clear(path)?;

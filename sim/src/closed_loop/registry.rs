@@ -44,6 +44,7 @@ use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::{Key, ParamError, Parameters, Setting};
 use monorig_estimators::api::signals::Vehicle;
 use monorig_estimators::registry::{self as ours, AnyEstimator, Kind};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
 use std::path::Path;
 use std::sync::Arc;
@@ -111,6 +112,8 @@ pub struct Registry {
     load_library: Option<Arc<LoadLibrary>>,
     load_controller: Option<Arc<LoadController>>,
     clock: Option<Arc<WallClock>>,
+    /// The only names under which a scenario may run parts of others; none: every name.
+    foreign: Option<BTreeSet<String>>,
 }
 
 impl std::fmt::Debug for Registry {
@@ -222,6 +225,7 @@ impl Registry {
             load_library: None,
             load_controller: None,
             clock: None,
+            foreign: None,
         }
     }
 
@@ -372,11 +376,40 @@ impl Registry {
         self
     }
 
+    /// The same registry for files that others may have sent: of the libraries, FMUs and programs that these name, only
+    /// the estimators of these names are run. The user names them, and not the file.
+    pub fn only_foreign(mut self, names: impl IntoIterator<Item = String>) -> Self {
+        self.foreign = Some(names.into_iter().collect());
+        self
+    }
+
+    /// Checks that an estimator (the controller has the name "") may run a part of others.
+    pub fn allows_foreign(&self, name: &str) -> Result<(), Refusal> {
+        match &self.foreign {
+            Some(names) if !names.contains(name) => Err(Refusal::new(
+                "this is code of others, which this command does not run because a file asks for it",
+                "`--allow-foreign` runs it, with your rights",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Takes the estimators of others out that it does not run; returns what they are.
+    pub fn leave_out_foreign(&self, estimators: &mut BTreeMap<String, Settings>) -> Vec<String> {
+        let out = |name: &String, settings: &mut Settings| {
+            settings.is_foreign() && self.allows_foreign(name).is_err()
+        };
+        let all = estimators.extract_if(.., out);
+        all.map(|(name, settings)| format!("{name} ({})", settings.origin(&name)))
+            .collect()
+    }
+
     /// The type of an estimator of a scenario: that of its library, the one outside, or the one of its name.
     pub fn estimator_of(&self, name: &str, settings: &Settings) -> Result<EstimatorType, Refusal> {
         if !settings.is_foreign() {
             return self.find_estimator(settings.type_name(name)).cloned();
         }
+        self.allows_foreign(name)?;
         let load = self.load_library.as_ref().ok_or_else(runs_none)?;
         // found when the scenario was loaded; one put together in code has the name alone
         let file = settings.library_file.as_deref();
@@ -405,6 +438,7 @@ impl Registry {
             let kind = settings.kind.as_deref().unwrap_or(DEFAULT_CONTROLLER);
             return self.find_controller(kind).cloned();
         };
+        self.allows_foreign("")?;
         let load = self.load_controller.as_ref().ok_or_else(runs_none)?;
         let file = settings.fmu_file.as_deref();
         load(file.unwrap_or(Path::new(fmu)), settings)

@@ -26,6 +26,8 @@ struct Shared {
     sealed: bool,
     /// Source of files that are not here yet; none: the disk.
     whole: Option<InputFiles>,
+    /// The way to a program that is no file of these.
+    elsewhere: Option<String>,
 }
 
 thread_local! {
@@ -64,6 +66,20 @@ impl InputFiles {
     /// Forbids reading from disk from now on: a file that is not here is an error.
     pub fn seal(&self) {
         self.lock().sealed = true;
+    }
+
+    /// Notes the way to a program that runs elsewhere: no check sum tells whether it is still the same.
+    pub(crate) fn runs_elsewhere(&self, way: &str) {
+        let mut shared = self.lock();
+        shared.elsewhere = Some(way.to_owned());
+        if let Some(whole) = &shared.whole {
+            whole.runs_elsewhere(way);
+        }
+    }
+
+    /// The way to a program that runs elsewhere, if a run needs one.
+    pub fn elsewhere(&self) -> Option<String> {
+        self.lock().elsewhere.clone()
     }
 
     /// True if a file of this path was read.

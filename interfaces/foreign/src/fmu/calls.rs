@@ -241,6 +241,7 @@ unsafe impl Send for Instance {}
 /// Statuses of both standards.
 pub(crate) const WARNING: i32 = 1;
 pub(crate) const DISCARD: i32 = 2;
+const ERROR: i32 = 3;
 const FATAL: i32 = 4;
 
 impl Drop for Instance {
@@ -355,7 +356,9 @@ impl Instance {
         }
     }
 
+    /// Takes a status; one that the standards do not know is an error.
     fn status(&mut self, code: i32) -> i32 {
+        let code = if code < 0 { ERROR } else { code };
         self.worst = self.worst.max(code);
         code
     }

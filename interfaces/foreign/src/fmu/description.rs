@@ -1,5 +1,6 @@
 //! `modelDescription.xml` of an FMU, as far as a run needs it.
 
+use crate::unit;
 use monorig_sim::closed_loop::registry::Refusal;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
@@ -159,6 +160,13 @@ impl Reading {
                 self.co_simulation = true;
                 let identifier = attribute(e, "modelIdentifier")?;
                 d.identifier = needed(identifier, e, "modelIdentifier")?;
+                let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
+                if !d.identifier.chars().all(plain) {
+                    return Err(format!(
+                        "its modelIdentifier `{}` is no name in C, and could lead out of the archive; help: letters, digits and _",
+                        d.identifier
+                    ));
+                }
                 d.one_at_a_time = flag(e, "canBeInstantiatedOnlyOncePerProcess")?;
                 let state = if d.three { "State" } else { "state" };
                 d.keeps_state = flag(e, &format!("canSerializeFMU{state}"))?;
@@ -271,13 +279,26 @@ impl Reading {
                 v.range = [0, 1].map(|i: usize| v.range[i].or(of_type.range[i]));
                 v.words = of_type.words.clone();
             }
-            v.base = v
-                .unit
-                .as_ref()
-                .and_then(|unit| self.units.get(unit).copied());
+            let unit = v.unit.as_deref();
+            v.base = unit.and_then(|unit| self.units.get(unit).copied().or_else(|| by_name(unit)));
+        }
+        let mut names: Vec<&str> = d.variables.iter().map(|v| v.name.as_str()).collect();
+        names.sort_unstable();
+        if let Some([name, _]) = names.windows(2).find(|pair| pair[0] == pair[1]) {
+            return Err(format!("two of its variables are called `{name}`"));
         }
         Ok(d)
     }
+}
+
+/// The unit that a name means where the FMU does not define it.
+fn by_name(name: &str) -> Option<BaseUnit> {
+    let found = unit::find(name)?;
+    Some(BaseUnit {
+        exponents: [found.kg, found.m, found.s, 0, 0, 0, 0, found.rad],
+        factor: found.factor,
+        offset: 0.0,
+    })
 }
 
 /// Reads the description of the FMU that messages name `at`.

@@ -6,7 +6,7 @@ use super::writer::LogWriter;
 use crate::io;
 use monorig_estimators::api::signals::{Measurand, Shape};
 use monorig_sim::error::Error;
-use monorig_sim::record::manifest::Manifest;
+use monorig_sim::record::manifest::{Manifest, sum};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
@@ -77,6 +77,34 @@ fn estimators(manifest: &Manifest) -> Value {
         }
     }
     all
+}
+
+/// Names libraries, FMUs and files of programs that are in the scenario's folder as they were in the run by their whole
+/// path: the map is in another folder.
+pub(super) fn name_whole_paths(manifest: &mut Manifest, folder: &Path) {
+    let inputs = &manifest.inputs;
+    let whole = |name: &mut Value| {
+        let path = folder.join(name.as_str().unwrap_or_default());
+        let there = sum(&path)
+            .ok()
+            .filter(|sum| inputs.values().any(|s| s == sum));
+        if let (Some(_), Ok(path)) = (there, path.canonicalize()) {
+            *name = path.to_string_lossy().into();
+        }
+    };
+    let all = manifest.resolved["estimators"].as_object_mut();
+    for settings in all.into_iter().flat_map(|all| all.values_mut()) {
+        let files = ["/library", "/fmu"].into_iter();
+        let words = (0..).map_while(|k| {
+            settings
+                .pointer(&format!("/external/process/{k}"))
+                .map(|_| format!("/external/process/{k}"))
+        });
+        let places: Vec<String> = files.map(str::to_owned).chain(words).collect();
+        for place in places {
+            settings.pointer_mut(&place).into_iter().for_each(&whole);
+        }
+    }
 }
 
 /// JSON is YAML; a key of the first level a line, so that it can be read and changed.

@@ -98,9 +98,17 @@ pub struct Exported {
 }
 
 /// Writes the samples of a run as logs into a new folder, with a map file and the vehicle that the estimators were
-/// given.
-pub fn export(run: &Path, format: ExportFormat, out: &Path) -> Result<Exported, Error> {
-    let manifest = Manifest::of_run(run)?;
+/// given. What the run had of the folder of its `scenario`, if that is known, is named by its whole path.
+pub fn export(
+    run: &Path,
+    format: ExportFormat,
+    out: &Path,
+    scenario: Option<&Path>,
+) -> Result<Exported, Error> {
+    let mut manifest = Manifest::of_run(run)?;
+    if let Some(folder) = scenario.and_then(Path::parent) {
+        map::name_whole_paths(&mut manifest, folder);
+    }
     let path = run.join(SAMPLES);
     if !path.is_file() {
         return Err(crate::wrong(

@@ -6,6 +6,7 @@ use crate::notation::NS;
 use crate::read::ReadOptions;
 use crate::read::merge::{By, Source};
 use crate::wrong;
+use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::checked::{Finite, Positive};
 use monorig_sim::config::file::{Document, Sets, exists, name_of};
 use monorig_sim::config::input_files::InputFiles;
@@ -34,6 +35,17 @@ pub struct Map {
 const ONLY: &str = "log";
 /// A gap longer than this begins a new segment unless the map file has another length, s.
 const SEGMENT_GAP_S: f64 = 60.0;
+
+/// Ends of the path of a change, behind the name of an estimator, that say what is run.
+const NAMING: [&str; 7] = [
+    "",
+    ".library",
+    ".fmu",
+    ".external",
+    ".external.process",
+    ".external.udp",
+    ".external.can",
+];
 
 impl Map {
     /// Reads and checks a map file; its log must be there.
@@ -107,6 +119,30 @@ impl Map {
             document,
             inputs,
         })
+    }
+
+    /// The estimators of others that these changes name, and not the file, which somebody may have sent.
+    pub fn foreign_named_by<'a>(
+        &'a self,
+        changes: &'a [(String, String)],
+    ) -> impl Iterator<Item = String> + 'a {
+        let names = self.file.estimators.keys().cloned();
+        names.filter(|name| {
+            let of = |path: &str| match path.strip_prefix("estimators") {
+                Some("") => true,
+                Some(rest) => rest
+                    .strip_prefix('.')
+                    .and_then(|r| r.strip_prefix(name.as_str()))
+                    .is_some_and(|key| NAMING.contains(&key)),
+                None => false,
+            };
+            changes.iter().any(|(path, _)| of(path))
+        })
+    }
+
+    /// Takes the estimators of others out that the registry does not run; returns what they are.
+    pub fn leave_out_foreign(&mut self, registry: &Registry) -> Vec<String> {
+        registry.leave_out_foreign(&mut self.file.estimators)
     }
 
     /// The source of the noise that estimators are given.

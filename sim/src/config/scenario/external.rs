@@ -85,6 +85,19 @@ const DEADLINE_MS: f64 = 2.0;
 const MAX_MS: f64 = 1000.0;
 
 impl External {
+    /// The files among the words of a process, from the folder of the scenario: what it runs.
+    pub(super) fn files(&self) -> Vec<PathBuf> {
+        let Way::Process(words) = &self.way else {
+            return Vec::new();
+        };
+        // `sh -c \"python3 mine.py\"`, `--model=mine.bin`
+        let words = words.iter().flat_map(|word| word.split([' ', '=', ';']));
+        let files = words
+            .map(|word| self.folder.join(word))
+            .filter(|path| path.is_file());
+        files.collect()
+    }
+
     /// Time for an answer in real time.
     pub fn deadline(&self) -> Duration {
         Duration::from_secs_f64(self.deadline_ms.unwrap_or(DEADLINE_MS) * 1e-3)

@@ -2,10 +2,10 @@
 
 use super::{
     Availability, Expectation, Integrity, KnownFailure, ParameterFile, Record, ScenarioFile,
-    Settings, Stop, check,
+    Settings, Stop, Way, check,
 };
 use crate::config::checked::Version1;
-use crate::config::file::{Document, Sets, input_error, name_of};
+use crate::config::file::{Document, Sets, input_error, name_of, read_library};
 use crate::config::input_files::InputFiles;
 use crate::error::Error;
 use serde::Serialize;
@@ -122,8 +122,21 @@ fn find_library(key: &str, name: &str, document: &Document) -> Result<PathBuf, E
     let found = folder.join(name);
     crate::config::file::exists(&found)
         .map_err(|(message, help)| document.error(key, message, help))?;
-    crate::config::file::read_library(&found)?;
+    read_unchanged(key, &found, document)?;
     Ok(found)
+}
+
+/// Reads what is run of others. It runs from disk, so it must still be there as it was first read.
+fn read_unchanged(key: &str, file: &Path, document: &Document) -> Result<(), Error> {
+    let now = std::fs::read(file).map_err(Error::at(file))?;
+    match *read_library(file)? == *now {
+        true => Ok(()),
+        false => Err(document.error(
+            key,
+            format!("{} was changed since the first run", file.display()),
+            "begin anew, in another folder: runs of two programs are not put together",
+        )),
+    }
 }
 
 /// The same for all estimators. Programs outside start in the folder of the document.
@@ -134,6 +147,13 @@ fn find_libraries(
     for (name, settings) in estimators {
         if let Some(external) = &mut settings.external {
             external.folder = document.path().parent().unwrap_or(Path::new("")).into();
+            for file in external.files() {
+                read_unchanged(&format!("estimators.{name}.external"), &file, document)?;
+            }
+            let elsewhere = !matches!(external.way, Way::Process(_));
+            if let Some(inputs) = InputFiles::current().filter(|_| elsewhere) {
+                inputs.runs_elsewhere(&external.to_string());
+            }
         }
         if let Some(file) = settings.file() {
             let key = format!("estimators.{name}.{}", settings.foreign_key());
