@@ -86,7 +86,7 @@ use std::ffi::OsString;
 use std::fmt::Display;
 use std::process::ExitCode;
 use ui::terminal::TerminalArgs;
-use ui::{errors, note};
+use ui::{errors, note, output};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -306,7 +306,10 @@ impl App {
             .map(clap::Command::get_name);
         let entry = names.zip(&self.commands).find(|(n, _)| *n == name);
         match entry {
-            Some((_, entry)) => (entry.run)(of_command, program),
+            Some((_, entry)) => {
+                output::check(of_command)?;
+                (entry.run)(of_command, program)
+            }
             // clap has refused every other name
             None => Ok(CommandOutcome::Held),
         }

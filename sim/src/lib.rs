@@ -37,6 +37,8 @@
 //! | [`control`] | drive cycle, perception, speed controller |
 //! | [`closed_loop`] | the loop itself, and how it is built from a scenario |
 //! | [`guarded`] | foreign code, whose panics are errors |
+//! | [`interrupt`] | the wish to end, such as Ctrl-C |
+//! | [`lines`] | lines of bounded length |
 //! | [`record`] | channels of a run, written to and read from files |
 
 pub mod checked;
@@ -46,6 +48,8 @@ pub mod control;
 pub mod error;
 mod fading;
 pub mod guarded;
+pub mod interrupt;
+pub mod lines;
 pub mod plant;
 pub mod rail;
 pub mod record;

@@ -55,11 +55,11 @@ fn draw(task: &DrawArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     for seed in (task.seed..=u64::MAX).take(task.count as usize) {
         let course = draw::course(&ranges, &task.file, &task.out, seed)?;
         let mut places = course.files.iter().map(|f| task.out.join(&f.path));
-        for (place, drawn) in places.clone().zip(&course.files) {
-            keep(&place, &drawn.text)?;
-        }
-        for (place, drawn) in places.clone().zip(&course.files) {
-            output::write(&place, &drawn.text)?;
+        let pairs = places.clone().zip(&course.files);
+        let there = pairs.map(|(place, drawn)| is_there(&place, &drawn.text));
+        let there = there.collect::<Result<Vec<bool>, CliError>>()?;
+        for (drawn, _) in course.files.iter().zip(there).filter(|(_, there)| !there) {
+            output::write_in(&task.out, &drawn.path, &drawn.text)?;
         }
         if let Some(scenario) = places.next_back() {
             prepare::simulation(&scenario, &[], registry)?;
@@ -73,8 +73,8 @@ fn draw(task: &DrawArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     Ok(CommandOutcome::Held)
 }
 
-/// Refuses to replace a file with another content.
-fn keep(place: &Path, text: &str) -> Result<(), CliError> {
+/// True if this file is there already; refuses to replace one with another content.
+fn is_there(place: &Path, text: &str) -> Result<bool, CliError> {
     match read_bytes(place) {
         Ok(there) if *there != *text.as_bytes() => Err(input_error(
             place,
@@ -83,6 +83,6 @@ fn keep(place: &Path, text: &str) -> Result<(), CliError> {
             "name another folder with --out, or remove it",
         )
         .into()),
-        _ => Ok(()),
+        there => Ok(there.is_ok()),
     }
 }

@@ -79,7 +79,7 @@ fn report(task: &ReportArgs) -> Result<CommandOutcome, CliError> {
             let name = folder.file_name().unwrap_or_default().to_string_lossy();
             let (index, pages) = study::pages(path, &name)?;
             for (name, page) in pages {
-                output::write(&folder.join(name), &page.to_html())?;
+                output::write_in(&folder, name, &page.to_html())?;
             }
             (index.to_html(), out)
         }

@@ -193,12 +193,13 @@ fn drawn(task: &StressArgs, count: u64, registry: &Registry) -> Result<Battery, 
     for seed in (task.seed..=u64::MAX).take(count as usize) {
         let course = draw::course(&ranges, &task.ranges, &folder, seed)?;
         for file in &course.files {
-            output::write(&folder.join(&file.path), &file.text)?;
+            output::write_in(&folder, &file.path, &file.text)?;
         }
         scenarios.extend(course.files.last().map(|file| folder.join(&file.path)));
         let name = fault_name(seed);
-        let path = folder.join(&name).join(format!("{name}.yaml"));
-        output::write(&path, &fault(&course, seed).to_yaml())?;
+        let path = format!("{name}/{name}.yaml");
+        output::write_in(&folder, &path, &fault(&course, seed).to_yaml())?;
+        let path = folder.join(path);
         conditions.push(Condition::load(&path)?);
     }
     task.load(&scenarios, conditions, Pairing::OneByOne, registry)

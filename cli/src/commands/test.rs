@@ -29,6 +29,7 @@ use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::error::Error;
 use monorig_sim::guarded::guarded;
 use monorig_sim::record::manifest;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -91,7 +92,7 @@ pub struct TestArgs {
     #[arg(long, value_name = "K/N", value_parser = shard, requires = "json", conflicts_with_all = ["keep_failed", "baseline", "junit"])]
     pub shard: Option<Shard>,
     /// Who judges the expectations
-    #[arg(long, value_name = "WHO", value_enum, default_value_t)]
+    #[arg(long, value_name = "WHO", value_enum, default_value_t, requires_if("merge", "shard"))]
     pub expect: Expect,
     /// Write the verdicts as JUnit XML, as CI servers read it
     #[arg(long, value_name = "FILE")]
@@ -131,11 +132,8 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     }
     let begun = Instant::now();
     let paths = scenarios(&task.paths, task.filter.as_deref())?;
-    // what is interrupted must not leave the reports of an earlier test behind; where they are gone, it listens
+    // what is interrupted must not leave the reports of an earlier test behind; it listens before they are gone
     interrupt::listen();
-    for path in task.junit.as_deref().into_iter().chain(task.json.path()) {
-        output::clear(path)?;
-    }
     let (mut cases, mut unusable) = (Vec::new(), Vec::new());
     for path in &paths {
         // a panic on one file must not keep the others from their reports
@@ -151,6 +149,16 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
                 unusable.push(TestedScenario::unusable(path, e.to_string()));
                 errors::show(&CliError::Sim(e));
             }
+        }
+    }
+    for path in task.junit.as_deref().into_iter().chain(task.json.path()) {
+        output::clear(path)?;
+    }
+    let mut names = BTreeMap::new();
+    for case in &cases {
+        if let Some(other) = names.insert(&case.name, &case.path) {
+            let message = format!("{} and {} have one name", other.display(), case.path.display());
+            return Err(CliError::refused(message, "another name for one of the two files"));
         }
     }
     if let Some(shard) = task.shard {

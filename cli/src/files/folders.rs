@@ -1,6 +1,7 @@
 //! Paths and YAML files in a folder.
 
 use monorig_sim::error::Error;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Paths in a folder, by name, without hidden ones.
@@ -18,11 +19,19 @@ pub fn entries(folder: &Path) -> Result<Vec<PathBuf>, Error> {
 
 /// The YAML files in a folder and in the folders in it, by name.
 pub fn yaml_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    inside(folder, &mut BTreeSet::new())
+}
+
+/// The same, each folder once: a link could lead round in a circle.
+fn inside(folder: &Path, seen: &mut BTreeSet<PathBuf>) -> Result<Vec<PathBuf>, Error> {
+    let place = folder.canonicalize().map_err(Error::at(folder))?;
     let mut files = Vec::new();
+    if !seen.insert(place) {
+        return Ok(files);
+    }
     for path in entries(folder)? {
-        // a link to a folder could lead round in a circle
-        if path.is_dir() && !path.is_symlink() {
-            files.extend(yaml_files(&path)?);
+        if path.is_dir() {
+            files.extend(inside(&path, seen)?);
         } else if is_yaml(&path) && !path.is_dir() {
             files.push(path);
         }

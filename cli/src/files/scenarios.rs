@@ -6,12 +6,13 @@ use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use monorig_sim::config::file::{Document, input_error};
 use monorig_sim::record::manifest::{Manifest, sum};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// The files named, and the scenarios in the folders named, by name; of these, those with `filter` in their name. None
 /// at all is an error.
 pub fn scenarios(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<PathBuf>, CliError> {
-    let mut found: Vec<PathBuf> = Vec::new();
+    let (mut found, mut places) = (Vec::<PathBuf>::new(), BTreeSet::new());
     for path in paths {
         let files = if path.is_dir() {
             inside(path)?
@@ -19,7 +20,9 @@ pub fn scenarios(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<PathBuf>
             vec![path.clone()]
         };
         for file in files {
-            if !found.contains(&file) {
+            // one file under several names is one
+            let place = file.canonicalize().unwrap_or_else(|_| file.clone());
+            if places.insert(place) {
                 found.push(file);
             }
         }

@@ -71,9 +71,6 @@ pub(crate) fn play(
     let args = task.args;
     let registry = &args.registry(map, registry);
     let junit = args.junit.as_deref();
-    if let Some(path) = junit {
-        output::clear(path)?;
-    }
     let out = &args.out.get();
     let Built {
         mut simulation,
@@ -81,6 +78,7 @@ pub(crate) fn play(
         taken,
     } = build(map, task.options, registry)?;
     expected::check(&simulation.scenario)?;
+    junit.map_or(Ok(()), output::clear)?;
     let variant = Variant::new(&args.sets, None);
     simulation.scenario.name = variant.run_name(&simulation.scenario.name);
     prepare_out(out)?;

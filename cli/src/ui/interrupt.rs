@@ -1,14 +1,12 @@
 //! Ctrl-C: the first ends the task in good order, the second at once.
 
 use crate::ui::note::note;
-use std::sync::atomic::{AtomicBool, Ordering};
-
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+use monorig_sim::interrupt;
 
 /// Listen from now on.
 pub fn listen() {
     let on_signal = || {
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+        if interrupt::request() {
             std::process::exit(130);
         }
     };
@@ -27,5 +25,5 @@ pub fn listen() {
 
 /// Returns false once Ctrl-C was pressed.
 pub fn go_on() -> bool {
-    !INTERRUPTED.load(Ordering::Relaxed)
+    !interrupt::requested()
 }

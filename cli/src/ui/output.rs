@@ -2,11 +2,13 @@
 
 use crate::ui::errors::CliError;
 use crate::ui::{colour, note, terminal};
+use clap::{ArgMatches, Id};
 use monorig_lab::text::spelled_out;
 use monorig_sim::error::Error;
 use monorig_sim::record::whole;
+use std::collections::BTreeSet;
 use std::io::{ErrorKind, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Write text to standard output, and see that it has arrived. Names in it may come from files, so hidden characters
 /// are spelled out.
@@ -49,18 +51,56 @@ pub fn result(text: &str, programs: &[Option<&Path>]) -> Result<(), CliError> {
 }
 
 /// Writes a whole file, or, as `-`, to standard output. A file is written under a temporary name first, so that no half
-/// of it is ever there. Its folder is made if need be. A link or a device in its place is an error.
+/// of it is ever there. A link, a device or an input of the command in its place is an error.
 pub fn write(path: &Path, text: &str) -> Result<(), CliError> {
     if is_standard(path) {
         return arrive(text);
     }
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(Error::at(path))?;
-    }
     Ok(whole::write(path, text.as_bytes())?)
 }
 
-/// Remove an older file where [`write`] will put a new one. A link or a device in its place is an error.
+/// Writes a whole file in a folder for results, and makes the folders on the way to it.
+pub fn write_in(folder: &Path, name: impl AsRef<Path>, text: &str) -> Result<(), CliError> {
+    let path = folder.join(name);
+    let parent = path.parent().unwrap_or(folder);
+    std::fs::create_dir_all(parent).map_err(Error::at(parent))?;
+    write(&path, text)
+}
+
+/// Checks the files that the words of a command name for its results: their folders are there, no two are one, and none
+/// is an input. The other files that the words name are inputs from now on.
+pub fn check(words: &ArgMatches) -> Result<(), CliError> {
+    whole::guard_inputs();
+    let of = |id: &&str| words.try_get_many::<PathBuf>(id).ok().flatten();
+    let (outputs, inputs): (Vec<&str>, Vec<&str>) =
+        words.ids().map(Id::as_str).partition(|id| WRITTEN.contains(id));
+    let others = inputs.iter().filter(|id| **id != FOLDER);
+    others.filter_map(of).flatten().filter(|p| p.is_file()).for_each(|p| whole::note_input(p));
+    let mut places = BTreeSet::new();
+    for path in outputs.iter().filter_map(of).flatten() {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new("."));
+        if !is_standard(path) && !folder.is_dir() {
+            let message = format!("{}: there is no folder {}", path.display(), folder.display());
+            return Err(CliError::refused(message, "make the folder first, or name another one"));
+        }
+        let place = folder.canonicalize().unwrap_or_default().join(path.file_name().unwrap_or_default());
+        if !places.insert(place) {
+            let message = format!("two results would be written to {}", path.display());
+            return Err(CliError::refused(message, "a name of its own for each"));
+        }
+        if !is_standard(path) {
+            whole::replaceable(path)?;
+        }
+    }
+    Ok(())
+}
+
+/// Arguments that name a file for results; `FOLDER` names a file or a folder for them.
+const WRITTEN: [&str; 5] = ["csv", "html", "into", "json", "junit"];
+const FOLDER: &str = "out";
+
+/// Remove an older file where [`write`] will put a new one. A link, a device or an input in its place is an error.
 pub fn clear(path: &Path) -> Result<(), CliError> {
     if is_standard(path) {
         return Ok(());

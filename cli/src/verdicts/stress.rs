@@ -89,6 +89,9 @@ pub(crate) fn judge_matrix(
             ),
         };
     }
+    for name in file.idle() {
+        text += &format!("not judged: {name} changes nothing that an estimator is given, in any run\n");
+    }
     let bad = |c: &&MatrixCell| most.is_some_and(|most| !c.is_good(most));
     let beyond = file.cells.iter().filter(bad).count();
     if let Some(most) = most {
@@ -172,7 +175,10 @@ pub(crate) fn compared(
     new: &StressFile,
     tolerance: f64,
 ) -> Result<bool, CliError> {
-    let all = differences(old, new, tolerance);
+    let (all, alone) = differences(old, new, tolerance).map_err(|why| {
+        let message = format!("the earlier matrix cannot be compared with this one: {why}");
+        CliError::refused(message, "what `monorig stress --json` wrote for the same battery")
+    })?;
     let mut text = table(["", "condition", "estimator", "figure", "before", "now"]);
     for d in &all {
         text.add_row([
@@ -196,5 +202,9 @@ pub(crate) fn compared(
         100.0 * tolerance,
         100.0 * SHARE_TOLERANCE
     ))?;
+    if alone > 0 {
+        let cells = counted(alone, "cell");
+        output::print(&format!("not judged: {cells} that the earlier matrix does not have\n"))?;
+    }
     Ok(worse > 0)
 }

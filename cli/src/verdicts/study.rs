@@ -64,7 +64,7 @@ pub(crate) fn print_results(path: &Path, json: &Json) -> Result<CommandOutcome, 
     said.extend(open.map(|c| format!("not judged: {}", c.reason())));
     let known = checks.iter().filter(|c| c.fails_as_known());
     said.extend(known.map(|c| format!("known failure: {}", c.what)));
-    let weakened: Vec<&str> = tally.weakened().collect();
+    let weakened: Vec<String> = tally.weakened().collect();
     if !weakened.is_empty() {
         said.push(format!("weakened limits: {}", weakened.join("; ")));
     }

@@ -1,5 +1,7 @@
-//! A process that this program has started and ends.
+//! A process that this program has started and ends, with those that it starts itself.
 
+use monorig_sim::interrupt;
+use rustix::process::{Pid, Signal, kill_process_group};
 use std::io;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Child, Command, ExitStatus};
@@ -7,6 +9,9 @@ use std::time::Duration;
 
 /// Time for a process to end by itself once nothing more is asked of it.
 const TO_END: Duration = Duration::from_secs(1);
+/// Most memory that it and each of those that it starts can ask for, bytes.
+#[cfg(target_os = "linux")]
+const MAX_MEMORY: u64 = 4 << 30;
 
 /// A process that ends with its owner.
 pub(crate) struct OwnedProcess(Child);
@@ -15,14 +20,32 @@ impl OwnedProcess {
     /// Starts it.
     pub fn start(command: &mut Command) -> io::Result<Self> {
         // Ctrl-C is for the program, which then asks for nothing more
-        Ok(Self(command.process_group(0).spawn()?))
+        let started = Self(command.process_group(0).spawn()?);
+        #[cfg(target_os = "linux")]
+        {
+            use rustix::process::{Resource, Rlimit, prlimit};
+            let most = Rlimit {
+                current: Some(MAX_MEMORY),
+                maximum: Some(MAX_MEMORY),
+            };
+            prlimit(Some(started.pid()), Resource::Data, most)?;
+        }
+        Ok(started)
+    }
+
+    fn pid(&self) -> Pid {
+        Pid::from_child(&self.0)
     }
 
     /// Waits until it ends by itself; kills it if it does not, and then there is no status.
     pub fn end(&mut self) -> Option<ExitStatus> {
         for _ in 0..TO_END.as_millis() {
             if let Ok(Some(status)) = self.0.try_wait() {
+                self.kill();
                 return Some(status);
+            }
+            if interrupt::requested() {
+                break;
             }
             std::thread::sleep(Duration::from_millis(1));
         }
@@ -30,10 +53,10 @@ impl OwnedProcess {
         None
     }
 
-    /// Ends it at once.
+    /// Ends it at once, and those that it has started.
     pub fn kill(&mut self) {
-        // errors say that it has ended already
-        let _ = self.0.kill();
+        // errors say that they have ended already
+        let _ = kill_process_group(self.pid(), Signal::KILL);
         let _ = self.0.wait();
     }
 }

@@ -7,10 +7,11 @@ use monorig_c::NominalVehicle;
 use monorig_estimators::Vehicle;
 use monorig_estimators::api::params::Key;
 use monorig_sim::closed_loop::registry::{NamedSettings, Refusal};
+use monorig_sim::interrupt;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
-use std::io::{self, BufReader, ErrorKind};
+use std::io::{self, BufReader, ErrorKind, Read};
 use std::net::Shutdown;
 use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::ffi::OsStrExt;
@@ -18,11 +19,14 @@ use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// Time for an answer: to load a part, to build an instance, to make a step.
 const LIMIT: Duration = Duration::from_secs(10);
+/// Time between two looks whether everything is to end, and for an answer after that.
+const LOOKS: Duration = Duration::from_millis(100);
+const LAST_WORD: Duration = Duration::from_millis(500);
 /// Longest name of a file in a reason, characters: the rest of it must fit, too.
 const LONGEST_NAME: usize = 40;
 
@@ -205,11 +209,31 @@ impl Drop for Lent {
     }
 }
 
+/// What a process answers, waited for as long as it may take, and hardly any longer once everything is to end.
+struct Answers(UnixStream);
+
+impl Read for Answers {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let (begun, mut asked) = (Instant::now(), None);
+        loop {
+            let read = self.0.read(bytes);
+            let waits = |e: &io::Error| e.kind() == ErrorKind::WouldBlock;
+            if interrupt::requested() {
+                asked.get_or_insert_with(Instant::now);
+            }
+            let over = asked.is_some_and(|at| at.elapsed() > LAST_WORD) || begun.elapsed() > LIMIT;
+            if over || !read.as_ref().is_err_and(waits) {
+                return read;
+            }
+        }
+    }
+}
+
 /// A process, and the way to it.
 struct PartProcess {
     child: OwnedProcess,
     to: UnixStream,
-    from: BufReader<UnixStream>,
+    from: BufReader<Answers>,
     message: Message,
     body: Vec<u8>,
     /// Why it answers no more.
@@ -221,7 +245,7 @@ struct PartProcess {
 impl PartProcess {
     fn start(program: &[OsString]) -> io::Result<Self> {
         let (ours, theirs) = UnixStream::pair()?;
-        ours.set_read_timeout(Some(LIMIT))?;
+        ours.set_read_timeout(Some(LOOKS))?;
         ours.set_write_timeout(Some(LIMIT))?;
         let (name, arguments) = program.split_first().ok_or(ErrorKind::NotFound)?;
         let folder = tempfile::Builder::new()
@@ -236,7 +260,7 @@ impl PartProcess {
         Ok(Self {
             child,
             to: ours.try_clone()?,
-            from: BufReader::new(ours),
+            from: BufReader::new(Answers(ours)),
             message: Message::default(),
             body: Vec::new(),
             lost: None,
@@ -274,7 +298,10 @@ impl PartProcess {
         let why = match e.kind() {
             ErrorKind::WouldBlock | ErrorKind::TimedOut => {
                 self.child.kill();
-                format!("gives no answer within {} s", LIMIT.as_secs())
+                match interrupt::requested() {
+                    true => "was interrupted".to_owned(),
+                    false => format!("gives no answer within {} s", LIMIT.as_secs()),
+                }
             }
             ErrorKind::InvalidData => {
                 self.child.kill();

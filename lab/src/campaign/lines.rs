@@ -2,8 +2,9 @@
 
 use monorig_sim::config::file::regular;
 use monorig_sim::error::{Error, wrong};
+use monorig_sim::lines::read_line;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufReader, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// No line of results comes near this length, bytes.
@@ -51,15 +52,14 @@ impl Lines {
     pub(crate) fn read(&mut self) -> Result<Option<RawLine>, Error> {
         self.number += 1;
         let mut bytes = Vec::new();
-        let mut bounded = self.file.by_ref().take(MAX_LINE_BYTES + 1);
-        let read = bounded.read_until(b'\n', &mut bytes);
-        read.map_err(Error::at(&self.path))?;
-        if bytes.len() as u64 > MAX_LINE_BYTES {
-            let help = "a file that only monorig has written to";
-            return Err(self.wrong("this line is longer than any result", help));
-        }
-        if bytes.is_empty() {
-            return Ok(None);
+        match read_line(&mut self.file, MAX_LINE_BYTES, &mut bytes) {
+            Ok(true) => {}
+            Ok(false) => return Ok(None),
+            Err(e) if e.kind() == ErrorKind::InvalidData => {
+                let help = "a file that only monorig has written to";
+                return Err(self.wrong("this line is longer than any result", help));
+            }
+            Err(e) => return Err(Error::at(&self.path)(e)),
         }
         let length = bytes.len() as u64;
         let torn = bytes.pop_if(|last| *last == b'\n').is_none();

@@ -38,14 +38,16 @@ pub(super) fn start(
     quantity: Quantity,
     limits: &IntegrityLimits,
 ) -> Running<ErrorSample> {
-    let wrong = |is_wrong| -> Running<ErrorSample> {
-        Box::new(WrongShare {
+    let share_of = |of_judged, is| -> Running<ErrorSample> {
+        Box::new(Share {
             quantity,
             limits: *limits,
-            is_wrong,
+            of_judged,
+            is,
             share: Mean::default(),
         })
     };
+    let (share, wrong) = (|is| share_of(false, is), |is| share_of(true, is));
     let right_since = |is_right| -> Running<ErrorSample> {
         Box::new(RightSince {
             quantity,
@@ -55,12 +57,9 @@ pub(super) fn start(
         })
     };
     match kind {
-        Marks::Availability => Box::new(Availability {
-            quantity,
-            share: Mean::default(),
-        }),
+        Marks::Availability => share(|q, x, limits| q.is_available(x, limits.k)),
         Marks::Integrity => wrong(|q, x, limits| q.is_misleading(x, limits)),
-        Marks::Overconfidence => wrong(|q, x, limits| q.is_overconfident(x, limits.k)),
+        Marks::Overconfidence => wrong(|q, x, limits| q.is_overconfident(x, limits)),
         Marks::BeyondLimit => wrong(|q, x, limits| q.error(x).abs() > q.alert(limits)),
         // the mass at the start is no estimate
         Marks::Convergence => {
@@ -68,56 +67,24 @@ pub(super) fn start(
         }
         Marks::Recovery => right_since(|q, x, limits| !q.is_misleading(x, limits)),
         Marks::Continuity => Box::new(Losses::new(quantity)),
-        Marks::Referenced => Box::new(ReferenceShare {
-            quantity,
-            share: Mean::default(),
-        }),
+        Marks::Referenced => share(|q, x, _| q.has_reference(x)),
     }
 }
 
-struct Availability {
-    quantity: Quantity,
-    share: Mean,
-}
-
-impl Accumulator<ErrorSample> for Availability {
-    fn add(&mut self, x: &ErrorSample) {
-        self.share.add_bool(self.quantity.is_valid(x));
-    }
-
-    fn value(&self) -> f64 {
-        self.share.value()
-    }
-}
-
-struct ReferenceShare {
-    quantity: Quantity,
-    share: Mean,
-}
-
-impl Accumulator<ErrorSample> for ReferenceShare {
-    fn add(&mut self, x: &ErrorSample) {
-        self.share.add_bool(self.quantity.has_reference(x));
-    }
-
-    fn value(&self) -> f64 {
-        self.share.value()
-    }
-}
-
-/// Of the samples that are valid and have a reference: without one nobody knows whether a sample is wrong.
-struct WrongShare {
+/// The share of the samples, or of those that can be judged, of which something is true.
+struct Share {
     quantity: Quantity,
     limits: IntegrityLimits,
-    is_wrong: fn(Quantity, &ErrorSample, &IntegrityLimits) -> bool,
+    of_judged: bool,
+    is: fn(Quantity, &ErrorSample, &IntegrityLimits) -> bool,
     share: Mean,
 }
 
-impl Accumulator<ErrorSample> for WrongShare {
+impl Accumulator<ErrorSample> for Share {
     fn add(&mut self, x: &ErrorSample) {
-        if self.quantity.is_judged(x) {
-            let wrong = (self.is_wrong)(self.quantity, x, &self.limits);
-            self.share.add_bool(wrong);
+        // without a reference nobody knows whether a sample is wrong
+        if !self.of_judged || self.quantity.is_judged(x, &self.limits) {
+            self.share.add_bool((self.is)(self.quantity, x, &self.limits));
         }
     }
 
@@ -136,7 +103,7 @@ struct RightSince {
 
 impl Accumulator<ErrorSample> for RightSince {
     fn add(&mut self, x: &ErrorSample) {
-        if !self.quantity.is_judged(x) {
+        if !self.quantity.is_judged(x, &self.limits) {
             return;
         }
         self.since_s = match (self.is_right)(self.quantity, x, &self.limits) {

@@ -185,6 +185,20 @@ impl Metric {
             )
     }
 
+    /// A bound from above of so much holds whatever an estimator does: the range of the quantity. None where it has no
+    /// end.
+    pub(crate) fn range(&self) -> Option<f64> {
+        match (self.error_of(), self.unit) {
+            _ if self.is_share() => Some(1.0),
+            // an estimator that says level is off by a right angle at most
+            (Some(_), "°") => Some(90.0),
+            // one that says nothing weighs anything is off by all of it
+            (Some(Quantity::Mass), "1") if told_sd(self.name).is_some() => Some(1.0),
+            (Some(Quantity::Mass), "kg") => Some(1e6),
+            _ => None,
+        }
+    }
+
     /// True if only samples that the estimator marks valid count.
     pub(crate) fn is_of_valid(&self) -> bool {
         matches!(

@@ -131,16 +131,36 @@ impl Quantity {
         }
     }
 
-    /// True for a valid sample that can be judged: there is a reference.
-    pub(crate) fn is_judged(self, x: &ErrorSample) -> bool {
-        self.is_valid(x) && self.has_reference(x) && self.error(x).is_finite()
+    /// Its reported standard deviation, in the unit of [`Quantity::error`].
+    fn sd(self, x: &ErrorSample) -> f64 {
+        match self {
+            Self::Mass => x.mass_sd_rel,
+            Self::Slope => x.slope_sd / DEGREE,
+            Self::EffectiveSlope => x.effective_sd / DEGREE,
+        }
+    }
+
+    /// True for a sample that is of use: marked valid, with a protection level that is credited. Without a reference of
+    /// the mass its level is not known.
+    pub(crate) fn is_available(self, x: &ErrorSample, k: f64) -> bool {
+        let told = k * self.sd(x) <= self.max_protection();
+        self.is_valid(x) && (told || self == Self::Mass && !self.has_reference(x))
+    }
+
+    /// True for a valid sample that can be judged: there is a reference that is finer than the alert limit.
+    pub(crate) fn is_judged(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
+        let fine = match self {
+            Self::Mass => limits.k * x.reference_sd[0] <= self.alert(limits),
+            _ => limits.k * x.reference_sd[1] <= self.alert(limits),
+        };
+        self.is_valid(x) && self.has_reference(x) && fine && self.error(x).is_finite()
     }
 
     /// True for an overconfident sample: marked valid, and its error exceeds k standard deviations (with that of the
     /// reference), whatever its size; also without a standard deviation.
-    pub(crate) fn is_overconfident(self, x: &ErrorSample, k: f64) -> bool {
+    pub(crate) fn is_overconfident(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
         let nees = self.nees(x);
-        self.is_judged(x) && (nees.is_nan() || nees > k * k)
+        self.is_judged(x, limits) && (nees.is_nan() || nees > limits.k * limits.k)
     }
 
     /// True for a misleading sample: marked valid, and its error exceeds both the protection level and the alert limit.
@@ -150,7 +170,7 @@ impl Quantity {
         let (error, nees) = (self.error(x).abs(), self.nees(x));
         let unprotected =
             nees.is_nan() || nees > limits.k * limits.k || error > self.max_protection();
-        self.is_judged(x) && unprotected && error > self.alert(limits)
+        self.is_judged(x, limits) && unprotected && error > self.alert(limits)
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::bound::{BoundSample, RunningBound};
 use crate::metrics::Pace;
 use crate::metrics::lagged::GradeAtMiddle;
+use crate::metrics::of_estimator::DEGREE;
 use monorig_estimators::api::signals::Estimate;
 use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::run::{Observer, StepFrame};
@@ -60,6 +61,8 @@ pub struct ErrorSample {
     pub t_s: f64,
     /// True where there is no reference, of mass, slope and effective slope: their errors are not numbers.
     pub(crate) unreferenced: [bool; 3],
+    /// Standard deviation of the references: of the mass as a share of it, of the slopes in degrees.
+    pub(crate) reference_sd: [f64; 2],
     /// Estimate minus truth over truth, total mass.
     pub(crate) mass_rel: f64,
     /// Estimate minus truth, total mass, kg.
@@ -135,6 +138,7 @@ impl ErrorSample {
             t_s: t.t_s,
             unreferenced: [t.total_mass_kg, t.grade_at_imu_rad, t.grade_effective_rad]
                 .map(f64::is_nan),
+            reference_sd: [t.mass_sd_kg / t.total_mass_kg, t.grade_sd_rad / DEGREE],
             mass_rel: mass / t.total_mass_kg,
             mass_kg: mass,
             mass_sd_kg: e.total_mass_kg.sd,

@@ -108,8 +108,12 @@ fn glance(file: &StressFile, most: f64) -> Section {
     titles.extend(file.estimators.iter().map(String::as_str));
     let mut table = Table::new(&titles, &[]);
     table.caption = "Misleading share of the valid samples, %: mass / slope / effective slope; – where nothing is valid".into();
+    let idle = file.idle();
     for condition in conditions(file) {
-        let words = file.row(condition).map_or("", |r| r.words.as_str());
+        let words = match idle.contains(&condition) {
+            true => "not judged: it changes nothing that an estimator is given",
+            false => file.row(condition).map_or("", |r| r.words.as_str()),
+        };
         let mut row: Vec<Cell> = vec![condition.into(), words.into()];
         for estimator in &file.estimators {
             let cell = find(file, condition, estimator);

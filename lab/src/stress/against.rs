@@ -5,6 +5,9 @@ use crate::stress::{Figures, MatrixCell, StressFile};
 /// A share that changes by more than this is another one.
 pub const SHARE_TOLERANCE: f64 = 0.01;
 
+/// A recovery that changes by less is the same one, s.
+const RECOVERY_S: f64 = 1.0;
+
 /// A figure of a cell that is not what it was.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
@@ -23,13 +26,22 @@ pub struct Difference {
 }
 
 /// Figures that have changed by more than is tolerated, the worse ones first: errors by more than the share
-/// `tolerance`, shares by more than [`SHARE_TOLERANCE`]. Cells that are in one of the matrices only are not compared.
-pub fn differences(old: &StressFile, new: &StressFile, tolerance: f64) -> Vec<Difference> {
-    let mut all = Vec::new();
+/// `tolerance`, shares by more than [`SHARE_TOLERANCE`]. With them the number of cells that are not in the old matrix
+/// and are not compared. The error says why nothing can be compared.
+pub fn differences(
+    old: &StressFile,
+    new: &StressFile,
+    tolerance: f64,
+) -> Result<(Vec<Difference>, usize), String> {
+    if old.scenarios != new.scenarios {
+        return Err("it is of other scenarios or seeds".to_owned());
+    }
+    let (mut all, mut alone) = (Vec::new(), 0);
     for now in &new.cells {
         let same =
             |c: &&MatrixCell| (&c.condition, &c.estimator) == (&now.condition, &now.estimator);
         let Some(before) = old.cells.iter().find(same) else {
+            alone += 1;
             continue;
         };
         let names = ["mass", "slope", "effective slope"];
@@ -58,7 +70,10 @@ pub fn differences(old: &StressFile, new: &StressFile, tolerance: f64) -> Vec<Di
         }
     }
     all.sort_by_key(|d| !d.worse);
-    all
+    match alone == new.cells.len() {
+        true => Err("it has no cell with an estimator and a condition of this one".to_owned()),
+        false => Ok((all, alone)),
+    }
 }
 
 type FigureChange = (&'static str, Option<f64>, Option<f64>, bool);
@@ -79,10 +94,20 @@ fn changes(a: &Figures, b: &Figures, tolerance: f64) -> Vec<FigureChange> {
         }
     }
     // where nothing was valid there is no error to compare: what is valid now counts among the shares
-    if let (Some(old), Some(new)) = (a.error, b.error)
-        && (new - old).abs() > tolerance * old
-    {
-        all.push(("error", Some(old), Some(new), new > old));
+    for (figure, old, new, least) in [
+        ("error", a.error, b.error, 0.0),
+        ("told sd", a.sd, b.sd, 0.0),
+        ("recovery", a.recovery_s, b.recovery_s, RECOVERY_S),
+    ] {
+        match (old, new) {
+            (Some(x), Some(y)) if (y - x).abs() > (tolerance * x).max(least) => {
+                all.push((figure, old, new, y > x));
+            }
+            (Some(_), None) | (None, Some(_)) if figure == "recovery" => {
+                all.push((figure, old, new, new.is_none()));
+            }
+            _ => {}
+        }
     }
     all
 }

@@ -104,6 +104,9 @@ pub struct Condition {
     document: Document,
 }
 
+/// Keys of a scenario that are no part of a drive.
+const OF_JUDGE: [&str; 7] = ["availability", "estimators", "expect", "in_loop", "integrity", "known_failures", "seeds"];
+
 impl Condition {
     /// Reads a file.
     pub fn load(path: &Path) -> Result<Self, Error> {
@@ -118,6 +121,15 @@ impl Condition {
             let help = "another name for the file";
             let message = format!("`{NOMINAL}` is the name of the row without a condition");
             return Err(document.error("", message, help));
+        }
+        let of_judge = |path: &&String| {
+            let key = path.split(['.', '[']).next().unwrap_or_default();
+            OF_JUDGE.contains(&key)
+        };
+        if let Some(path) = file.set.keys().find(of_judge) {
+            let message = format!("`{path}` changes an estimator or its judge, and not its drive");
+            let help = "a change of track, train, drive, sensors, events or what is told of the vehicle";
+            return Err(document.error(format!("set.{path}"), message, help));
         }
         for (i, event) in file.events.iter().enumerate() {
             event

@@ -1,7 +1,7 @@
 //! The file of a matrix: its runs and its cells as JSON.
 
 use crate::campaign::{Campaign, CampaignRow};
-use crate::stress::{ConditionRow, DrawnSummary, Matrix, MatrixCell, StressRun};
+use crate::stress::{ConditionRow, NOMINAL, DrawnSummary, Matrix, MatrixCell, StressRun};
 use monorig_sim::config::file::{input_error, read_result};
 use monorig_sim::error::Error;
 use serde::{Deserialize, Serialize};
@@ -70,6 +70,19 @@ impl StressFile {
     pub fn to_json(&self) -> String {
         // Strings and finite numbers: nothing in here can fail to serialise.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+
+    /// Conditions under which no estimator was given anything else than without them.
+    pub fn idle(&self) -> Vec<&str> {
+        let of = |row: &&ConditionRow| {
+            let cells = || self.cells.iter().filter(|c| c.condition == row.condition);
+            row.condition != NOMINAL
+                && cells().any(|c| c.runs > 0)
+                && cells().all(|c| c.changed + c.broken == 0)
+        };
+        let nominal = self.row(NOMINAL).is_some();
+        let idle = self.rows.iter().filter(|_| nominal).filter(of);
+        idle.map(|row| row.condition.as_str()).collect()
     }
 
     /// The row of a condition.

@@ -189,18 +189,18 @@ fn metric(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Error> {
     })
 }
 
-/// A bound is within the range of its metric: no metric is negative, and a share is 1 at most. An availability of 0 is
+/// A bound is within the range of its metric: no metric is negative, and each quantity has an end. An availability of 0 is
 /// admitted: it says that an estimator may never mark anything valid, and is shown as a weakened limit.
 fn can_fail(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Error> {
-    let share = find(&e.metric).is_some_and(Metric::is_share);
+    let end = find(&e.metric).and_then(Metric::range).unwrap_or(f64::INFINITY);
     let availability = find(&e.metric).is_some_and(|m| m.availability_of().is_some());
     let (key, value, range) = match (e.at_least, e.at_most) {
         (Some(least), _) if least.get() < 0.0 || least.get() == 0.0 && !availability => {
             ("at_least", least, "is below 0")
         }
         (_, Some(most)) if most.get() < 0.0 => ("at_most", most, "is below 0"),
-        (_, Some(most)) if share && most.get() >= 1.0 => ("at_most", most, "is above 1"),
-        (Some(least), _) if share && least.get() > 1.0 => ("at_least", least, "is above 1"),
+        (_, Some(most)) if most.get() >= end => ("at_most", most, &*format!("is above {end}")),
+        (Some(least), _) if least.get() > end => ("at_least", least, &*format!("is above {end}")),
         _ => return Ok(()),
     };
     Err(scenario.error(
@@ -252,13 +252,23 @@ fn accompanied(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Err
     ))
 }
 
-/// Every known failure is about a bound, or about an integrity that `expect` does not bound.
+/// Every known failure is about a bound, or about an integrity that `expect` does not bound, and can become worse.
 fn known_failures(scenario: &Scenario) -> Result<(), Error> {
     let bounds = bounds(&scenario.file);
     for known in &scenario.file.known_failures {
         let integrity = Quantity::ALL
             .map(misleading_share)
             .contains(&known.metric.as_str());
+        let floor = known.no_worse_than.get();
+        let end = find(&known.metric).and_then(Metric::range);
+        let from_below = find(&known.metric).is_some_and(|m| m.best.less_is_better() == Some(false));
+        if from_below && floor <= 0.0 || !from_below && end.is_some_and(|end| floor >= end) {
+            return Err(scenario.error(
+                format!("known_failures[{}].no_worse_than", known.entry),
+                format!("no {} is worse than {floor}, so this failure has no floor", known.metric),
+                "at most twice what was measured",
+            ));
+        }
         if !integrity && !bounds.iter().any(|b| b.expectation.is_meant_by(known)) {
             return Err(scenario.error(
                 format!("known_failures[{}]", known.entry),

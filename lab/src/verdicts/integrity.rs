@@ -10,11 +10,11 @@ use serde::{Deserialize, Serialize};
 pub struct Integrity {
     pub(crate) estimator: String,
     pub(crate) quantity: Quantity,
-    /// Samples with a reference.
+    /// Samples.
     pub(crate) samples: u64,
-    /// Those of them that are marked valid.
+    /// Those that are marked valid.
     pub(crate) valid: u64,
-    /// Valid samples for which there is a reference.
+    /// Valid samples for which there is a reference that is fine enough.
     #[serde(default)]
     pub(crate) judged: u64,
     /// Misleading samples: marked valid, and the error exceeds k reported standard deviations and the alert limit.
@@ -106,14 +106,10 @@ impl Integrity {
     /// One sample more.
     pub(crate) fn count(&mut self, x: &ErrorSample, limits: &IntegrityLimits) {
         let quantity = self.quantity;
-        // without a reference nobody knows whether a sample misleads
-        if !quantity.has_reference(x) {
-            return;
-        }
         self.samples += 1;
         self.valid += u64::from(quantity.is_valid(x));
-        self.judged += u64::from(quantity.is_judged(x));
-        self.overconfident += u64::from(quantity.is_overconfident(x, limits.k));
+        self.judged += u64::from(quantity.is_judged(x, limits));
+        self.overconfident += u64::from(quantity.is_overconfident(x, limits));
         if !quantity.is_misleading(x, limits) {
             return;
         }

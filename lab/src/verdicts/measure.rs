@@ -131,6 +131,9 @@ impl Observer for SummaryObserver {
         self.middle = Some(GradeAtMiddle::of(s));
         self.bounds = expected::bounds(file);
         self.weakened = weakened::of_file(file);
+        let trim = s.scenario.trim();
+        let trim = trim.map(|trim| format!("a part of the log only: trim {trim}"));
+        self.weakened.extend(trim);
         if s.scenario.is_recorded() {
             self.bounds.extend(expected::of_references(file));
         }

@@ -13,6 +13,9 @@ use std::collections::{BTreeMap, BTreeSet};
 /// ten once in sixty times.
 const ENOUGH_RUNS: usize = 10;
 
+/// The floor of a known failure is at most so many times what was measured.
+const DEEP: f64 = 2.0;
+
 /// A scenario and what became of its runs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ScenarioVerdict {
@@ -90,7 +93,7 @@ impl ScenarioVerdict {
             scenario: scenario.to_owned(),
             held: checks.iter().all(|c| c.held),
             checks,
-            weakened: tally.weakened().map(str::to_owned).collect(),
+            weakened: tally.weakened().collect(),
             runs,
         }
     }
@@ -163,9 +166,23 @@ struct Expected {
     beyond: Count,
     /// Sum of the measured values.
     sum: f64,
+    /// The measured value that is the worst by the bound.
+    worst: Option<f64>,
 }
 
 impl Expected {
+    /// Its known failure, if its floor is far beyond what was measured.
+    fn deep(&self) -> Option<String> {
+        let (v, worst) = (&self.verdict, self.worst?);
+        let (floor, from_above) = (v.no_worse_than?, v.at_most.is_some());
+        let deep = match from_above {
+            true => floor > DEEP * worst,
+            false => worst > DEEP * floor,
+        };
+        let failed = !self.count.failing.is_empty();
+        (deep && failed).then(|| deep_words(&v.what(), floor, worst))
+    }
+
     fn check(&self) -> Check {
         let (v, runs) = (&self.verdict, self.count.holding);
         let judged = |count: &Count| count.check(v.what(), v.bound(), v.quantile.unwrap_or(1.0));
@@ -228,9 +245,16 @@ impl Count {
 }
 
 impl Tally {
-    /// Limits that hold more easily than usual, in words.
-    pub fn weakened(&self) -> impl Iterator<Item = &str> {
-        self.weakened.iter().map(String::as_str)
+    /// Limits that hold more easily than usual, in words: those of the runs, and floors of known failures.
+    pub fn weakened(&self) -> impl Iterator<Item = String> {
+        let of_integrity = |(sum, _): &(Integrity, Count)| {
+            let (floor, share) = (sum.no_worse_than?, sum.share());
+            let what = || format!("{} {}", sum.estimator, misleading_share(sum.quantity));
+            (sum.misleading > 0 && floor > DEEP * share).then(|| deep_words(&what(), floor, share))
+        };
+        let of_bounds = self.expected.iter().filter_map(Expected::deep);
+        let floors = of_bounds.chain(self.integrity.iter().filter_map(of_integrity));
+        self.weakened.iter().cloned().chain(floors)
     }
 
     /// Number of bounds that the scenario states, those that follow from them included.
@@ -269,6 +293,7 @@ impl Tally {
                     beyond: count.clone(),
                     count,
                     sum: 0.0,
+                    worst: None,
                 });
             }
             if let Some(expected) = self.expected.get_mut(i) {
@@ -277,6 +302,9 @@ impl Tally {
                 let beyond = v.beyond_known().map(|words| (v.excess(), words));
                 expected.beyond.add(run.seed, beyond);
                 expected.sum += v.value.unwrap_or(f64::NAN);
+                let worse = if v.at_most.is_some() { f64::max } else { f64::min };
+                let both = expected.worst.into_iter().chain(v.value);
+                expected.worst = both.reduce(worse);
             }
         }
         for new in summary.integrity.iter().filter(|i| i.at_most.is_some()) {
@@ -332,7 +360,7 @@ impl Tally {
         check.not_judged = outcome == Outcome::NoReference;
         if check.not_judged {
             check.held = true;
-            check.worst = Some("there is no reference for any of the valid samples".into());
+            check.worst = Some("no reference that is fine enough for any of the valid samples".into());
             return Some(check);
         }
         let fails = outcome != Outcome::Holds;
@@ -427,6 +455,10 @@ impl Check {
     }
 }
 
+fn deep_words(what: &str, floor: f64, worst: f64) -> String {
+    format!("{what}: a known failure of {worst:.4} with a floor of {floor}, more than {DEEP} times as far")
+}
+
 fn broke_down() -> (f64, String) {
     (f64::INFINITY, "the run broke down".to_owned())
 }
@@ -443,12 +475,12 @@ fn unfinished(run: &RunResult) -> Option<(f64, String)> {
     }
 }
 
-/// An estimator without a single valid sample fails, unless the scenario bounds its availability.
+/// An estimator without a single valid sample fails, unless the scenario asks for an availability of it.
 fn judged_otherwise(summary: &Summary, name: &str) -> bool {
     summary
         .expectations
         .iter()
-        .any(|v| v.estimator.as_deref() == Some(name) && v.metric.ends_with("_availability"))
+        .any(|v| v.estimator.as_deref() == Some(name) && v.metric.ends_with("_availability") && v.at_least.is_some())
 }
 
 fn wrong_words(v: &ExpectationVerdict) -> String {

@@ -5,12 +5,12 @@ use crate::metrics::Window;
 use crate::verdicts::integrity::Integrity;
 use monorig_sim::config::scenario::{Expectation, IntegrityLimits, ScenarioFile};
 
-/// An availability below this is next to none.
+/// An availability of no more than this is next to none.
 const LOW_AVAILABILITY: f64 = 0.05;
 /// A bound that fewer runs must hold is not that of the median run.
 const LOW_QUANTILE: f64 = 0.5;
-/// A window that is shorter says little, s.
-const SHORT_S: f64 = 1.0;
+/// A window that is no longer says little, s.
+const SHORT_S: f64 = 2.0;
 /// Least share of the valid samples that must have a reference.
 const LOW_REFERENCE: f64 = 0.5;
 
@@ -49,7 +49,7 @@ pub(crate) fn of_file(file: &ScenarioFile) -> Vec<String> {
     ] {
         let share = share.map_or(1.0, f64::from);
         say(
-            share < LOW_AVAILABILITY,
+            share <= LOW_AVAILABILITY,
             format!("availability.{key} {share:e}"),
         );
     }
@@ -64,7 +64,7 @@ pub(crate) fn of_file(file: &ScenarioFile) -> Vec<String> {
             .flatten()
         {
             say(
-                share < LOW_AVAILABILITY,
+                share <= LOW_AVAILABILITY,
                 format!("{of}: an availability of {share:e}"),
             );
         }
@@ -85,8 +85,7 @@ pub(crate) fn of_window(
     end_s: f64,
 ) -> Option<String> {
     let length_s = window.until_s().min(end_s) - window.after_s().max(begin_s);
-    let short = (0.0..SHORT_S).contains(&length_s) && end_s - begin_s >= SHORT_S;
-    short.then(|| format!("{}: measured over {length_s:.3} s only", words(e)))
+    (0.0..=SHORT_S).contains(&length_s).then(|| format!("{}: measured over {length_s:.3} s only", words(e)))
 }
 
 /// An integrity that was judged over few of the valid samples.
@@ -95,7 +94,7 @@ pub(crate) fn of_integrity(i: &Integrity) -> Option<String> {
         i.at_most.is_some() && i.judged > 0 && (i.judged as f64) < LOW_REFERENCE * i.valid as f64;
     few.then(|| {
         format!(
-            "{} {}: there is a reference for {} of {} valid samples only",
+            "{} {}: a reference that is fine enough is there for {} of {} valid samples only",
             i.estimator,
             i.quantity.words(),
             i.judged,

@@ -2,6 +2,7 @@
 
 use super::estimators::RunningEstimator;
 use crate::error::Error;
+use crate::interrupt;
 
 /// When a run ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +47,7 @@ pub struct Outcome {
     pub refusals: Vec<(String, u64, String)>,
 }
 
-/// `go_on` is asked once in so many steps.
+/// `go_on` is asked once in so many steps, and at once when everything is to end.
 const STEPS_PER_QUESTION: u64 = 512;
 
 /// A train whose rear stands at the start of the track may sag by so much, m.
@@ -69,7 +70,7 @@ impl EndCondition {
                 false => Ended::TimeOver,
             }));
         }
-        if step.is_multiple_of(STEPS_PER_QUESTION) {
+        if step.is_multiple_of(STEPS_PER_QUESTION) || interrupt::requested() {
             let by_time = t_s / self.after_s;
             let by_way = (front_m - self.start_m) / (self.at_m - self.start_m);
             if !go_on(by_time.max(by_way).clamp(0.0, 1.0)) {

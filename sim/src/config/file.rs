@@ -18,6 +18,7 @@ pub use suggest::nearest;
 
 use crate::config::input_files::InputFiles;
 use crate::error::{DataError, Error, InputError};
+use crate::record::whole::note_input;
 use key_path::{join, with_key};
 use locate::Target;
 use serde::de::DeserializeOwned;
@@ -77,6 +78,7 @@ pub fn regular(path: &Path) -> Result<std::fs::Metadata, Error> {
         let help = "copy its contents into a file".into();
         return Err(whole(path, "this is not a regular file", help));
     }
+    note_input(path);
     Ok(metadata)
 }
 

@@ -3,6 +3,7 @@
 
 use super::folder::is_name;
 use super::identity::Identity;
+use super::whole::note_input;
 use crate::config::file::{input_error, read_result, regular};
 use crate::config::input_files::hex;
 use crate::error::{Error, InputError};
@@ -177,6 +178,8 @@ impl Manifest {
     /// left them, and of the same scenario and seed.
     pub fn of_run(folder: &Path) -> Result<Self, Error> {
         let manifest = Self::read(&folder.join(NAME))?;
+        let files = manifest.outputs.keys();
+        files.for_each(|name| note_input(&folder.join(name)));
         manifest.verify(folder, METRICS)?;
         let path = folder.join(METRICS);
         let of: Of = serde_json::from_str(&read_result(&path)?)

@@ -2,11 +2,12 @@
 
 use crate::config::input_files::sha256;
 use crate::error::Error;
+use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// A name for temporary files that no other process has, in another container on the same disk neither: process id,
 /// where that id counts ([`processes`]), and random bits.
@@ -61,19 +62,62 @@ pub fn write(place: &Path, bytes: &[u8]) -> Result<(), Error> {
     moved
 }
 
-/// Refuses a place at which something other than a regular file stands.
+/// Refuses a place at which something other than a regular file stands, or an input of this program.
 pub fn replaceable(place: &Path) -> Result<(), Error> {
-    match std::fs::symlink_metadata(place) {
-        Ok(there) if !there.is_file() => {
-            let what = match there.is_symlink() {
-                true => "this is a link: what it leads to would be written; name the file itself",
-                false => "this is not a regular file, and is not written over",
-            };
-            let source = std::io::Error::new(std::io::ErrorKind::InvalidInput, what);
-            Err(at(place, source))
+    let what = match std::fs::symlink_metadata(place) {
+        Ok(there) if there.is_symlink() => {
+            "this is a link: what it leads to would be written; name the file itself"
         }
-        _ => Ok(()),
+        Ok(there) if !there.is_file() => "this is not a regular file, and is not written over",
+        Ok(_) if is_input(place) => {
+            "this is an input of this command, and is not written over; name another file for the result"
+        }
+        _ => return Ok(()),
+    };
+    let source = std::io::Error::new(std::io::ErrorKind::InvalidInput, what);
+    Err(at(place, source))
+}
+
+/// Files that were read, once they are guarded.
+static INPUTS: Mutex<Option<BTreeSet<PathBuf>>> = Mutex::new(None);
+
+fn inputs() -> MutexGuard<'static, Option<BTreeSet<PathBuf>>> {
+    INPUTS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// From now on, no file that this program reads is written over, under whatever name.
+pub fn guard_inputs() {
+    inputs().get_or_insert_default();
+}
+
+/// Notes a file as an input.
+pub fn note_input(path: &Path) {
+    if let (Some(all), Ok(file)) = (inputs().as_mut(), path.canonicalize()) {
+        all.insert(file);
     }
+}
+
+/// No longer takes a file for an input: it was asked for that it is changed.
+pub fn may_change(path: &Path) {
+    if let (Some(all), Ok(file)) = (inputs().as_mut(), path.canonicalize()) {
+        all.remove(&file);
+    }
+}
+
+fn is_input(place: &Path) -> bool {
+    let same = |file: &PathBuf| identity(file).is_some_and(|file| Some(file) == identity(place));
+    inputs().iter().flatten().any(same)
+}
+
+/// What two names of one file have in common.
+fn identity(path: &Path) -> Option<impl PartialEq> {
+    #[cfg(unix)]
+    return std::fs::metadata(path).ok().map(|file| {
+        use std::os::unix::fs::MetadataExt;
+        (file.dev(), file.ino())
+    });
+    #[cfg(not(unix))]
+    path.canonicalize().ok()
 }
 
 fn at(path: &Path, source: std::io::Error) -> Error {

@@ -156,7 +156,7 @@ fn fill(
             _ if example.is_crate() => text.replace(&example.way(), way).replace(CRATE_NAME, name),
             _ => text.replace(&example.way(), way),
         };
-        crate::ui::output::write(&folder.join(file), &text)?;
+        crate::ui::output::write_in(folder, file, &text)?;
     }
     Ok(())
 }

@@ -8,6 +8,7 @@ use monorig_estimators::api::signals::{Command, Estimate, Measurements};
 use monorig_estimators::{Error, Estimator, Real};
 use monorig_sim::closed_loop::{AnswerCounter, AnswerCounts, WallClock};
 use monorig_sim::config::scenario::AnswerFaults;
+use monorig_sim::interrupt;
 use monorig_wire::SEQUENCES;
 use monorig_wire::answer::{Answer, Answers, Came};
 use monorig_wire::signal::Numbers;
@@ -17,6 +18,8 @@ use std::time::{Duration, Instant};
 
 /// Time for an answer, and for the first one of a process, which starts.
 const PATIENCE: Duration = Duration::from_secs(2);
+/// Time for an answer once everything is to end.
+const LAST_WORD: Duration = Duration::from_millis(500);
 /// Time between two looks for an answer in real time.
 const LOOKS: Duration = Duration::from_micros(50);
 /// Quantities that it shows.
@@ -157,6 +160,9 @@ impl Outside {
                 Judged::Answered(answer) => return Ok(answer),
                 Judged::Wrong(why) => return Err(why),
                 Judged::Waiting => {}
+            }
+            if interrupt::requested() && begun.elapsed() > LAST_WORD {
+                return Err("was interrupted".to_owned());
             }
             if begun.elapsed() > PATIENCE {
                 let s = PATIENCE.as_secs();

@@ -1,12 +1,15 @@
 //! An estimator of ours as an external one: what a controller would run, on this machine.
 
 use monorig_sim::closed_loop::registry::BoxedEstimator;
+use monorig_sim::lines::read_line;
 use monorig_wire::ecu::Ecu;
 use monorig_wire::signal::Numbers;
 use monorig_wire::{candump, cannelloni};
 use std::io::{BufRead, ErrorKind, Result, Write};
 use std::net::UdpSocket;
 
+/// Most bytes of a line.
+const MAX_LINE: u64 = 4096;
 /// Most bytes of a datagram.
 const MAX_DATAGRAM: usize = 65_536;
 
@@ -18,7 +21,7 @@ pub fn serve_lines(
     mut to: impl Write,
 ) -> Result<()> {
     let (mut ecu, mut line, mut out) = (Ecu::new(numbers), Vec::new(), Vec::new());
-    while from.read_until(b'\n', &mut line)? > 0 {
+    while read_line(&mut from, MAX_LINE, &mut line)? {
         if let Some(frame) = candump::read(&line).and_then(|read| read.frame) {
             ecu.take(estimator.as_mut(), &frame, &mut |f| {
                 candump::write(f, 0, &mut out)

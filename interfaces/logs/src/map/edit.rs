@@ -48,6 +48,7 @@ pub(crate) fn write(map: &Map, edits: &[Edit]) -> Result<(), Error> {
     if !expected.is_of(&text) {
         return Err(by_hand());
     }
+    whole::may_change(path);
     whole::write(path, text.as_bytes())
 }
 

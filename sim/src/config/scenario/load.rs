@@ -286,6 +286,12 @@ impl Scenario {
         self.log.is_some()
     }
 
+    /// The part of a recorded drive that is played, as its map says; none if it is the whole.
+    pub fn trim(&self) -> Option<&serde_json::Value> {
+        let trim = self.log.as_ref()?.pointer("/map/trim")?;
+        trim.as_object().is_some_and(|t| !t.is_empty()).then_some(trim)
+    }
+
     /// The scenario of a recorded drive: what its map file `document` says of estimators, bounds and recording, and
     /// nothing of a simulation.
     pub(crate) fn of_log(

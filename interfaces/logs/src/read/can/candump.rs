@@ -6,9 +6,10 @@ use crate::notation::TimeUnit;
 use crate::read::{Asked, LogReader, Out};
 use crate::{io, wrong};
 use monorig_sim::error::Error;
+use monorig_sim::lines::read_line;
 use monorig_wire::candump;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::BufReader;
 use std::path::PathBuf;
 
 /// Longest line.
@@ -55,11 +56,8 @@ impl Frames for Lines {
     fn next(&mut self, frame: &mut Frame) -> Result<bool, Error> {
         loop {
             self.text.clear();
-            let mut limited = (&mut self.lines).take(MAX_LINE);
-            let read = limited
-                .read_until(b'\n', &mut self.text)
-                .map_err(|e| io(&self.path, e))?;
-            if read == 0 {
+            let read = read_line(&mut self.lines, MAX_LINE, &mut self.text);
+            if !read.map_err(|e| io(&self.path, e))? {
                 return Ok(false);
             }
             self.line += 1;
