@@ -47,8 +47,7 @@ impl Command for EcuArgs {
         for (key, value) in &self.sets {
             settings = settings.set(key, value_of(value));
         }
-        let estimator =
-            monorig_fmu::built(&self.name, &settings, program.registry, &self.scenario)?;
+        let build = || monorig_fmu::built(&self.name, &settings, program.registry, &self.scenario);
         let numbers = self.signals.numbers();
         let broken = |e: std::io::Error| CliError::refused(e.to_string(), "a bus that works");
         match (self.udp, &self.can) {
@@ -58,15 +57,22 @@ impl Command for EcuArgs {
                     CliError::refused(format!("{address}: {e}"), help)
                 })?;
                 note(&format!("{} listens at {address}", self.name));
-                serve_udp(estimator, numbers, &socket).map_err(broken)?;
+                let mut first = Some(build()?);
+                let next = || {
+                    first
+                        .take()
+                        .map_or_else(build, Ok)
+                        .map_err(std::io::Error::other)
+                };
+                serve_udp(next, numbers, &socket).map_err(broken)?;
             }
             (None, Some(interface)) => {
-                serve_can(estimator, numbers, interface)
+                serve_can(build()?, numbers, interface)
                     .map_err(|refusal| CliError::refused(refusal.message, refusal.help))?;
             }
             (None, None) => {
                 let from = BufReader::with_capacity(1 << 16, stdin());
-                serve_lines(estimator, numbers, from, stdout().lock()).map_err(broken)?;
+                serve_lines(build()?, numbers, from, stdout().lock()).map_err(broken)?;
             }
         }
         Ok(CommandOutcome::Held)

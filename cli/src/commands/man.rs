@@ -46,7 +46,11 @@ fn write(folder: &Path, name: &str, command: clap::Command) -> Result<(), CliErr
     let mut page = Vec::new();
     let rendered = clap_mangen::Man::new(command).render(&mut page);
     rendered.map_err(Error::at(&path))?;
-    output::write_in(folder, path.file_name().unwrap_or_default(), &String::from_utf8_lossy(&page))
+    output::write_in(
+        folder,
+        path.file_name().unwrap_or_default(),
+        &String::from_utf8_lossy(&page),
+    )
 }
 
 #[cfg(test)]

@@ -41,7 +41,13 @@ pub struct StudyArgs {
     #[arg(long, value_name = "K/N", value_parser = shard)]
     pub shard: Option<Shard>,
     /// Who judges the expectations
-    #[arg(long, value_name = "WHO", value_enum, default_value_t, requires_if("merge", "shard"))]
+    #[arg(
+        long,
+        value_name = "WHO",
+        value_enum,
+        default_value_t,
+        requires_if("merge", "shard")
+    )]
     pub expect: Expect,
     #[command(flatten)]
     pub out: Out,

@@ -92,7 +92,13 @@ pub struct TestArgs {
     #[arg(long, value_name = "K/N", value_parser = shard, requires = "json", conflicts_with_all = ["keep_failed", "baseline", "junit"])]
     pub shard: Option<Shard>,
     /// Who judges the expectations
-    #[arg(long, value_name = "WHO", value_enum, default_value_t, requires_if("merge", "shard"))]
+    #[arg(
+        long,
+        value_name = "WHO",
+        value_enum,
+        default_value_t,
+        requires_if("merge", "shard")
+    )]
     pub expect: Expect,
     /// Write the verdicts as JUnit XML, as CI servers read it
     #[arg(long, value_name = "FILE")]
@@ -157,8 +163,15 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     let mut names = BTreeMap::new();
     for case in &cases {
         if let Some(other) = names.insert(&case.name, &case.path) {
-            let message = format!("{} and {} have one name", other.display(), case.path.display());
-            return Err(CliError::refused(message, "another name for one of the two files"));
+            let message = format!(
+                "{} and {} have one name",
+                other.display(),
+                case.path.display()
+            );
+            return Err(CliError::refused(
+                message,
+                "another name for one of the two files",
+            ));
         }
     }
     if let Some(shard) = task.shard {

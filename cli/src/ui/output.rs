@@ -72,19 +72,37 @@ pub fn write_in(folder: &Path, name: impl AsRef<Path>, text: &str) -> Result<(),
 pub fn check(words: &ArgMatches) -> Result<(), CliError> {
     whole::guard_inputs();
     let of = |id: &&str| words.try_get_many::<PathBuf>(id).ok().flatten();
-    let (outputs, inputs): (Vec<&str>, Vec<&str>) =
-        words.ids().map(Id::as_str).partition(|id| WRITTEN.contains(id));
+    let (outputs, inputs): (Vec<&str>, Vec<&str>) = words
+        .ids()
+        .map(Id::as_str)
+        .partition(|id| WRITTEN.contains(id));
     let others = inputs.iter().filter(|id| **id != FOLDER);
-    others.filter_map(of).flatten().filter(|p| p.is_file()).for_each(|p| whole::note_input(p));
+    others
+        .filter_map(of)
+        .flatten()
+        .filter(|p| p.is_file())
+        .for_each(|p| whole::note_input(p));
     let mut places = BTreeSet::new();
     for path in outputs.iter().filter_map(of).flatten() {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.unwrap_or(Path::new("."));
         if !is_standard(path) && !folder.is_dir() {
-            let message = format!("{}: there is no folder {}", path.display(), folder.display());
-            return Err(CliError::refused(message, "make the folder first, or name another one"));
+            let message = format!(
+                "{}: there is no folder {}",
+                path.display(),
+                folder.display()
+            );
+            return Err(CliError::refused(
+                message,
+                "make the folder first, or name another one",
+            ));
         }
-        let place = folder.canonicalize().unwrap_or_default().join(path.file_name().unwrap_or_default());
+        let place = folder
+            .canonicalize()
+            .unwrap_or_default()
+            .join(path.file_name().unwrap_or_default());
         if !places.insert(place) {
             let message = format!("two results would be written to {}", path.display());
             return Err(CliError::refused(message, "a name of its own for each"));

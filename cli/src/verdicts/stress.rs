@@ -90,7 +90,8 @@ pub(crate) fn judge_matrix(
         };
     }
     for name in file.idle() {
-        text += &format!("not judged: {name} changes nothing that an estimator is given, in any run\n");
+        text +=
+            &format!("not judged: {name} changes nothing that an estimator is given, in any run\n");
     }
     let bad = |c: &&MatrixCell| most.is_some_and(|most| !c.is_good(most));
     let beyond = file.cells.iter().filter(bad).count();
@@ -177,7 +178,10 @@ pub(crate) fn compared(
 ) -> Result<bool, CliError> {
     let (all, alone) = differences(old, new, tolerance).map_err(|why| {
         let message = format!("the earlier matrix cannot be compared with this one: {why}");
-        CliError::refused(message, "what `monorig stress --json` wrote for the same battery")
+        CliError::refused(
+            message,
+            "what `monorig stress --json` wrote for the same battery",
+        )
     })?;
     let mut text = table(["", "condition", "estimator", "figure", "before", "now"]);
     for d in &all {
@@ -204,7 +208,9 @@ pub(crate) fn compared(
     ))?;
     if alone > 0 {
         let cells = counted(alone, "cell");
-        output::print(&format!("not judged: {cells} that the earlier matrix does not have\n"))?;
+        output::print(&format!(
+            "not judged: {cells} that the earlier matrix does not have\n"
+        ))?;
     }
     Ok(worse > 0)
 }

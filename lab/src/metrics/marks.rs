@@ -84,7 +84,8 @@ impl Accumulator<ErrorSample> for Share {
     fn add(&mut self, x: &ErrorSample) {
         // without a reference nobody knows whether a sample is wrong
         if !self.of_judged || self.quantity.is_judged(x, &self.limits) {
-            self.share.add_bool((self.is)(self.quantity, x, &self.limits));
+            self.share
+                .add_bool((self.is)(self.quantity, x, &self.limits));
         }
     }
 

@@ -105,7 +105,15 @@ pub struct Condition {
 }
 
 /// Keys of a scenario that are no part of a drive.
-const OF_JUDGE: [&str; 7] = ["availability", "estimators", "expect", "in_loop", "integrity", "known_failures", "seeds"];
+const OF_JUDGE: [&str; 7] = [
+    "availability",
+    "estimators",
+    "expect",
+    "in_loop",
+    "integrity",
+    "known_failures",
+    "seeds",
+];
 
 impl Condition {
     /// Reads a file.
@@ -128,7 +136,8 @@ impl Condition {
         };
         if let Some(path) = file.set.keys().find(of_judge) {
             let message = format!("`{path}` changes an estimator or its judge, and not its drive");
-            let help = "a change of track, train, drive, sensors, events or what is told of the vehicle";
+            let help =
+                "a change of track, train, drive, sensors, events or what is told of the vehicle";
             return Err(document.error(format!("set.{path}"), message, help));
         }
         for (i, event) in file.events.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! The file of a matrix: its runs and its cells as JSON.
 
 use crate::campaign::{Campaign, CampaignRow};
-use crate::stress::{ConditionRow, NOMINAL, DrawnSummary, Matrix, MatrixCell, StressRun};
+use crate::stress::{ConditionRow, DrawnSummary, Matrix, MatrixCell, NOMINAL, StressRun};
 use monorig_sim::config::file::{input_error, read_result};
 use monorig_sim::error::Error;
 use serde::{Deserialize, Serialize};

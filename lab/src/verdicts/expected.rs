@@ -192,7 +192,9 @@ fn metric(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Error> {
 /// A bound is within the range of its metric: no metric is negative, and each quantity has an end. An availability of 0 is
 /// admitted: it says that an estimator may never mark anything valid, and is shown as a weakened limit.
 fn can_fail(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Error> {
-    let end = find(&e.metric).and_then(Metric::range).unwrap_or(f64::INFINITY);
+    let end = find(&e.metric)
+        .and_then(Metric::range)
+        .unwrap_or(f64::INFINITY);
     let availability = find(&e.metric).is_some_and(|m| m.availability_of().is_some());
     let (key, value, range) = match (e.at_least, e.at_most) {
         (Some(least), _) if least.get() < 0.0 || least.get() == 0.0 && !availability => {
@@ -261,11 +263,15 @@ fn known_failures(scenario: &Scenario) -> Result<(), Error> {
             .contains(&known.metric.as_str());
         let floor = known.no_worse_than.get();
         let end = find(&known.metric).and_then(Metric::range);
-        let from_below = find(&known.metric).is_some_and(|m| m.best.less_is_better() == Some(false));
+        let from_below =
+            find(&known.metric).is_some_and(|m| m.best.less_is_better() == Some(false));
         if from_below && floor <= 0.0 || !from_below && end.is_some_and(|end| floor >= end) {
             return Err(scenario.error(
                 format!("known_failures[{}].no_worse_than", known.entry),
-                format!("no {} is worse than {floor}, so this failure has no floor", known.metric),
+                format!(
+                    "no {} is worse than {floor}, so this failure has no floor",
+                    known.metric
+                ),
                 "at most twice what was measured",
             ));
         }

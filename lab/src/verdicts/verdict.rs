@@ -302,7 +302,11 @@ impl Tally {
                 let beyond = v.beyond_known().map(|words| (v.excess(), words));
                 expected.beyond.add(run.seed, beyond);
                 expected.sum += v.value.unwrap_or(f64::NAN);
-                let worse = if v.at_most.is_some() { f64::max } else { f64::min };
+                let worse = if v.at_most.is_some() {
+                    f64::max
+                } else {
+                    f64::min
+                };
                 let both = expected.worst.into_iter().chain(v.value);
                 expected.worst = both.reduce(worse);
             }
@@ -360,7 +364,8 @@ impl Tally {
         check.not_judged = outcome == Outcome::NoReference;
         if check.not_judged {
             check.held = true;
-            check.worst = Some("no reference that is fine enough for any of the valid samples".into());
+            check.worst =
+                Some("no reference that is fine enough for any of the valid samples".into());
             return Some(check);
         }
         let fails = outcome != Outcome::Holds;
@@ -456,7 +461,9 @@ impl Check {
 }
 
 fn deep_words(what: &str, floor: f64, worst: f64) -> String {
-    format!("{what}: a known failure of {worst:.4} with a floor of {floor}, more than {DEEP} times as far")
+    format!(
+        "{what}: a known failure of {worst:.4} with a floor of {floor}, more than {DEEP} times as far"
+    )
 }
 
 fn broke_down() -> (f64, String) {
@@ -477,10 +484,11 @@ fn unfinished(run: &RunResult) -> Option<(f64, String)> {
 
 /// An estimator without a single valid sample fails, unless the scenario asks for an availability of it.
 fn judged_otherwise(summary: &Summary, name: &str) -> bool {
-    summary
-        .expectations
-        .iter()
-        .any(|v| v.estimator.as_deref() == Some(name) && v.metric.ends_with("_availability") && v.at_least.is_some())
+    summary.expectations.iter().any(|v| {
+        v.estimator.as_deref() == Some(name)
+            && v.metric.ends_with("_availability")
+            && v.at_least.is_some()
+    })
 }
 
 fn wrong_words(v: &ExpectationVerdict) -> String {

@@ -85,7 +85,9 @@ pub(crate) fn of_window(
     end_s: f64,
 ) -> Option<String> {
     let length_s = window.until_s().min(end_s) - window.after_s().max(begin_s);
-    (0.0..=SHORT_S).contains(&length_s).then(|| format!("{}: measured over {length_s:.3} s only", words(e)))
+    (0.0..=SHORT_S)
+        .contains(&length_s)
+        .then(|| format!("{}: measured over {length_s:.3} s only", words(e)))
 }
 
 /// An integrity that was judged over few of the valid samples.

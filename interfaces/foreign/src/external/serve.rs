@@ -5,8 +5,11 @@ use monorig_sim::lines::read_line;
 use monorig_wire::ecu::Ecu;
 use monorig_wire::signal::Numbers;
 use monorig_wire::{candump, cannelloni};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::io::{BufRead, ErrorKind, Result, Write};
-use std::net::UdpSocket;
+use std::net::{SocketAddr, UdpSocket};
+use std::time::{Duration, Instant};
 
 /// Most bytes of a line.
 const MAX_LINE: u64 = 4096;
@@ -39,14 +42,27 @@ pub fn serve_lines(
     Ok(())
 }
 
-/// Answers datagrams of cannelloni, each to where it came from, until the program ends.
+/// Runs that are answered at a time, and the silence after which one is over if there are more.
+const MAX_RUNS: usize = 16;
+const SILENT: Duration = Duration::from_secs(60);
+
+/// The estimator of a run.
+struct Run {
+    ecu: Ecu,
+    estimator: BoxedEstimator,
+    sequence: u8,
+    last: Instant,
+}
+
+/// Answers datagrams of cannelloni, each to where it came from, until the program ends. Each asker has an estimator of
+/// its own, which `build` makes.
 pub fn serve_udp(
-    mut estimator: BoxedEstimator,
+    mut build: impl FnMut() -> Result<BoxedEstimator>,
     numbers: Numbers,
     socket: &UdpSocket,
 ) -> Result<()> {
-    let (mut ecu, mut bytes, mut out) = (Ecu::new(numbers), vec![0; MAX_DATAGRAM], Vec::new());
-    let mut sequence = 0_u8;
+    let mut runs: BTreeMap<SocketAddr, Run> = BTreeMap::new();
+    let (mut bytes, mut out) = (vec![0; MAX_DATAGRAM], Vec::new());
     loop {
         let (count, asker) = match socket.recv_from(&mut bytes) {
             Ok(came) => came,
@@ -55,18 +71,37 @@ pub fn serve_udp(
             Err(e) if e.kind() == ErrorKind::Interrupted => continue,
             Err(e) => return Err(e),
         };
+        if !runs.contains_key(&asker) {
+            if runs.len() >= MAX_RUNS {
+                runs.retain(|_, run| run.last.elapsed() < SILENT);
+            }
+            // it is told so by no answer
+            if runs.len() >= MAX_RUNS {
+                continue;
+            }
+        }
+        let run = match runs.entry(asker) {
+            Entry::Occupied(run) => run.into_mut(),
+            Entry::Vacant(place) => place.insert(Run {
+                ecu: Ecu::new(numbers),
+                estimator: build()?,
+                sequence: 0,
+                last: Instant::now(),
+            }),
+        };
+        run.last = Instant::now();
         out.clear();
-        out.extend(cannelloni::begin(sequence));
+        out.extend(cannelloni::begin(run.sequence));
         let mut frames = 0;
         cannelloni::read(bytes.get(..count).unwrap_or_default(), &mut |frame| {
-            ecu.take(estimator.as_mut(), frame, &mut |f| {
+            run.ecu.take(run.estimator.as_mut(), frame, &mut |f| {
                 cannelloni::write(f, &mut out);
                 frames += 1;
             });
         });
         if frames > 0 {
             cannelloni::count(&mut out, frames);
-            sequence = sequence.wrapping_add(1);
+            run.sequence = run.sequence.wrapping_add(1);
             // one who has gone is answered no more
             let _ = socket.send_to(&out, asker);
         }

@@ -289,7 +289,9 @@ impl Scenario {
     /// The part of a recorded drive that is played, as its map says; none if it is the whole.
     pub fn trim(&self) -> Option<&serde_json::Value> {
         let trim = self.log.as_ref()?.pointer("/map/trim")?;
-        trim.as_object().is_some_and(|t| !t.is_empty()).then_some(trim)
+        trim.as_object()
+            .is_some_and(|t| !t.is_empty())
+            .then_some(trim)
     }
 
     /// The scenario of a recorded drive: what its map file `document` says of estimators, bounds and recording, and
