@@ -1,8 +1,10 @@
 /* An estimator that does what no estimator should, one thing for each name defined by -D. */
+#define _DEFAULT_SOURCE
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include "monorig_estimator.h"
 
 /* What it does at last. */
@@ -15,6 +17,19 @@ static void misbehave(void) {
 #endif
 #ifdef EXITS
   exit(3);
+#endif
+#ifdef MARKS
+  fclose(fopen("RAN", "w"));
+#endif
+#ifdef ASKS_FOR_MEMORY
+  if (!malloc((size_t)5 << 30)) exit(4);
+#endif
+#ifdef FORKS
+  if (fork() == 0)
+    for (;;) pause();
+#endif
+#ifdef SLOW
+  usleep(400000);
 #endif
 #ifdef LOOPS
   for (volatile int i = 0;; i++) {}
@@ -53,6 +68,9 @@ int32_t monorig_step(void *memory, const monorig_input *z, monorig_estimate *out
   printf("step at %f s\n", *t_s);
   fflush(stdout);
 #endif
+#ifdef AT_EACH_STEP
+  misbehave();
+#endif
 #ifdef AT_RUNNING
   if (*t_s > 1.0) misbehave();
 #endif
@@ -63,6 +81,15 @@ int32_t monorig_step(void *memory, const monorig_input *z, monorig_estimate *out
   out->grade_rad = out->effective_grade_rad = (monorig_value){0.0, 0.1, 1};
   return MONORIG_OK;
 }
+#ifdef SHOWS
+int32_t monorig_internal_at(const void *memory, uint64_t i, monorig_label *out) {
+  static const char *const names[] = {SHOWS};
+  (void)memory;
+  if (i >= sizeof names / sizeof *names) return MONORIG_REFUSED;
+  strcpy(out->name, names[i]);
+  return MONORIG_OK;
+}
+#endif
 #ifdef AT_THE_END
 void monorig_destroy(void *memory) { (void)memory, misbehave(); }
 #endif

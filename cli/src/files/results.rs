@@ -134,12 +134,16 @@ fn channels(path: &Path) -> Result<String, Error> {
     regular(path)?;
     let found = readback::read(path)?;
     Ok(format!(
-        "{}-{}, {} columns, {} rows, {} events, complete",
+        "{}-{}, {} columns, {} rows, {} events, {}",
         found.scenario,
         found.seed,
         found.columns.len(),
         found.rows,
-        found.events.len()
+        found.events.len(),
+        match path.with_file_name(manifest::NAME).is_file() {
+            true => "complete",
+            false => "not verified: no manifest.json with its check sum is beside it",
+        }
     ))
 }
 

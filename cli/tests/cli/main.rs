@@ -40,6 +40,8 @@ mod schema;
 mod stress;
 mod stress_drawn;
 mod studies;
+#[cfg(unix)]
+mod trust;
 mod tune;
 #[cfg(unix)]
 mod tune_interrupted;

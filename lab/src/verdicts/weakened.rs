@@ -53,6 +53,12 @@ pub(crate) fn of_file(file: &ScenarioFile) -> Vec<String> {
             format!("availability.{key} {share:e}"),
         );
     }
+    for from_s in file.never_s() {
+        say(
+            true,
+            format!("an event at {from_s} s, behind the end of the run"),
+        );
+    }
     for e in &file.expect {
         let of = words(e);
         let demanded = match e.metric.ends_with("_availability") {

@@ -2,7 +2,7 @@
 
 use super::builder::MakeEstimator;
 use super::estimators::RunningEstimator;
-use super::registry::{BoxedController, Refusal, Registry};
+use super::registry::{BoxedController, BoxedEstimator, Refusal, Registry};
 use crate::config::scenario::{InstrumentSettings, PlantKind, Scenario};
 use crate::control::ControllerSetup;
 use crate::error::Error;
@@ -10,7 +10,7 @@ use crate::guarded::guarded;
 use crate::plant::{Plant, PlantSetup};
 use crate::sensors::{Fitting, Instrument};
 use monorig_estimators::api::signals::Vehicle;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The estimators of a scenario in the order of their names: those given, the others checked and built.
 pub fn estimators(
@@ -48,12 +48,25 @@ pub fn estimators(
         }
         let estimator = made(|| of_type.build(vehicle, &settings.named()))
             .map_err(|w| scenario.error(at, w.message, w.help))?;
+        if let Some(bad) = bad_internal(&estimator) {
+            let message = format!("it shows a quantity called {bad:?}");
+            let help = "a name of its own for each, without slashes and control characters";
+            return Err(scenario.error(format!("estimators.{name}"), message, help));
+        }
         let mut running = RunningEstimator::new(name, estimator);
         running.reference = of_type.reference;
         running.answers = of_type.answers.clone();
         built.push(running);
     }
     Ok(built)
+}
+
+/// The first quantity that an estimator shows whose name cannot be that of a column.
+fn bad_internal(estimator: &BoxedEstimator) -> Option<&'static str> {
+    let mut names = BTreeSet::new();
+    let odd = |c: char| c.is_control() || "/\\".contains(c);
+    let mut all = estimator.internals().iter().map(|i| i.name);
+    all.find(|name| name.is_empty() || name.contains(odd) || !names.insert(*name))
 }
 
 /// The controller of a scenario, checked and built.

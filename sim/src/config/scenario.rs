@@ -167,6 +167,13 @@ pub(crate) struct Stop {
 }
 
 impl ScenarioFile {
+    /// Times of the events that begin behind the end of the run, s.
+    pub fn never_s(&self) -> impl Iterator<Item = f64> {
+        let times = self.events.iter().filter_map(Event::times_s);
+        let end_s = self.stop.time_limit_s();
+        times.map(|(from_s, _)| from_s).filter(move |s| *s >= end_s)
+    }
+
     /// Plant of the run: the one that is named, else that of a car, else rapier.
     pub fn plant(&self) -> PlantKind {
         self.physics.plant.clone().unwrap_or(match self.car {

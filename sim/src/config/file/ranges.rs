@@ -18,6 +18,7 @@ const KEYS: &[(&str, f64, f64)] = &[
     ("efficiency_drive", 0.01, 1.0),
     ("efficiency_brake", 0.01, 1.0),
     ("ratio", 1e-3, 1e4),
+    ("drives", 1.0, 16.0),
     // clocks may begin with the epoch of Unix
     ("offset_s", 1e-12, 1e11),
     ("offset_ms", 1e-9, 1e14),
@@ -66,7 +67,9 @@ fn below(tree: &Value, path: &str, key: &str) -> Option<(String, String, String)
         }
         Value::Mapping(map) => map.iter().find_map(|(name, value)| {
             let name = name.as_str()?;
-            below(value, &join(path, name), name)
+            // `mount_deg: {pitch: 3}` is in degrees
+            let unit = range(name).map_or(key, |_| name);
+            below(value, &join(path, name), unit)
         }),
         _ => None,
     }

@@ -3,12 +3,18 @@
 use super::locate::{Segment, segments};
 use serde_yaml::Value;
 
+/// Longest path: the tree becomes no deeper by it than a file may be.
+const MAX_PATH: usize = 200;
 /// End of a path that adds a value to the list before it.
 pub(super) const APPEND: &str = "[+]";
 
 /// Put `value` (YAML) at `path`; missing mappings on the way are made, list items must exist. A path with `[+]` behind
 /// it adds the value to the list that it names, and makes the list if there is none. The error is message and help.
 pub(super) fn set(tree: &mut Value, path: &str, value: &str) -> Result<(), (String, String)> {
+    if path.len() > MAX_PATH {
+        let help = "a path such as `load.mass_kg`".to_owned();
+        return Err((format!("this path has more than {MAX_PATH} letters"), help));
+    }
     let list = path.strip_suffix(APPEND);
     let steps = segments(list.unwrap_or(path)).ok_or_else(|| {
         (
