@@ -141,7 +141,7 @@ fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome, Cl
                 format!("--reference with one of: {}", shown.join(", ")),
             )
         })?;
-    interrupt::listen();
+    output::begin()?;
     scenario.inputs().seal();
     let runs = run(task, &overrides, scenario, &reference, registry)?;
     let metrics = match task.metrics.as_slice() {

@@ -102,7 +102,7 @@ fn explain(task: &ExplainArgs, registry: &Registry) -> Result<CommandOutcome, Cl
     }
     let seeds = asked_seeds(task, manifest.seed)?;
     let sources = explain::sources(scenario)?;
-    interrupt::listen();
+    output::begin()?;
     let runs = runs(task, scenario, &changes, &seeds, &sources, registry)?;
     let name = manifest.scenario.clone();
     let mut budget = Budget::new(identity().to_string(), name, seeds, &sources, &runs);

@@ -241,39 +241,19 @@ fn unit(unit: &str) -> String {
 
 /// The name with unit and range, and below it the sentence, broken so that it fits the width.
 fn text(entry: &Entry) -> String {
-    let head = match entry.values.as_str() {
-        "" => entry.name.clone(),
-        values => format!("{}  {values}", entry.name),
+    let head = format!("{}  {}", entry.name, entry.values);
+    let lines = |words: &str, first: &str| {
+        let words: Vec<&str> = words.split_whitespace().collect();
+        let options = textwrap::Options::new(WIDTH).break_words(false);
+        let options = options.word_splitter(textwrap::WordSplitter::NoHyphenation);
+        let options = options.word_separator(textwrap::WordSeparator::AsciiSpace);
+        let options = options.wrap_algorithm(textwrap::WrapAlgorithm::FirstFit);
+        let options = options.initial_indent(first).subsequent_indent("    ");
+        textwrap::fill(&words.join(" "), options)
     };
-    let mut text = String::new();
-    for (indent, words) in [(4, head.as_str()), (4, entry.sentence.as_str())] {
-        let first = if text.is_empty() { 0 } else { indent };
-        text += &wrapped(words, first, indent);
-    }
-    text
-}
-
-/// Lines of at most [`WIDTH`] characters; the first indented by `first`, the others by `indent`.
-fn wrapped(words: &str, first: usize, indent: usize) -> String {
-    let (mut text, mut line) = (String::new(), " ".repeat(first));
-    let mut empty = true;
-    for word in words.split_whitespace() {
-        let length = line.chars().count() + 1 + word.chars().count();
-        if !empty && length > WIDTH {
-            text += &format!("{line}\n");
-            line = " ".repeat(indent);
-            empty = true;
-        }
-        if !empty {
-            line.push(' ');
-        }
-        line += word;
-        empty = false;
-    }
-    match empty {
-        true => text,
-        false => text + &line + "\n",
-    }
+    let below = Some(lines(&entry.sentence, "    ")).filter(|text| !text.trim().is_empty());
+    let all = std::iter::once(lines(&head, "")).chain(below);
+    all.map(|text| text + "\n").collect()
 }
 
 #[cfg(test)]

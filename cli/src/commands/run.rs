@@ -145,7 +145,7 @@ fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliError> 
     }
     let out = task.out.get();
     prepare_out(&out)?;
-    interrupt::listen();
+    output::begin()?;
     let options = RecordOptions {
         out: &out,
         live: task.live,

@@ -110,10 +110,7 @@ fn stress(task: &StressArgs, registry: &Registry) -> Result<CommandOutcome, CliE
         Some(count) => drawn(task, count, registry)?,
         None => battery(task, registry)?,
     };
-    interrupt::listen();
-    for path in task.html.iter().chain(&task.json) {
-        output::clear(path)?;
-    }
+    output::begin()?;
     let campaign = battery.campaign(&identity()).part(task.shard);
     let short_hash = campaign.hash.get(..12).unwrap_or_default();
     let folder = task.out.get().join("stress").join(short_hash);

@@ -6,8 +6,8 @@ use crate::files::prepare;
 use crate::identity::identity;
 use crate::recording::many::resumed;
 use crate::ui::errors::CliError;
-use crate::ui::interrupt;
 use crate::ui::note::note;
+use crate::ui::{interrupt, output};
 use crate::verdicts::study::print_results;
 use monorig_lab::batch::run_one;
 use monorig_lab::campaign::Shard;
@@ -64,7 +64,7 @@ impl Command for StudyArgs {
 /// Make the runs that are not there yet, then print what all of them have come to.
 fn study(task: &StudyArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let plan = prepare::study(&task.file, registry)?;
-    interrupt::listen();
+    output::begin()?;
     let campaign = plan.campaign(&identity()).part(task.shard);
     let folder = task.out.get().join(&plan.name);
     let work = |index| run_one(&plan.spec(index), registry, &interrupt::go_on);

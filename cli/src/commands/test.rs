@@ -138,8 +138,6 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     }
     let begun = Instant::now();
     let paths = scenarios(&task.paths, task.filter.as_deref())?;
-    // what is interrupted must not leave the reports of an earlier test behind; it listens before they are gone
-    interrupt::listen();
     let (mut cases, mut unusable) = (Vec::new(), Vec::new());
     for path in &paths {
         // a panic on one file must not keep the others from their reports
@@ -157,9 +155,7 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
             }
         }
     }
-    for path in task.junit.as_deref().into_iter().chain(task.json.path()) {
-        output::clear(path)?;
-    }
+    output::begin()?;
     let mut names = BTreeMap::new();
     for case in &cases {
         if let Some(other) = names.insert(&case.name, &case.path) {

@@ -74,7 +74,7 @@ fn tune(task: &TuneArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     let study = prepare::tuning(&task.file, registry)?;
     let out = task.out.get();
     prepare_out(&out)?;
-    interrupt::listen();
+    output::begin()?;
     let folder = out.join("tune");
     let tuning = TuningRun {
         folder: folder.join(&study.name),

@@ -26,6 +26,7 @@ use monorig_sim::rail::profile::Profile;
 use monorig_sim::road::{Car, CarFile};
 use monorig_sim::sensors::instruments::{SHEET_KEYS, SheetFile};
 use monorig_sim::train::Train;
+use monorig_sim::words;
 use schemars::{Schema, schema_for};
 use serde_json::Value;
 use std::path::Path;
@@ -90,160 +91,79 @@ const INSTRUMENT: (&str, Words) = ("/$defs/Event/anyOf/2/properties/sensor", Wor
 const TYPE: (&str, Words) = ("/$defs/Settings/properties/is", Words::EstimatorTypes);
 const ESTIMATORS: (&str, Words) = ("/properties/estimators", Words::Estimators);
 
+/// From rows of kind, name and purpose; telling keys; type; words; check: the list of formats.
+macro_rules! kinds {
+    ($($kind:ident $name:literal $about:literal; $telling:expr; $file:ty; $words:expr; $check:expr;)*) => {
+        &[$(FileFormat {
+            kind: FileKind::$kind,
+            name: $name,
+            about: $about,
+            telling: $telling,
+            schema: || schema_for!($file),
+            words: $words,
+            check: $check,
+        }),*]
+    };
+}
+
 /// Every kind.
-pub const KINDS: &[FileFormat] = &[
-    FileFormat {
-        kind: FileKind::Scenario,
-        name: "scenario",
-        about: "what to run: track, train, drive cycle, sensors, estimators, events, expectations",
-        telling: &monorig_sim::words![
-            why track train car sensors start stop physics estimators in_loop events expect
-        ],
-        schema: || schema_for!(ScenarioFile),
-        words: &[
-            TYPE,
-            ESTIMATORS,
-            ("/$defs/Controller/properties/kind", Words::Controllers),
-            ("/$defs/PlantKind", Words::Plants),
-            ("/properties/instruments", Words::OwnInstruments),
-            METRIC_OF_BOUND,
-            METRIC_OF_FAILURE,
-            ("/$defs/Published/properties/metric", Words::Metric),
-            INSTRUMENT,
-        ],
-        check: load::check,
-    },
-    FileFormat {
-        kind: FileKind::Track,
-        name: "track",
-        about: "a rail or a road: horizontal alignment, vertical profile or survey, joints",
-        telling: &monorig_sim::words![profile road_width_m horizontal vertical survey joints],
-        schema: || schema_for!(TrackFile),
-        words: &[],
-        check: |path, _| Rail::load(path).map(drop),
-    },
-    FileFormat {
-        kind: FileKind::Train,
-        name: "train",
-        about: "a train: units front to rear, load, limits, running resistance",
-        telling: &["consist", "drawbar", "limits", "resistance"],
-        schema: || schema_for!(TrainFile),
-        words: &[],
-        check: |path, _| Train::load(path).map(drop),
-    },
-    FileFormat {
-        kind: FileKind::Unit,
-        name: "unit",
-        about: "a unit of a train: what its URDF cannot say (springs, motor, gear, clamp, brake)",
-        telling: &monorig_sim::words![urdf length_m running_gear carried_by connections],
-        schema: || schema_for!(UnitFile),
-        words: &[],
-        check: |path, _| Unit::load(path).map(drop),
-    },
-    FileFormat {
-        kind: FileKind::Car,
-        name: "car",
-        about: "a car for a road: mass, wheels, tyres, motors, brakes, suspension, driver",
-        telling: &monorig_sim::words![body wheels tyres motors brakes air suspension],
-        schema: || schema_for!(CarFile),
-        words: &[],
-        check: |path, _| Car::load(path).map(drop),
-    },
-    FileFormat {
-        kind: FileKind::Sensors,
-        name: "sensors",
-        about: "a sensor data sheet: rates, errors, mounts",
-        telling: SHEET_KEYS,
-        schema: || schema_for!(SheetFile),
-        words: &[],
-        check: |path, _| Sheet::load(path).map(drop),
-    },
-    FileFormat {
-        kind: FileKind::RailProfile,
-        name: "rail-profile",
-        about: "the section of an I-beam rail",
-        telling: &monorig_sim::words![height_m flange_width_m web_m flange_tip_m flange_root_m],
-        schema: || schema_for!(ProfileFile),
-        words: &[],
-        check: |path, _| Profile::load(path).map(drop),
-    },
-    FileFormat {
-        kind: FileKind::Ranges,
-        name: "ranges",
-        about: "what `monorig draw` draws from: trains, tracks, drives, instruments",
-        telling: &monorig_sim::words![
-            trains sensors noise_factor bias_factor track drive estimators
-        ],
-        schema: || schema_for!(RangesFile),
-        words: &[TYPE],
-        check: |path, registry| RangesFile::load(path)?.check(path, registry),
-    },
-    FileFormat {
-        kind: FileKind::Condition,
-        name: "condition",
-        about: "changes to a scenario under which `monorig stress` tries estimators",
-        telling: &["condition", "group", "told_factor", "events"],
-        schema: || schema_for!(ConditionFile),
-        words: &[INSTRUMENT],
-        check: |path, _| Condition::load(path).map(drop),
-    },
-    FileFormat {
-        kind: FileKind::Study,
-        name: "study",
-        about: "a scenario run many times with drawn values",
-        telling: &["scenario", "runs", "first_seed", "set", "vary"],
-        schema: || schema_for!(StudyFile),
-        words: &[],
-        check: |path, registry| Plan::load(path, registry).map(drop),
-    },
-    FileFormat {
-        kind: FileKind::Tuning,
-        name: "tuning",
-        about: "a tuning study: what varies, over which runs, what is good, how to search",
-        telling: &monorig_sim::words![
-            estimator parameters tuning validation objective budget optimiser
-        ],
-        schema: || schema_for!(TuningFile),
-        words: &[
-            ("/properties/is", Words::EstimatorTypes),
-            ("/$defs/Constraint/properties/metric", Words::Metric),
-            ("/$defs/Term/properties/metric", Words::Metric),
-        ],
-        check: |path, registry| TuningStudy::load(path, registry).map(drop),
-    },
-    FileFormat {
-        kind: FileKind::Map,
-        name: "map",
-        about: "what the columns of a recorded log measure, and what estimates are held against",
-        telling: &monorig_sim::words![files dbc time clocks step channels reference nominal],
-        schema: || schema_for!(MapFile),
-        words: &[TYPE, ESTIMATORS, METRIC_OF_BOUND, METRIC_OF_FAILURE],
-        check: |path, registry| {
+pub const KINDS: &[FileFormat] = kinds! {
+    Scenario "scenario" "what to run: track, train, drive cycle, sensors, estimators, events, expectations";
+        &words![why track train car sensors start stop physics estimators in_loop events expect];
+        ScenarioFile;
+        &[TYPE, ESTIMATORS, METRIC_OF_BOUND, METRIC_OF_FAILURE, INSTRUMENT,
+            ("/$defs/Controller/properties/kind", Words::Controllers), ("/$defs/PlantKind", Words::Plants),
+            ("/properties/instruments", Words::OwnInstruments), ("/$defs/Published/properties/metric", Words::Metric)];
+        load::check;
+    Track "track" "a rail or a road: horizontal alignment, vertical profile or survey, joints";
+        &words![profile road_width_m horizontal vertical survey joints]; TrackFile; &[];
+        |path, _| Rail::load(path).map(drop);
+    Train "train" "a train: units front to rear, load, limits, running resistance";
+        &["consist", "drawbar", "limits", "resistance"]; TrainFile; &[];
+        |path, _| Train::load(path).map(drop);
+    Unit "unit" "a unit of a train: what its URDF cannot say (springs, motor, gear, clamp, brake)";
+        &words![urdf length_m running_gear carried_by connections]; UnitFile; &[];
+        |path, _| Unit::load(path).map(drop);
+    Car "car" "a car for a road: mass, wheels, tyres, motors, brakes, suspension, driver";
+        &words![body wheels tyres motors brakes air suspension]; CarFile; &[];
+        |path, _| Car::load(path).map(drop);
+    Sensors "sensors" "a sensor data sheet: rates, errors, mounts";
+        SHEET_KEYS; SheetFile; &[];
+        |path, _| Sheet::load(path).map(drop);
+    RailProfile "rail-profile" "the section of an I-beam rail";
+        &words![height_m flange_width_m web_m flange_tip_m flange_root_m]; ProfileFile; &[];
+        |path, _| Profile::load(path).map(drop);
+    Ranges "ranges" "what `monorig draw` draws from: trains, tracks, drives, instruments";
+        &words![trains sensors noise_factor bias_factor track drive estimators]; RangesFile; &[TYPE];
+        |path, registry| RangesFile::load(path)?.check(path, registry);
+    Condition "condition" "changes to a scenario under which `monorig stress` tries estimators";
+        &["condition", "group", "told_factor", "events"]; ConditionFile; &[INSTRUMENT];
+        |path, _| Condition::load(path).map(drop);
+    Study "study" "a scenario run many times with drawn values";
+        &["scenario", "runs", "first_seed", "set", "vary"]; StudyFile; &[];
+        |path, registry| Plan::load(path, registry).map(drop);
+    Tuning "tuning" "a tuning study: what varies, over which runs, what is good, how to search";
+        &words![estimator parameters tuning validation objective budget optimiser];
+        TuningFile;
+        &[("/properties/is", Words::EstimatorTypes), ("/$defs/Constraint/properties/metric", Words::Metric), ("/$defs/Term/properties/metric", Words::Metric)];
+        |path, registry| TuningStudy::load(path, registry).map(drop);
+    Map "map" "what the columns of a recorded log measure, and what estimates are held against";
+        &words![files dbc time clocks step channels reference nominal];
+        MapFile;
+        &[TYPE, ESTIMATORS, METRIC_OF_BOUND, METRIC_OF_FAILURE];
+        |path, registry| {
             let mut map = Map::load(path)?;
             load::say_left_out(&map.leave_out_foreign(registry));
             let simulation = replay::simulation(&map, &ReplayOptions::default(), registry)?;
             expected::check(&simulation.scenario)
-        },
-    },
-    FileFormat {
-        kind: FileKind::Vehicle,
-        name: "vehicle",
-        about: "the numbers of a vehicle that estimators are given, for the map of a recorded log",
-        telling: &["nominal_vehicle"],
-        schema: || schema_for!(VehicleFile),
-        words: &[],
-        check: |path, _| VehicleFile::values(&Document::read(path)?).map(drop),
-    },
-    FileFormat {
-        kind: FileKind::Parameters,
-        name: "parameters",
-        about: "parameters of an estimator, for scenarios to include",
-        telling: &["estimator", "parameters", "provenance"],
-        schema: || schema_for!(ParameterFile),
-        words: &[("/properties/estimator", Words::EstimatorTypes)],
-        check: |path, registry| name_check::parameter_file(path, registry).map(drop),
-    },
-];
+        };
+    Vehicle "vehicle" "the numbers of a vehicle that estimators are given, for the map of a recorded log";
+        &["nominal_vehicle"]; VehicleFile; &[];
+        |path, _| VehicleFile::values(&Document::read(path)?).map(drop);
+    Parameters "parameters" "parameters of an estimator, for scenarios to include";
+        &["estimator", "parameters", "provenance"]; ParameterFile; &[("/properties/estimator", Words::EstimatorTypes)];
+        |path, registry| name_check::parameter_file(path, registry).map(drop);
+};
 
 impl FileFormat {
     /// The JSON Schema, with the words that the program has.

@@ -6,6 +6,7 @@ use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::Sets;
 use monorig_sim::config::scenario::Scenario;
+use monorig_sim::control::FeedForward;
 use monorig_sim::error::Error;
 use std::path::Path;
 
@@ -17,6 +18,9 @@ pub fn check(path: &Path, registry: &Registry) -> Result<(), Error> {
     let mut left_out = registry.leave_out_foreign(&mut file.estimators);
     file.in_loop
         .take_if(|name| !file.estimators.contains_key(name));
+    if file.in_loop.is_none() && !left_out.is_empty() {
+        file.drive.controller.feedforward = FeedForward::None;
+    }
     let fmu = file.drive.controller.fmu.clone();
     if let Some(fmu) = fmu.filter(|_| registry.allows_foreign("").is_err()) {
         file.drive.controller = Default::default();

@@ -78,7 +78,6 @@ pub(crate) fn play(
         taken,
     } = build(map, task.options, registry)?;
     expected::check(&simulation.scenario)?;
-    junit.map_or(Ok(()), output::clear)?;
     let variant = Variant::new(&args.sets, None);
     simulation.scenario.name = variant.run_name(&simulation.scenario.name);
     prepare_out(out)?;
@@ -94,7 +93,7 @@ pub(crate) fn play(
     if let Some(taken) = taken {
         note(&taken);
     }
-    interrupt::listen();
+    output::begin()?;
     let mut progress = ProgressDisplay::new(&format!("replay of {}", map.name));
     let options = RecordOptions {
         out,

@@ -1,14 +1,15 @@
 //! Writing to standard output without panicking when its reader has gone or the disk is full.
 
 use crate::ui::errors::CliError;
-use crate::ui::{colour, note, terminal};
-use clap::{ArgMatches, Id};
+use crate::ui::{colour, interrupt, note, terminal};
+use clap::ArgMatches;
 use monorig_lab::text::spelled_out;
 use monorig_sim::error::Error;
 use monorig_sim::record::whole;
 use std::collections::BTreeSet;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 /// Write text to standard output, and see that it has arrived. Names in it may come from files, so hidden characters
 /// are spelled out.
@@ -56,6 +57,7 @@ pub fn write(path: &Path, text: &str) -> Result<(), CliError> {
     if is_standard(path) {
         return arrive(text);
     }
+    folder_of(path)?;
     Ok(whole::write(path, text.as_bytes())?)
 }
 
@@ -67,43 +69,32 @@ pub fn write_in(folder: &Path, name: impl AsRef<Path>, text: &str) -> Result<(),
     write(&path, text)
 }
 
-/// Checks the files that the words of a command name for its results: their folders are there, no two are one, and none
-/// is an input. The other files that the words name are inputs from now on.
+/// Arguments that name a file for results; `OUT` names a file or a folder for them.
+const WRITTEN: [&str; 5] = monorig_sim::words![csv html into json junit];
+const OUT: &str = "out";
+/// The files for results that the words of the command name.
+static RESULTS: OnceLock<Vec<PathBuf>> = OnceLock::new();
+
+/// Checks the files for results that the words of a command name: their folders are there, no two are one, and none is
+/// an input. The other files that the words name are inputs from now on.
 pub fn check(words: &ArgMatches) -> Result<(), CliError> {
     whole::guard_inputs();
-    let of = |id: &&str| words.try_get_many::<PathBuf>(id).ok().flatten();
-    let (outputs, inputs): (Vec<&str>, Vec<&str>) = words
-        .ids()
-        .map(Id::as_str)
-        .partition(|id| WRITTEN.contains(id));
-    let others = inputs.iter().filter(|id| **id != FOLDER);
-    others
-        .filter_map(of)
-        .flatten()
+    let (results, others): (Vec<_>, Vec<_>) = (words.ids().map(clap::Id::as_str))
+        .filter(|id| *id != OUT)
+        .filter_map(|id| Some((id, words.try_get_many::<PathBuf>(id).ok()??)))
+        .partition(|(id, _)| WRITTEN.contains(id));
+    let inputs = others.into_iter().flat_map(|(_, paths)| paths);
+    inputs
         .filter(|p| p.is_file())
         .for_each(|p| whole::note_input(p));
+    let results: Vec<PathBuf> = results
+        .into_iter()
+        .flat_map(|(_, paths)| paths.cloned())
+        .collect();
     let mut places = BTreeSet::new();
-    for path in outputs.iter().filter_map(of).flatten() {
-        let folder = path
-            .parent()
-            .filter(|folder| !folder.as_os_str().is_empty());
-        let folder = folder.unwrap_or(Path::new("."));
-        if !is_standard(path) && !folder.is_dir() {
-            let message = format!(
-                "{}: there is no folder {}",
-                path.display(),
-                folder.display()
-            );
-            return Err(CliError::refused(
-                message,
-                "make the folder first, or name another one",
-            ));
-        }
-        let place = folder
-            .canonicalize()
-            .unwrap_or_default()
-            .join(path.file_name().unwrap_or_default());
-        if !places.insert(place) {
+    for path in &results {
+        let place = folder_of(path)?.canonicalize().unwrap_or_default();
+        if !places.insert((place, path.file_name())) {
             let message = format!("two results would be written to {}", path.display());
             return Err(CliError::refused(message, "a name of its own for each"));
         }
@@ -111,15 +102,43 @@ pub fn check(words: &ArgMatches) -> Result<(), CliError> {
             whole::replaceable(path)?;
         }
     }
+    let _ = RESULTS.set(results);
     Ok(())
 }
 
-/// Arguments that name a file for results; `FOLDER` names a file or a folder for them.
-const WRITTEN: [&str; 5] = ["csv", "html", "into", "json", "junit"];
-const FOLDER: &str = "out";
+/// Begins the work of a command, once its inputs are read: it hears Ctrl-C, and older results are removed, so that those
+/// of an earlier command are not taken for its own.
+pub fn begin() -> Result<(), CliError> {
+    interrupt::listen();
+    RESULTS
+        .get()
+        .into_iter()
+        .flatten()
+        .try_for_each(|path| clear(path))
+}
+
+/// The folder of a file for results, which must be there: a folder that is missing may be a slip of the pen.
+fn folder_of(path: &Path) -> Result<&Path, CliError> {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    if folder.is_dir() {
+        return Ok(folder);
+    }
+    let message = format!(
+        "{}: there is no folder {}",
+        path.display(),
+        folder.display()
+    );
+    Err(CliError::refused(
+        message,
+        "make the folder first, or name another one",
+    ))
+}
 
 /// Remove an older file where [`write`] will put a new one. A link, a device or an input in its place is an error.
-pub fn clear(path: &Path) -> Result<(), CliError> {
+fn clear(path: &Path) -> Result<(), CliError> {
     if is_standard(path) {
         return Ok(());
     }

@@ -151,7 +151,10 @@ fn a_library_that_cannot_be_loaded_or_built_is_refused() {
         ),
     ] {
         let Some(dir) = folder(defined) else { return };
-        for task in [&["check", "bad.yaml"][..], &["run", "bad.yaml"]] {
+        for task in [
+            &["check", "bad.yaml", "--allow-foreign"][..],
+            &["run", "bad.yaml"],
+        ] {
             let told = words(&dir.refused(task));
             for part in ["bad.yaml:10:", during, "--in-process"] {
                 assert!(told.contains(part), "{part} is not in {told}");

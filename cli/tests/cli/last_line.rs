@@ -159,7 +159,8 @@ fn other_commands_end_with_their_result() {
     let replay = [&replay[..], &["--estimators", "attitude", "--set"]].concat();
     check(
         &[&replay[..], &["expect=[]"]].concat(),
-        "nothing was expected",
+        // its reference is too coarse for the alert limit
+        "held but for 2 not judged",
         "",
     );
     let bound = "expect=[{estimator: attitude, metric: slope_rmse_deg, at_most: 1.0e-3, availability: 0.01}]";

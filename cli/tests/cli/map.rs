@@ -37,6 +37,7 @@ fn drive_and_map(dir: &TestFolder, scenario: &str, seed: u64) -> Vec<Vec<f64>> {
     let run = format!("runs/{scenario}@drive/{seed}");
     let profile = project().join("assets/rails/i140e.yaml");
     let profile = profile.display().to_string();
+    std::fs::create_dir_all(dir.path("maps")).unwrap();
     let (code, out, err) = dir.monorig(&[
         "map",
         &run,

@@ -94,6 +94,7 @@ fn of_a_run() {
     // the same again, and elsewhere with links that lead back
     dir.monorig(&["report", RUN]);
     assert_eq!(dir.read("runs/quick & dirty/1/report.html"), html);
+    std::fs::create_dir(dir.path("pages")).unwrap();
     let (code, ..) = dir.monorig(&["report", RUN, "--out", "pages/one.html"]);
     assert_eq!(code, Some(0));
     let elsewhere = dir.read("pages/one.html");
@@ -125,6 +126,7 @@ fn of_a_run_without_estimators() {
 fn of_a_test_with_every_verdict() {
     let dir = TestFolder::new();
     dir.write("quick.yaml", QUICK.as_bytes());
+    std::fs::create_dir_all(dir.path("out")).unwrap();
     let (code, ..) = dir.monorig(&["test", "quick.yaml", "--json", "out/verdicts.json"]);
     assert_eq!(code, Some(1));
     let (code, out, err) = dir.monorig(&["report", "out/verdicts.json"]);
@@ -213,6 +215,7 @@ fn of_a_study() {
 fn of_a_comparison() {
     let dir = TestFolder::new();
     let published = "published: [{source: 'A & B 2024, table 9', estimator: rail_fusion, metric: slope_mae_deg, value: 12.375}]\n";
+    std::fs::create_dir_all(dir.path("out")).unwrap();
     dir.write("quick.yaml", (QUICK.to_owned() + published).as_bytes());
     let (code, out, err) = dir.monorig(&[
         "compare",

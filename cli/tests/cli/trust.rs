@@ -34,26 +34,34 @@ expect: [{{metric: speed_rmse_mps, at_most: 1}}]
     dir
 }
 
-/// An external estimator by way of a shell, which leaves a mark.
-fn shell() -> String {
-    let ecu = format!("{OURS} ecu dffrls_aekf --scenario plain.yaml");
-    format!("attitude: {{}}, ecu: {{external: {{process: [sh, -c, \"touch RAN; exec {ecu}\"]}}}}")
+/// An external estimator by way of a shell, which leaves a mark in the folder of `plain.yaml`.
+fn shell(plain: &TestFolder) -> String {
+    let at = plain.path("").display().to_string();
+    let ecu = format!("touch {at}/RAN; exec {OURS} ecu dffrls_aekf --scenario {at}/plain.yaml");
+    format!("{{external: {{process: [sh, -c, \"{ecu}\"]}}}}")
 }
 
-fn ran(dir: &TestFolder) -> bool {
-    let names = dir.names();
-    let marks: Vec<&String> = names.iter().filter(|n| n.ends_with("/RAN")).collect();
-    marks
+/// A folder with a scenario of ours alone.
+fn plain() -> TestFolder {
+    let dir = folder("attitude: {}");
+    dir.write("plain.yaml", dir.read("quick.yaml").as_bytes());
+    dir
+}
+
+/// True if something has left a mark in one of these folders; the mark goes.
+fn ran(folders: &[&TestFolder]) -> bool {
+    let marks = folders
         .iter()
-        .for_each(|mark| std::fs::remove_file(mark).unwrap());
-    !marks.is_empty()
+        .map(|dir| std::fs::remove_file(dir.path("RAN")));
+    marks.filter(Result::is_ok).count() > 0
 }
 
 /// Each way to name code of others, in each command that reads what others may have sent: it runs with the option, and
 /// not without it. What else was asked of the command is done, or refused with the option's name.
 #[test]
 fn what_a_file_names_is_run_when_it_is_allowed() {
-    let mut ways = vec![shell()];
+    let plain = plain();
+    let mut ways = vec![format!("attitude: {{}}, ecu: {}", shell(&plain))];
     let in_c = TestFolder::new();
     if compile(&in_c, "marks.so", "cli/tests/foreign.c", "MARKS AT_LOADING") {
         ways.push("attitude: {}, mine: {library: ./marks.so}".to_owned());
@@ -65,10 +73,6 @@ fn what_a_file_names_is_run_when_it_is_allowed() {
     }
     for way in ways {
         let dir = folder(&way);
-        dir.write(
-            "plain.yaml",
-            folder("attitude: {}").read("quick.yaml").as_bytes(),
-        );
         if in_c.path("marks.so").exists() {
             std::fs::copy(in_c.path("marks.so"), dir.path("marks.so")).unwrap();
         }
@@ -83,10 +87,13 @@ fn what_a_file_names_is_run_when_it_is_allowed() {
         ];
         let (code, out, err) = dir.monorig(&run);
         assert_eq!(code, Some(0), "{out}{err}");
-        assert!(ran(&dir), "the scenario that the user runs: {way}");
+        assert!(
+            ran(&[&dir, &plain]),
+            "the scenario that the user runs: {way}"
+        );
         let kept = "runs/quick/1";
         let (code, out, err) = dir.monorig(&["export", kept, "--to", "csv", "--out", "log"]);
-        assert_eq!((code, ran(&dir)), (Some(0), false), "{out}{err}");
+        assert_eq!((code, ran(&[&dir, &plain])), (Some(0), false), "{out}{err}");
         let map = "log/quick_1_csv.map.yaml";
         for (task, runs_steps, done) in [
             (&["check", "quick.yaml"][..], false, true),
@@ -113,7 +120,7 @@ fn what_a_file_names_is_run_when_it_is_allowed() {
             (&["explain", kept, "--seeds", "1"], true, false),
         ] {
             let (code, out, err) = dir.monorig(task);
-            assert!(!ran(&dir), "{task:?} of {way}: {out}{err}");
+            assert!(!ran(&[&dir, &plain]), "{task:?} of {way}: {out}{err}");
             let told = words(&format!("{out}{err}"));
             let is_manifest = task.contains(&"runs/quick/1/manifest.json");
             assert!(
@@ -128,21 +135,24 @@ fn what_a_file_names_is_run_when_it_is_allowed() {
             assert!(code == Some(0) || code == Some(1), "{task:?}: {out}{err}");
             let loads = way.contains("library");
             assert_eq!(
-                ran(&dir),
+                ran(&[&dir, &plain]),
                 loads || runs_steps,
                 "{task:?} of {way}: {out}{err}"
             );
         }
         let report = dir.monorig(&["report", kept]);
-        assert_eq!((report.0, ran(&dir)), (Some(0), false), "{report:?}");
+        assert_eq!(
+            (report.0, ran(&[&dir, &plain])),
+            (Some(0), false),
+            "{report:?}"
+        );
     }
 }
 
 /// What the user names on the command line is not what a file asks for.
 #[test]
 fn what_the_command_line_names_is_run() {
-    let dir = folder("attitude: {}");
-    dir.write("plain.yaml", dir.read("quick.yaml").as_bytes());
+    let (dir, plain) = (folder("attitude: {}"), plain());
     let run = [
         "run",
         "quick.yaml",
@@ -163,16 +173,14 @@ fn what_the_command_line_names_is_run() {
         Some(0)
     );
     let map = "log/quick_1_csv.map.yaml";
-    let ecu = format!(
-        "{{external: {{process: [sh, -c, \"touch RAN; exec {OURS} ecu dffrls_aekf --scenario ../plain.yaml\"]}}}}"
-    );
+    let ecu = shell(&plain);
     for set in [
         format!("estimators={{ecu: {ecu}}}"),
         format!("estimators.ecu={ecu}"),
     ] {
         let (code, out, err) = dir.monorig(&["replay", "--map", map, "--no-rerun", "--set", &set]);
         assert!(
-            code.is_some_and(|c| c < 2) && ran(&dir),
+            code.is_some_and(|c| c < 2) && ran(&[&dir, &plain]),
             "{set}: {out}{err}"
         );
     }
@@ -183,7 +191,7 @@ fn what_the_command_line_names_is_run() {
     dir.write(map, text.as_bytes());
     let set = "estimators.ecu.external.deadline_ms=5";
     let (code, _, err) = dir.monorig(&["replay", "--map", map, "--no-rerun", "--set", set]);
-    assert_eq!((code, ran(&dir)), (Some(2), false), "{err}");
+    assert_eq!((code, ran(&[&dir, &plain])), (Some(2), false), "{err}");
 }
 
 /// Runs of one program are never put together with those of another.
@@ -211,7 +219,7 @@ fn a_program_that_was_edited_begins_anew() {
                 .unwrap();
         };
         program("dffrls_aekf");
-        dir.write("study.yaml", b"version: 1\nscenario: quick.yaml\nruns: 2\nvary: {load.mass_kg: {uniform: [1000, 2000]}}\n");
+        dir.write("study.yaml", b"version: 1\nscenario: quick.yaml\nruns: 2\nvary: [{path: load.mass_kg, uniform: [1000, 2000]}]\n");
         std::fs::create_dir(dir.path("bad")).unwrap();
         let condition = b"version: 1\ncondition: a test\ngroup: train\nset: {load.mass_kg: 2000}\n";
         dir.write("bad/heavy.yaml", condition);

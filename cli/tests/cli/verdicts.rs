@@ -49,6 +49,7 @@ fn with(scenarios: &[(&str, String)]) -> TestFolder {
 #[test]
 fn a_folder_of_scenarios_that_hold() {
     let dir = with(&[("one", quick(HOLDS)), ("two", quick(""))]);
+    std::fs::create_dir_all(dir.path("out")).unwrap();
     let files = ["--junit", "out/verdicts.xml", "--json", "out/verdicts.json"];
     let (code, out, err) = dir.monorig(&[&["test", "all"][..], &files].concat());
     assert_eq!(code, Some(0), "{out}{err}");
@@ -202,7 +203,7 @@ fn an_error_is_not_bounded_without_its_availability() {
 /// An expectation of the availability is checked over the time of the error.
 #[test]
 fn the_availability_beside_an_error_is_a_bound() {
-    let expect = "expect:\n  - {estimator: attitude, metric: mass_rmse_kg, after_s: 6, at_most: 1.0e+9, availability: 0.5}\n";
+    let expect = "expect:\n  - {estimator: attitude, metric: mass_rmse_kg, after_s: 6, at_most: 9.0e+5, availability: 0.5}\n";
     let dir = with(&[("one", quick(expect))]);
     let (code, out, _) = dir.monorig(&["test", "all", "--seeds", "1"]);
     assert_eq!(code, Some(1), "{out}"); // it does not estimate the mass
@@ -256,9 +257,32 @@ fn a_known_failure_is_shown_and_not_red_until_it_is_worse_or_holds() {
         )
         .replace("FLOOR", "30")
     };
-    let dir = with(&[("one", quick(&expect("1.0e-6")))]);
+    let deep = quick(&expect("1.0e-6"));
+    let dir = with(&[("one", deep.clone())]);
     let (code, out, _) = dir.monorig(&["test", "all", "--junit", "v.xml", "--json", "v.json"]);
     assert_eq!(code, Some(0), "{out}");
+    // a floor of many times what is measured could hide anything
+    assert!(words(&out).contains("; 1 with weakened limits"), "{out}");
+    let json: serde_json::Value = serde_json::from_str(&dir.read("v.json")).unwrap();
+    let runs = json["scenarios"][0]["runs"].as_array().unwrap();
+    let value = |run: &serde_json::Value| run["summary"]["expectations"][0]["value"].as_f64();
+    let worst = runs.iter().filter_map(value).fold(0.0, f64::max);
+    for (times, weakened) in [(1.1, false), (1.9, false), (2.1, true), (1e3, true)] {
+        let floor = format!("no_worse_than: {:e}", times * worst);
+        let dir = with(&[("one", deep.replace("no_worse_than: 30", &floor))]);
+        let (code, out, _) = dir.monorig(&["test", "all"]);
+        assert_eq!(code, Some(0), "{out}");
+        assert_eq!(words(&out).contains("weakened"), weakened, "{times}: {out}");
+    }
+    for floor in ["90", "180", "1.0e+9"] {
+        let bottomless = deep.replace("no_worse_than: 30", &format!("no_worse_than: {floor}"));
+        let dir = with(&[("one", bottomless)]);
+        let (code, out, err) = dir.monorig(&["test", "all"]);
+        assert!(
+            code == Some(2) && words(&err).contains("has no floor"),
+            "{out}{err}"
+        );
+    }
     let known = "known failures (reasons: -v)\n  attitude    1 in 1 scenario: slope_mae_deg\n";
     assert!(out.contains(known), "{out}");
     assert!(
@@ -288,7 +312,7 @@ fn a_known_failure_is_shown_and_not_red_until_it_is_worse_or_holds() {
         "{out}"
     );
 
-    let dir = with(&[("one", quick(&expect("90")))]);
+    let dir = with(&[("one", quick(&expect("45")))]);
     let (code, out, _) = dir.monorig(&["test", "all"]);
     assert_eq!(code, Some(0), "{out}"); // four runs may hold it by chance
     let (code, out, _) = dir.monorig(&["test", "all", "--seeds", "1..10"]);

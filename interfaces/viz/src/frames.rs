@@ -6,15 +6,17 @@
 //! the index is, with its check sum. (`re_log_encoding` 0.36, `src/rrd/frames.rs`.)
 
 use re_log_encoding::{Decodable, Encodable, MessageHeader, MessageKind, StreamFooter};
-use re_protos::log_msg::v1alpha1::{RrdFooter, RrdManifest};
+use re_protos::log_msg::v1alpha1::{ArrowMsg, RrdFooter, RrdManifest};
 use rerun::external::arrow::datatypes::Schema as ArrowSchema;
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 const FILE_HEADER_BYTES: u64 = 12;
 const HEADER_BYTES: usize = MessageHeader::ENCODED_SIZE_BYTES;
 const FOOTER_BYTES: u64 = StreamFooter::ENCODED_SIZE_BYTES as u64;
+/// A byte that LZ4 has packed stands for at most so many.
+const MOST_PACKED: u64 = 256;
 /// Longest index: ours have some megabytes.
 const MAX_INDEX_BYTES: u64 = 256 << 20;
 
@@ -50,6 +52,38 @@ pub fn sort_index(path: &Path) -> io::Result<()> {
     file.seek(SeekFrom::Start(header))?;
     file.write_all(&out)?;
     file.set_len(header + out.len() as u64)
+}
+
+/// Checks the lengths that a file declares against what is there: the decoder asks for memory by them. A file that breaks
+/// off is not refused by this.
+pub fn check_lengths(path: &Path) -> io::Result<()> {
+    let mut file = BufReader::new(File::open(path)?);
+    let size = file.get_ref().metadata()?.len();
+    file.seek(SeekFrom::Start(FILE_HEADER_BYTES))?;
+    loop {
+        let (Ok(kind), Ok(length)) = (array(&mut file), array(&mut file)) else {
+            return Ok(());
+        };
+        let (kind, length) = (u64::from_le_bytes(kind), u64::from_le_bytes(length));
+        if length > size {
+            return Err(damaged("a message in it is longer than the file"));
+        }
+        if kind == MessageKind::ArrowMsg as u64 {
+            let mut payload = vec![0; length as usize];
+            if file.read_exact(&mut payload).is_err() {
+                return Ok(());
+            }
+            let message = ArrowMsg::from_rrd_bytes(&payload).map_err(io::Error::other)?;
+            if message.uncompressed_size > MOST_PACKED * (1 + length) {
+                return Err(damaged("a message in it cannot unpack to what it says"));
+            }
+            continue;
+        }
+        file.seek_relative(length as i64)?;
+        if kind == MessageKind::End as u64 && file.stream_position()? + FOOTER_BYTES < size {
+            return Err(damaged("something stands behind its end"));
+        }
+    }
 }
 
 /// Returns whether a file ends with its index, no byte less and no byte more.

@@ -86,6 +86,7 @@ fn decode(path: &Path, all: &mut Vec<Recording>) -> Result<(), Error> {
         source,
     };
     let other = |e: String| fail(std::io::Error::new(std::io::ErrorKind::InvalidData, e));
+    frames::check_lengths(path).map_err(fail)?;
     let file = BufReader::new(File::open(path).map_err(fail)?);
     let mut messages = Decoder::<LogMsg>::decode_eager(file).map_err(|e| other(e.to_string()))?;
     let mut of_file = Vec::new();

@@ -161,7 +161,7 @@ table! {
     }
     marks: {
         Mass Availability "mass_availability" ["1", One]
-            "availability: share of samples whose mass the estimator marks valid";
+            "availability: share of samples whose mass is valid and credited";
         Mass Integrity "mass_misleading_share" ["1", Least]
             "integrity: share of the valid samples with a reference whose error of the mass exceeds k standard deviations and the alert limit";
         Mass Overconfidence "mass_overconfident_share" ["1", Least]
@@ -177,7 +177,7 @@ table! {
         Mass Referenced "mass_reference_share" ["1", One]
             "share of samples with a reference of the mass: errors and integrity are over these; 1 of a simulation";
         Slope Availability "slope_availability" ["1", One]
-            "availability: share of samples whose slope the estimator marks valid";
+            "availability: share of samples whose slope is valid and credited";
         Slope Integrity "slope_misleading_share" ["1", Least]
             "integrity: share of the valid samples with a reference whose error of the slope exceeds k standard deviations and the alert limit";
         Slope Overconfidence "slope_overconfident_share" ["1", Least]
@@ -191,7 +191,7 @@ table! {
         Slope Referenced "slope_reference_share" ["1", One]
             "share of samples with a reference of the slope: errors and integrity are over these; 1 of a simulation";
         EffectiveSlope Availability "effective_slope_availability" ["1", One]
-            "availability: share of samples whose effective slope the estimator marks valid";
+            "availability: share of samples whose effective slope is valid and credited";
         EffectiveSlope Integrity "effective_slope_misleading_share" ["1", Least]
             "integrity: share of the valid samples with a reference whose error of the effective slope exceeds k standard deviations and the alert limit";
         EffectiveSlope Overconfidence "effective_slope_overconfident_share" ["1", Least]

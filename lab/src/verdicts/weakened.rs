@@ -3,6 +3,7 @@
 
 use crate::metrics::Window;
 use crate::verdicts::integrity::Integrity;
+use crate::verdicts::summary::AFTER_S;
 use monorig_sim::config::scenario::{Expectation, IntegrityLimits, ScenarioFile};
 
 /// An availability of no more than this is next to none.
@@ -10,7 +11,7 @@ const LOW_AVAILABILITY: f64 = 0.05;
 /// A bound that fewer runs must hold is not that of the median run.
 const LOW_QUANTILE: f64 = 0.5;
 /// A window that is no longer says little, s.
-const SHORT_S: f64 = 2.0;
+const SHORT_S: f64 = 1.0;
 /// Least share of the valid samples that must have a reference.
 const LOW_REFERENCE: f64 = 0.5;
 
@@ -91,9 +92,8 @@ pub(crate) fn of_window(
     end_s: f64,
 ) -> Option<String> {
     let length_s = window.until_s().min(end_s) - window.after_s().max(begin_s);
-    (0.0..=SHORT_S)
-        .contains(&length_s)
-        .then(|| format!("{}: measured over {length_s:.3} s only", words(e)))
+    let short = length_s <= SHORT_S || end_s - begin_s < AFTER_S;
+    (short && length_s >= 0.0).then(|| format!("{}: measured over {length_s:.3} s only", words(e)))
 }
 
 /// An integrity that was judged over few of the valid samples.

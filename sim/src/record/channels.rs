@@ -20,18 +20,14 @@ struct Column<T> {
     value: fn(&T) -> f64,
 }
 
-const fn column<T>(
-    name: &'static str,
-    unit: &'static str,
-    doc: &'static str,
-    value: fn(&T) -> f64,
-) -> Column<T> {
-    Column {
-        name,
-        unit,
-        doc,
-        value,
-    }
+/// From rows of name, unit, description and value: a table of columns.
+macro_rules! columns {
+    ($(#[$doc:meta])* $table:ident: $of:ty, |$x:ident| { $($name:literal [$unit:literal] $text:literal = $value:expr;)* }) => {
+        $(#[$doc])*
+        const $table: &[Column<$of>] = &[
+            $(Column { name: $name, unit: $unit, doc: $text, value: |$x| $value }),*
+        ];
+    };
 }
 
 /// A kind of channel: where it is, its unit, and what it is.
@@ -66,425 +62,142 @@ pub fn descriptions() -> Vec<ChannelDescription> {
     all
 }
 
-/// `truth/…`
-const TRUTH: &[Column<Truth>] = &[
-    column("chainage", "m", "Chainage of the IMU.", |t| t.chainage_m),
-    column(
-        "speed",
-        "m/s",
-        "Rate of the chainage: what wheels on the rail measure.",
-        |t| t.speed_mps,
-    ),
-    column(
-        "acceleration",
-        "m/s²",
-        "Mean change of the speed over the last physics step.",
-        |t| t.accel_mps2,
-    ),
-    column(
-        "speed_at_imu",
-        "m/s",
-        "Speed of the IMU itself along the rail's tangent.",
-        |t| t.speed_at_imu_mps,
-    ),
-    column(
-        "grade_at_imu",
-        "rad",
-        "Grade of the rail where the IMU is: the slope that errors are taken against.",
-        |t| t.grade_at_imu_rad,
-    ),
-    column(
-        "pitch_at_imu",
-        "rad",
-        "Pitch of the body that carries the IMU.",
-        |t| t.pitch_at_imu_rad,
-    ),
-    column(
-        "grade_effective",
-        "rad",
-        "Slope in the force balance of the whole train: asin(Σ mᵢ sin θᵢ / Σ mᵢ).",
-        |t| t.grade_effective_rad,
-    ),
-    column(
-        "curvature_vertical",
-        "1/m",
-        "Vertical curvature of the rail at the IMU, + in a sag.",
-        |t| t.curvature_vertical_1pm,
-    ),
-    column(
-        "curvature_horizontal",
-        "1/m",
-        "Horizontal curvature of the rail at the IMU, + in a left curve.",
-        |t| t.curvature_horizontal_1pm,
-    ),
-    column("total_mass", "kg", "Mass of everything that moves.", |t| {
-        t.total_mass_kg
-    }),
-    column("load_mass", "kg", "Mass of the payload.", |t| {
-        t.load_mass_kg
-    }),
-    column(
-        "traction",
-        "N",
-        "Friction of all driven wheels on the train along the rail.",
-        |t| t.traction_n,
-    ),
-    column(
-        "resistance",
-        "N",
-        "Running resistances, rolling of the clamped wheels included.",
-        |t| t.resistance_n,
-    ),
-    column("brake", "N", "Clamp brakes, along the rail.", |t| t.brake_n),
-    column(
-        "running_resistance",
-        "1",
-        "Resistance over Σ mᵢ g cos θᵢ: the μ of the estimators' models, here an outcome.",
-        |t| t.running_resistance,
-    ),
-    column(
-        "sway_longitudinal",
-        "rad",
-        "Swing of the load against the vertical, + forward.",
-        |t| t.sway_rad[0],
-    ),
-    column(
-        "sway_lateral",
-        "rad",
-        "Swing of the load against the vertical, + left.",
-        |t| t.sway_rad[1],
-    ),
-    column(
-        "off_rail",
-        "m",
-        "Largest distance of a wheel station from the rail's line.",
-        |t| t.off_rail_m,
-    ),
-    column(
-        "clearance",
-        "m",
-        "Least distance to obstacles and roadway; none beyond 5 m.",
-        |t| finite(t.clearance_m),
-    ),
-    column(
-        "clamp_pressure",
-        "MPa",
-        "Least clamp pressure of all drive units.",
-        least_clamp_pressure,
-    ),
-    column(
-        "largest_slip",
-        "m/s",
-        "Slip of the wheel that slips most.",
-        largest_slip,
-    ),
-];
+columns! {
+    /// `truth/…`
+    TRUTH: Truth, |t| {
+        "chainage" ["m"] "Chainage of the IMU." = t.chainage_m;
+        "speed" ["m/s"] "Rate of the chainage: what wheels on the rail measure." = t.speed_mps;
+        "acceleration" ["m/s²"] "Mean change of the speed over the last physics step." = t.accel_mps2;
+        "speed_at_imu" ["m/s"] "Speed of the IMU itself along the rail's tangent." = t.speed_at_imu_mps;
+        "grade_at_imu" ["rad"] "Grade of the rail where the IMU is: the slope that errors are taken against."
+            = t.grade_at_imu_rad;
+        "pitch_at_imu" ["rad"] "Pitch of the body that carries the IMU." = t.pitch_at_imu_rad;
+        "grade_effective" ["rad"] "Slope in the force balance of the whole train: asin(Σ mᵢ sin θᵢ / Σ mᵢ)."
+            = t.grade_effective_rad;
+        "curvature_vertical" ["1/m"] "Vertical curvature of the rail at the IMU, + in a sag."
+            = t.curvature_vertical_1pm;
+        "curvature_horizontal" ["1/m"] "Horizontal curvature of the rail at the IMU, + in a left curve."
+            = t.curvature_horizontal_1pm;
+        "total_mass" ["kg"] "Mass of everything that moves." = t.total_mass_kg;
+        "load_mass" ["kg"] "Mass of the payload." = t.load_mass_kg;
+        "traction" ["N"] "Friction of all driven wheels on the train along the rail." = t.traction_n;
+        "resistance" ["N"] "Running resistances, rolling of the clamped wheels included." = t.resistance_n;
+        "brake" ["N"] "Clamp brakes, along the rail." = t.brake_n;
+        "running_resistance" ["1"] "Resistance over Σ mᵢ g cos θᵢ: the μ of the estimators' models, here an outcome."
+            = t.running_resistance;
+        "sway_longitudinal" ["rad"] "Swing of the load against the vertical, + forward." = t.sway_rad[0];
+        "sway_lateral" ["rad"] "Swing of the load against the vertical, + left." = t.sway_rad[1];
+        "off_rail" ["m"] "Largest distance of a wheel station from the rail's line." = t.off_rail_m;
+        "clearance" ["m"] "Least distance to obstacles and roadway; none beyond 5 m." = finite(t.clearance_m);
+        "clamp_pressure" ["MPa"] "Least clamp pressure of all drive units." = least_clamp_pressure(t);
+        "largest_slip" ["m/s"] "Slip of the wheel that slips most." = largest_slip(t);
+    }
+}
 
-/// `truth/balance/…`, of a train: the forces add up to `inertia`.
-const TRUTH_BALANCE: &[Column<ForceBalance>] = &[
-    column(
-        "drive",
-        "N",
-        "Torque of the gears over the wheels' radius.",
-        |b| b.drive_n,
-    ),
-    column(
-        "clamped_rolling",
-        "N",
-        "Rolling of the clamped friction wheels.",
-        |b| b.clamped_rolling_n,
-    ),
-    column(
-        "running_rolling",
-        "N",
-        "Rolling of the running wheels.",
-        |b| b.running_rolling_n,
-    ),
-    column(
-        "guide_rolling",
-        "N",
-        "Rolling of the guide wheels: curve resistance.",
-        |b| b.guide_rolling_n,
-    ),
-    column("bearing", "N", "Bearings.", |b| b.bearing_n),
-    column("air", "N", "Air drag.", |b| b.air_n),
-    column("brake", "N", "Clamp brakes.", |b| b.brake_n),
-    column("grade", "N", "Weight along the rail.", |b| b.grade_n),
-    column(
-        "curve",
-        "N",
-        "What a curve does to the momentum along the rail without resistance.",
-        |b| b.curve_n,
-    ),
-    column("contact", "N", "Contact with obstacles and flanges.", |b| {
-        b.contact_n
-    }),
-    column(
-        "inertia",
-        "N",
-        "Effective mass times acceleration: the sum of the others.",
-        |b| b.inertia_n,
-    ),
-    column("effective_mass", "kg", "Mass with what turns added.", |b| {
-        b.effective_mass_kg
-    }),
-    column(
-        "speed",
-        "m/s",
-        "Speed of the whole momentum along the rail.",
-        |b| b.speed_mps,
-    ),
-];
+columns! {
+    /// `truth/balance/…`, of a train: the forces add up to `inertia`.
+    TRUTH_BALANCE: ForceBalance, |b| {
+        "drive" ["N"] "Torque of the gears over the wheels' radius." = b.drive_n;
+        "clamped_rolling" ["N"] "Rolling of the clamped friction wheels." = b.clamped_rolling_n;
+        "running_rolling" ["N"] "Rolling of the running wheels." = b.running_rolling_n;
+        "guide_rolling" ["N"] "Rolling of the guide wheels: curve resistance." = b.guide_rolling_n;
+        "bearing" ["N"] "Bearings." = b.bearing_n;
+        "air" ["N"] "Air drag." = b.air_n;
+        "brake" ["N"] "Clamp brakes." = b.brake_n;
+        "grade" ["N"] "Weight along the rail." = b.grade_n;
+        "curve" ["N"] "What a curve does to the momentum along the rail without resistance." = b.curve_n;
+        "contact" ["N"] "Contact with obstacles and flanges." = b.contact_n;
+        "inertia" ["N"] "Effective mass times acceleration: the sum of the others." = b.inertia_n;
+        "effective_mass" ["kg"] "Mass with what turns added." = b.effective_mass_kg;
+        "speed" ["m/s"] "Speed of the whole momentum along the rail." = b.speed_mps;
+    }
+}
 
-/// `truth/drive_1/…`, one group for each drive unit.
-const TRUTH_DRIVE: &[Column<DriveState>] = &[
-    column("motor_torque", "N·m", "Torque at the motor shaft.", |d| {
-        d.motor_torque_nm
-    }),
-    column(
-        "traction",
-        "N",
-        "Friction of both wheels of the unit.",
-        |d| d.traction_n,
-    ),
-    column("slip", "m/s", "Slip of the wheel that slips more.", |d| {
-        d.slip_mps
-    }),
-    column(
-        "adhesion",
-        "1",
-        "Adhesion coefficient under the wheels.",
-        |d| d.adhesion,
-    ),
-];
+columns! {
+    /// `truth/drive_1/…`, one group for each drive unit.
+    TRUTH_DRIVE: DriveState, |d| {
+        "motor_torque" ["N·m"] "Torque at the motor shaft." = d.motor_torque_nm;
+        "traction" ["N"] "Friction of both wheels of the unit." = d.traction_n;
+        "slip" ["m/s"] "Slip of the wheel that slips more." = d.slip_mps;
+        "adhesion" ["1"] "Adhesion coefficient under the wheels." = d.adhesion;
+    }
+}
 
-/// `truth/road/…`, only of a car.
-const TRUTH_ROAD: &[Column<RoadState>] = &[
-    column(
-        "steering_angle",
-        "rad",
-        "Angle of the front wheels, + left.",
-        |r| r.steering_rad,
-    ),
-    column(
-        "offset",
-        "m",
-        "Way to the left of the lane's middle.",
-        |r| r.offset_m,
-    ),
-    column("heading", "rad", "Heading against the lane, + left.", |r| {
-        r.heading_rad
-    }),
-    column(
-        "sideslip",
-        "rad",
-        "Angle from the car's axis to its velocity, + left; none below 0.1 m/s.",
-        |r| r.sideslip_rad,
-    ),
-    column(
-        "yaw_rate",
-        "rad/s",
-        "Rate about the road's normal, + left.",
-        |r| r.yaw_rate_radps,
-    ),
-    column(
-        "lateral_acceleration",
-        "m/s²",
-        "Force of the tyres to the left over the mass.",
-        |r| r.lateral_mps2,
-    ),
-    column("load_front_left", "N", "Load of the wheel.", |r| {
-        r.wheel_load_n[0]
-    }),
-    column("load_front_right", "N", "Load of the wheel.", |r| {
-        r.wheel_load_n[1]
-    }),
-    column("load_rear_left", "N", "Load of the wheel.", |r| {
-        r.wheel_load_n[2]
-    }),
-    column("load_rear_right", "N", "Load of the wheel.", |r| {
-        r.wheel_load_n[3]
-    }),
-];
+columns! {
+    /// `truth/road/…`, only of a car.
+    TRUTH_ROAD: RoadState, |r| {
+        "steering_angle" ["rad"] "Angle of the front wheels, + left." = r.steering_rad;
+        "offset" ["m"] "Way to the left of the lane's middle." = r.offset_m;
+        "heading" ["rad"] "Heading against the lane, + left." = r.heading_rad;
+        "sideslip" ["rad"] "Angle from the car's axis to its velocity, + left; none below 0.1 m/s." = r.sideslip_rad;
+        "yaw_rate" ["rad/s"] "Rate about the road's normal, + left." = r.yaw_rate_radps;
+        "lateral_acceleration" ["m/s²"] "Force of the tyres to the left over the mass." = r.lateral_mps2;
+        "load_front_left" ["N"] "Load of the wheel." = r.wheel_load_n[0];
+        "load_front_right" ["N"] "Load of the wheel." = r.wheel_load_n[1];
+        "load_rear_left" ["N"] "Load of the wheel." = r.wheel_load_n[2];
+        "load_rear_right" ["N"] "Load of the wheel." = r.wheel_load_n[3];
+    }
+}
 
-/// `control/…`
-const CONTROL: &[Column<ControlState>] = &[
-    column(
-        "reference_speed",
-        "m/s",
-        "Speed that the drive cycle asks for.",
-        |c| c.reference.speed_mps,
-    ),
-    column(
-        "reference_acceleration",
-        "m/s²",
-        "Acceleration that the drive cycle asks for.",
-        |c| c.reference.accel_mps2,
-    ),
-    column(
-        "measured_speed",
-        "m/s",
-        "Speed of the train by the vote of its wheels.",
-        |c| c.perception.speed_mps,
-    ),
-    column(
-        "feedforward_grade",
-        "rad",
-        "Grade that the feed-forward uses.",
-        |c| c.perception.grade_rad,
-    ),
-    column(
-        "feedforward_mass",
-        "kg",
-        "Mass that the feed-forward uses.",
-        |c| c.perception.total_mass_kg,
-    ),
-    column(
-        "motor_torque",
-        "N·m",
-        "Commanded torque, mean of the drive units.",
-        |c| c.command.motor_torque_nm.iter().sum::<f64>() / c.drives.max(1) as f64,
-    ),
-    column(
-        "brake",
-        "1",
-        "Commanded share of the clamp-brake force.",
-        |c| c.command.brake,
-    ),
-];
+columns! {
+    /// `control/…`
+    CONTROL: ControlState, |c| {
+        "reference_speed" ["m/s"] "Speed that the drive cycle asks for." = c.reference.speed_mps;
+        "reference_acceleration" ["m/s²"] "Acceleration that the drive cycle asks for." = c.reference.accel_mps2;
+        "measured_speed" ["m/s"] "Speed of the train by the vote of its wheels." = c.perception.speed_mps;
+        "feedforward_grade" ["rad"] "Grade that the feed-forward uses." = c.perception.grade_rad;
+        "feedforward_mass" ["kg"] "Mass that the feed-forward uses." = c.perception.total_mass_kg;
+        "motor_torque" ["N·m"] "Commanded torque, mean of the drive units."
+            = c.command.motor_torque_nm.iter().sum::<f64>() / c.drives.max(1) as f64;
+        "brake" ["1"] "Commanded share of the clamp-brake force." = c.command.brake;
+    }
+}
 
-/// `estimates/NAME/…`, one group for each estimator.
-const ESTIMATE: &[Column<Estimate>] = &[
-    column("total_mass", "kg", "Estimated total mass.", |e| {
-        e.total_mass_kg.value
-    }),
-    column("total_mass_sd", "kg", "Its standard deviation.", |e| {
-        e.total_mass_kg.sd
-    }),
-    column(
-        "total_mass_valid",
-        "1",
-        "1 where it is marked valid.",
-        |e| flag(e.total_mass_kg.valid),
-    ),
-    column("grade", "rad", "Estimated grade at the IMU.", |e| {
-        e.grade_rad.value
-    }),
-    column("grade_sd", "rad", "Its standard deviation.", |e| {
-        e.grade_rad.sd
-    }),
-    column("grade_valid", "1", "1 where it is marked valid.", |e| {
-        flag(e.grade_rad.valid)
-    }),
-    column(
-        "effective_grade",
-        "rad",
-        "Estimated effective grade of the whole train.",
-        |e| e.effective_grade_rad.value,
-    ),
-    column(
-        "effective_grade_sd",
-        "rad",
-        "Its standard deviation.",
-        |e| e.effective_grade_rad.sd,
-    ),
-    column(
-        "effective_grade_valid",
-        "1",
-        "1 where it is marked valid.",
-        |e| flag(e.effective_grade_rad.valid),
-    ),
-    column("speed", "m/s", "Estimated speed along the rail.", |e| {
-        e.speed_mps.value
-    }),
-    column("speed_sd", "m/s", "Its standard deviation.", |e| {
-        e.speed_mps.sd
-    }),
-    column(
-        "innovation",
-        "m/s",
-        "Innovation of the slope filter's last measurement.",
-        |e| e.innovation,
-    ),
-    column(
-        "nis",
-        "1",
-        "Normalised innovation squared, 1 on average when consistent.",
-        |e| e.nis,
-    ),
-    column(
-        "moving",
-        "1",
-        "1 where the train moves fast enough for the force balance.",
-        |e| flag(e.flags.moving),
-    ),
-    column(
-        "excited",
-        "1",
-        "1 where the mass regression is excited and updates.",
-        |e| flag(e.flags.excited),
-    ),
-    column(
-        "saturated",
-        "1",
-        "1 where a limit acts (mass range, covariance, noise).",
-        |e| flag(e.flags.saturated),
-    ),
-];
+columns! {
+    /// `estimates/NAME/…`, one group for each estimator.
+    ESTIMATE: Estimate, |e| {
+        "total_mass" ["kg"] "Estimated total mass." = e.total_mass_kg.value;
+        "total_mass_sd" ["kg"] "Its standard deviation." = e.total_mass_kg.sd;
+        "total_mass_valid" ["1"] "1 where it is marked valid." = flag(e.total_mass_kg.valid);
+        "grade" ["rad"] "Estimated grade at the IMU." = e.grade_rad.value;
+        "grade_sd" ["rad"] "Its standard deviation." = e.grade_rad.sd;
+        "grade_valid" ["1"] "1 where it is marked valid." = flag(e.grade_rad.valid);
+        "effective_grade" ["rad"] "Estimated effective grade of the whole train." = e.effective_grade_rad.value;
+        "effective_grade_sd" ["rad"] "Its standard deviation." = e.effective_grade_rad.sd;
+        "effective_grade_valid" ["1"] "1 where it is marked valid." = flag(e.effective_grade_rad.valid);
+        "speed" ["m/s"] "Estimated speed along the rail." = e.speed_mps.value;
+        "speed_sd" ["m/s"] "Its standard deviation." = e.speed_mps.sd;
+        "innovation" ["m/s"] "Innovation of the slope filter's last measurement." = e.innovation;
+        "nis" ["1"] "Normalised innovation squared, 1 on average when consistent." = e.nis;
+        "moving" ["1"] "1 where the train moves fast enough for the force balance." = flag(e.flags.moving);
+        "excited" ["1"] "1 where the mass regression is excited and updates." = flag(e.flags.excited);
+        "saturated" ["1"] "1 where a limit acts (mass range, covariance, noise)." = flag(e.flags.saturated);
+    }
+}
 
-/// `internals/NAME/…` of an estimator outside of the program in real time: counts of the rig, beside internals of the
-/// estimator.
-const ANSWERS: &[Column<AnswerCounts>] = &[
-    column(
-        "answer_latency_ms",
-        "ms",
-        "Longest time to an answer that came in this step; of an estimator outside of the program in real time, as the next four.",
-        |a| a.latency_ms,
-    ),
-    column("answers_asked", "1", "Steps that were sent to it.", |a| {
-        a.asked as f64
-    }),
-    column("answers_late", "1", "Answers that came too late.", |a| {
-        a.late as f64
-    }),
-    column("answers_lost", "1", "Steps without an answer.", |a| {
-        a.lost as f64
-    }),
-    column(
-        "rig_late",
-        "1",
-        "Steps that monorig itself sent too late.",
-        |a| a.rig_late as f64,
-    ),
-];
+columns! {
+    /// `internals/NAME/…` of an estimator outside of the program in real time: counts of the rig, beside internals of the
+    /// estimator.
+    ANSWERS: AnswerCounts, |a| {
+        "answer_latency_ms" ["ms"] "Longest time to an answer that came in this step; of an estimator outside of the program in real time, as the next four."
+            = a.latency_ms;
+        "answers_asked" ["1"] "Steps that were sent to it." = a.asked as f64;
+        "answers_late" ["1"] "Answers that came too late." = a.late as f64;
+        "answers_lost" ["1"] "Steps without an answer." = a.lost as f64;
+        "rig_late" ["1"] "Steps that monorig itself sent too late." = a.rig_late as f64;
+    }
+}
 
-/// `aid/NAME/SOURCE/…`, one group for each source of measurements of each estimator.
-const AID: &[Column<AidStatus>] = &[
-    column(
-        "innovation",
-        "",
-        "Measurement minus prediction, in the unit of the source.",
-        |a| a.innovation,
-    ),
-    column(
-        "innovation_sd",
-        "",
-        "Its standard deviation by the filter.",
-        |a| libm::sqrt(a.innovation_variance),
-    ),
-    column(
-        "test_ratio",
-        "1",
-        "Innovation squared over variance, over the gate's threshold: above 1 the gate acts.",
-        |a| a.test_ratio,
-    ),
-    column(
-        "outcome",
-        "1",
-        "0 stale, 1 fused, 2 deweighted, 3 to 8 rejected.",
-        |a| f64::from(a.outcome.code()),
-    ),
-];
+columns! {
+    /// `aid/NAME/SOURCE/…`, one group for each source of measurements of each estimator.
+    AID: AidStatus, |a| {
+        "innovation" [""] "Measurement minus prediction, in the unit of the source." = a.innovation;
+        "innovation_sd" [""] "Its standard deviation by the filter." = libm::sqrt(a.innovation_variance);
+        "test_ratio" ["1"] "Innovation squared over variance, over the gate's threshold: above 1 the gate acts."
+            = a.test_ratio;
+        "outcome" ["1"] "0 stale, 1 fused, 2 deweighted, 3 to 8 rejected." = f64::from(a.outcome.code());
+    }
+}
 
 /// Reference, input and command of the controller.
 #[derive(Clone, Copy, Debug, Default)]

@@ -24,50 +24,25 @@ pub struct WebViewer {
 /// A published file: its length in bytes and its SHA-256.
 struct Pinned(usize, &'static str);
 
+/// Builds from the lengths and sums of script and module.
+macro_rules! pinned {
+    ($($script:literal $sum:literal $module:literal $of_module:literal;)*) => {
+        [$((Pinned($script, $sum), Pinned($module, $of_module))),*]
+    };
+}
+
 /// Script and module in the wheels of `rerun-sdk` 0.36.3 on PyPI: Linux x86-64, Linux arm64, Windows x86-64, macOS
 /// arm64.
-const BUILDS: [(Pinned, Pinned); 4] = [
-    (
-        Pinned(
-            227_616,
-            "3dd59bbd7edf1c532d2896f5cb90acc2523990714e9849024c626cc95d093237",
-        ),
-        Pinned(
-            41_729_988,
-            "8c29034ab9638de96624bb3b124e5090d972788cbc1318929616907b5049de3b",
-        ),
-    ),
-    (
-        Pinned(
-            227_616,
-            "b7923c68b317a177875ce0f220f22a74a2efc2d9fd7a84026e21b615c6ad2aea",
-        ),
-        Pinned(
-            41_731_971,
-            "b6bd6dbc92cc176302f34bd3c7668747b29805489cf30e6d9565381e3f208638",
-        ),
-    ),
-    (
-        Pinned(
-            227_616,
-            "c57ee01c200f85225b44844911d32689c854b1b0af182a36b1d96ff152c4e2ee",
-        ),
-        Pinned(
-            41_754_511,
-            "015d861e0d7f0e1658c7af543d301fff6e79e7c880c1af81ff7ea0aae2665c2f",
-        ),
-    ),
-    (
-        Pinned(
-            227_616,
-            "f0627cebcf10d8c61e1d897dd32c1f81dc563dfa6fdaf7ac8c6508c58c4c48dd",
-        ),
-        Pinned(
-            41_749_845,
-            "009789ce135476e7a32f0230610b3ea11b44c8f2e37aa760b2b014c975fceb6e",
-        ),
-    ),
-];
+const BUILDS: [(Pinned, Pinned); 4] = pinned! {
+    227_616 "3dd59bbd7edf1c532d2896f5cb90acc2523990714e9849024c626cc95d093237"
+    41_729_988 "8c29034ab9638de96624bb3b124e5090d972788cbc1318929616907b5049de3b";
+    227_616 "b7923c68b317a177875ce0f220f22a74a2efc2d9fd7a84026e21b615c6ad2aea"
+    41_731_971 "b6bd6dbc92cc176302f34bd3c7668747b29805489cf30e6d9565381e3f208638";
+    227_616 "c57ee01c200f85225b44844911d32689c854b1b0af182a36b1d96ff152c4e2ee"
+    41_754_511 "015d861e0d7f0e1658c7af543d301fff6e79e7c880c1af81ff7ea0aae2665c2f";
+    227_616 "f0627cebcf10d8c61e1d897dd32c1f81dc563dfa6fdaf7ac8c6508c58c4c48dd"
+    41_749_845 "009789ce135476e7a32f0230610b3ea11b44c8f2e37aa760b2b014c975fceb6e";
+};
 
 /// First bytes of a WebAssembly module of version 1.
 const MODULE_BEGINS: &[u8] = b"\0asm\x01\0\0\0";

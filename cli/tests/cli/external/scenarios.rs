@@ -47,7 +47,7 @@ fn an_external_estimator_in_a_scenario() {
         ("{process: [sh]}, gain: 2", "no parameter `gain`"),
     ] {
         dir.write("bad.yaml", written(external).as_bytes());
-        let refused = words(&dir.refused(&["check", "bad.yaml"]));
+        let refused = words(&dir.refused(&["check", "bad.yaml", "--allow-foreign"]));
         assert!(
             refused.contains("bad.yaml:9:") && refused.contains(told),
             "{external}: {refused}"

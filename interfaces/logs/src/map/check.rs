@@ -20,6 +20,9 @@ fn wrong<T>(
 /// Steps per second that are taken for a mistake.
 const MAX_RATE_HZ: f64 = 10_000.0;
 
+/// Files of a log, each of which a thread reads.
+const MAX_FILES: usize = 200;
+
 /// Check a map file by itself.
 pub(super) fn check(file: &MapFile) -> Result<(), Wrong> {
     if let Some(name) = file
@@ -31,6 +34,13 @@ pub(super) fn check(file: &MapFile) -> Result<(), Wrong> {
             format!("clocks.{name}"),
             format!("there is no file `{name}` under `files`"),
             "a name of `files`",
+        );
+    }
+    if file.files.len() > MAX_FILES {
+        return wrong(
+            "files",
+            format!("{} files are more than a log has", file.files.len()),
+            format!("at most {MAX_FILES}"),
         );
     }
     if file.time.pieces.is_some() && file.files.len() > 1 {

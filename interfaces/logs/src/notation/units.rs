@@ -55,92 +55,50 @@ pub(crate) struct Unit {
     to_si: ToSi,
 }
 
-const fn unit(
-    name: &'static str,
-    others: &'static [&'static str],
-    quantity: Quantity,
-    factor: f64,
-) -> Unit {
-    Unit {
-        name,
-        others,
-        quantity,
-        to_si: ToSi::Factor(factor),
-    }
+/// From rows of quantity, name, other names and way to the SI unit: the list of units.
+macro_rules! units {
+    ($($quantity:ident $name:literal [$($other:literal),*] $way:ident($factor:expr);)*) => {
+        &[$(Unit { name: $name, others: &[$($other),*], quantity: Quantity::$quantity, to_si: ToSi::$way($factor) }),*]
+    };
 }
 
 /// Standard gravity, m/s²: the unit `g`, and gravity where a log is held against it.
 pub(crate) const STANDARD_GRAVITY_MPS2: f64 = 9.80665;
 
 /// All units; a name may stand for several quantities (`deg`: angle and slope).
-pub(crate) const UNITS: &[Unit] = &[
-    unit(
-        "m/s2",
-        &["m/s²", "m/s^2", "m/s/s", "mps2"],
-        Quantity::Acceleration,
-        1.0,
-    ),
-    unit("g", &[], Quantity::Acceleration, STANDARD_GRAVITY_MPS2),
-    unit(
-        "mg",
-        &[],
-        Quantity::Acceleration,
-        STANDARD_GRAVITY_MPS2 * 1e-3,
-    ),
-    unit("rad/s", &["radps"], Quantity::AngularRate, 1.0),
-    unit(
-        "deg/s",
-        &["°/s", "dps", "degps"],
-        Quantity::AngularRate,
-        PI / 180.0,
-    ),
-    unit("m/s", &["mps"], Quantity::Speed, 1.0),
-    unit("km/h", &["kph", "kmh"], Quantity::Speed, 1.0 / 3.6),
-    unit("mm/s", &[], Quantity::Speed, 1e-3),
-    unit("m/min", &[], Quantity::Speed, 1.0 / 60.0),
-    unit("mph", &[], Quantity::Speed, 0.44704),
-    unit(
-        "Nm",
-        &["N·m", "N.m", "N m", "N*m", "nm"],
-        Quantity::Torque,
-        1.0,
-    ),
-    unit("kNm", &["kN·m"], Quantity::Torque, 1e3),
-    unit("N", &[], Quantity::Force, 1.0),
-    unit("kN", &[], Quantity::Force, 1e3),
-    unit("W", &[], Quantity::Power, 1.0),
-    unit("kW", &[], Quantity::Power, 1e3),
-    unit("MPa", &[], Quantity::Pressure, 1.0),
-    unit("bar", &[], Quantity::Pressure, 0.1),
-    unit("kPa", &[], Quantity::Pressure, 1e-3),
-    unit("Pa", &[], Quantity::Pressure, 1e-6),
-    unit("rad", &[], Quantity::Angle, 1.0),
-    unit("deg", &["°"], Quantity::Angle, PI / 180.0),
-    unit("rad", &[], Quantity::Slope, 1.0),
-    unit("deg", &["°"], Quantity::Slope, PI / 180.0),
-    Unit {
-        name: "sin",
-        others: &[],
-        quantity: Quantity::Slope,
-        to_si: ToSi::Sine(1.0),
-    },
-    Unit {
-        name: "tan",
-        others: &[],
-        quantity: Quantity::Slope,
-        to_si: ToSi::Tangent(1.0),
-    },
-    Unit {
-        name: "%",
-        others: &["percent"],
-        quantity: Quantity::Slope,
-        to_si: ToSi::Tangent(0.01),
-    },
-    unit("m", &[], Quantity::Length, 1.0),
-    unit("km", &[], Quantity::Length, 1e3),
-    unit("mm", &[], Quantity::Length, 1e-3),
-    unit("1", &["-"], Quantity::Number, 1.0),
-];
+pub(crate) const UNITS: &[Unit] = units! {
+    Acceleration "m/s2" ["m/s²", "m/s^2", "m/s/s", "mps2"] Factor(1.0);
+    Acceleration "g" [] Factor(STANDARD_GRAVITY_MPS2);
+    Acceleration "mg" [] Factor(STANDARD_GRAVITY_MPS2 * 1e-3);
+    AngularRate "rad/s" ["radps"] Factor(1.0);
+    AngularRate "deg/s" ["°/s", "dps", "degps"] Factor(PI / 180.0);
+    Speed "m/s" ["mps"] Factor(1.0);
+    Speed "km/h" ["kph", "kmh"] Factor(1.0 / 3.6);
+    Speed "mm/s" [] Factor(1e-3);
+    Speed "m/min" [] Factor(1.0 / 60.0);
+    Speed "mph" [] Factor(0.44704);
+    Torque "Nm" ["N·m", "N.m", "N m", "N*m", "nm"] Factor(1.0);
+    Torque "kNm" ["kN·m"] Factor(1e3);
+    Force "N" [] Factor(1.0);
+    Force "kN" [] Factor(1e3);
+    Power "W" [] Factor(1.0);
+    Power "kW" [] Factor(1e3);
+    Pressure "MPa" [] Factor(1.0);
+    Pressure "bar" [] Factor(0.1);
+    Pressure "kPa" [] Factor(1e-3);
+    Pressure "Pa" [] Factor(1e-6);
+    Angle "rad" [] Factor(1.0);
+    Angle "deg" ["°"] Factor(PI / 180.0);
+    Slope "rad" [] Factor(1.0);
+    Slope "deg" ["°"] Factor(PI / 180.0);
+    Slope "sin" [] Sine(1.0);
+    Slope "tan" [] Tangent(1.0);
+    Slope "%" ["percent"] Tangent(0.01);
+    Length "m" [] Factor(1.0);
+    Length "km" [] Factor(1e3);
+    Length "mm" [] Factor(1e-3);
+    Number "1" ["-"] Factor(1.0);
+};
 
 impl Quantity {
     /// The quantity whose SI unit (of a pressure MPa) is called so; of an angle and a slope it is the angle.

@@ -9,6 +9,7 @@ use crate::notation::{TimeUnit, Title};
 use crate::{io, wrong};
 use ::csv::{ByteRecord, ErrorKind, Position, ReaderBuilder, Trim};
 use monorig_sim::error::{Error, InputError};
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -137,10 +138,8 @@ impl Titles {
         comma: bool,
     ) -> Result<Self, Error> {
         let refused = |message, help: String| wrong(path, Some(1), message, help);
-        let mut each = names.iter().enumerate();
-        if let Some((i, name)) =
-            each.find(|(i, n)| !n.is_empty() && names.iter().take(*i).any(|m| m == *n))
-        {
+        let (mut each, mut seen) = (names.iter().enumerate(), BTreeSet::new());
+        if let Some((i, name)) = each.find(|(_, n)| !n.is_empty() && !seen.insert(*n)) {
             let message = format!("the column `{name}` is there twice (column {})", i + 1);
             return Err(refused(message, "a name for each column".into()));
         }

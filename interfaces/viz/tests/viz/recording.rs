@@ -4,6 +4,7 @@ use crate::made_up::Run;
 use arrow_array::{Array, Float64Array};
 use monorig_sim::record::parquet::ParquetSink;
 use monorig_sim::record::{Channel, Chunk, Sink};
+use monorig_testing::{Random, mutants};
 use monorig_viz::RerunSink;
 use monorig_viz::readback::{Recording, read};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -370,6 +371,48 @@ fn a_truncated_file_is_told_from_a_whole_one() {
     assert!(read(&path).map_or(true, |r| !r.complete));
     std::fs::write(&path, "no recording").unwrap();
     assert!(read(&path).is_err());
+}
+
+/// Whatever a file says of the lengths in it, no memory is asked for that it cannot need: each length field, and each
+/// field of a message beside it, with numbers up to the largest.
+#[test]
+fn a_length_that_cannot_be_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("run.rrd");
+    assert!(recording(&path, &Run::new(4)).complete);
+    let good = std::fs::read(&path).unwrap();
+    // the places of the lengths, by the layout that `frames.rs` describes
+    let (mut at, mut places) = (12, Vec::new());
+    while let Some(length) = good.get(at + 8..at + 16) {
+        places.push(at + 8);
+        let length = u64::from_le_bytes(length.try_into().unwrap());
+        let kind = good[at];
+        at += 16 + length as usize;
+        if kind == 0 {
+            break;
+        }
+    }
+    let mut random = Random::new(mutants::first_seed());
+    for place in places {
+        for _ in 0..mutants::count(4) {
+            let mut bytes = good.clone();
+            let length = 1_u64 << (33 + random.below(31));
+            bytes[place..place + 8].copy_from_slice(&length.to_le_bytes());
+            std::fs::write(&path, &bytes).unwrap();
+            assert!(
+                read(&path).map_or(true, |r| !r.complete),
+                "{length} at {place}"
+            );
+        }
+    }
+    // single bits in the first bytes of messages: fields of Protobuf, among them the length of what is unpacked
+    for _ in 0..mutants::count(300) {
+        let mut bytes = good.clone();
+        let at = random.below(bytes.len().min(4096));
+        bytes[at] ^= 1 << random.below(8);
+        std::fs::write(&path, &bytes).unwrap();
+        let _ = read(&path);
+    }
 }
 
 #[test]

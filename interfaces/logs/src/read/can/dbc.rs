@@ -16,6 +16,9 @@ pub struct Database {
     pub(super) messages: HashMap<(u32, bool), Message>,
 }
 
+/// The signals that are floats, by message and name.
+type Floats<'a> = HashMap<(MessageId, &'a str), &'a SignalExtendedValueType>;
+
 /// A message.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Message {
@@ -74,12 +77,21 @@ impl Database {
     pub fn parse(text: &str) -> Result<Self, String> {
         let dbc = Dbc::try_from(text).map_err(|e| e.to_string())?;
         let mut messages = HashMap::new();
+        let floats = dbc.signal_extended_value_type_list.iter();
+        let floats: Floats<'_> = floats
+            .map(|x| {
+                (
+                    (x.message_id, &*x.signal_name),
+                    &x.signal_extended_value_type,
+                )
+            })
+            .collect();
         for m in &dbc.messages {
             let id = match m.id {
                 MessageId::Standard(id) => (u32::from(id), false),
                 MessageId::Extended(id) => (id & 0x1FFF_FFFF, true),
             };
-            let signals = m.signals.iter().map(|s| Signal::new(&dbc, m, s));
+            let signals = m.signals.iter().map(|s| Signal::new(&floats, m, s));
             let message = Message {
                 name: m.name.clone(),
                 signals: signals.collect::<Result<_, _>>()?,
@@ -106,9 +118,8 @@ impl Message {
 }
 
 impl Signal {
-    fn new(dbc: &Dbc, m: &can_dbc::Message, s: &can_dbc::Signal) -> Result<Self, String> {
-        let float = dbc.extended_value_type_for_signal(m.id, &s.name);
-        let coding = match (float, &s.value_type) {
+    fn new(floats: &Floats<'_>, m: &can_dbc::Message, s: &can_dbc::Signal) -> Result<Self, String> {
+        let coding = match (floats.get(&(m.id, &*s.name)), &s.value_type) {
             (Some(SignalExtendedValueType::IEEEfloat32Bit), _) => Coding::Float32,
             (Some(SignalExtendedValueType::IEEEdouble64bit), _) => Coding::Float64,
             (_, ValueType::Signed) => Coding::Signed,
