@@ -6,24 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Sources of the program and of the Python module, seen from the root of the checkout.
-const SOURCES: &[&str] = &[
-    "Cargo.toml",
-    "Cargo.lock",
-    "estimators",
-    "sim",
-    "lab",
-    "cli/src",
-    "cli/build.rs",
-    "cli/Cargo.toml",
-    "interfaces/c",
-    "interfaces/can",
-    "interfaces/foreign",
-    "interfaces/fmu",
-    "interfaces/logs",
-    "interfaces/python/src",
-    "interfaces/python/Cargo.toml",
-    "interfaces/viz",
-];
+const SOURCES: &str = "Cargo.toml Cargo.lock estimators sim lab cli/src cli/build.rs cli/Cargo.toml \
+    interfaces/c interfaces/can interfaces/foreign interfaces/fmu interfaces/logs interfaces/python/src \
+    interfaces/python/Cargo.toml interfaces/viz";
 
 fn main() {
     built_by();
@@ -37,7 +22,9 @@ fn main() {
     }
     // a package may lie at any depth below the root
     let root = git(&["rev-parse", "--show-cdup"]).unwrap_or_default();
-    let sources = SOURCES.iter().map(|source| Path::new(&root).join(source));
+    let sources = SOURCES
+        .split(' ')
+        .map(|source| Path::new(&root).join(source));
     for source in sources.filter(|s| s.exists()) {
         println!("cargo::rerun-if-changed={}", source.display());
     }
@@ -69,7 +56,7 @@ fn revision() -> Option<String> {
     // unpacked somewhere in the checkout of another project, this is not its revision
     git(&["ls-files", "--error-unmatch", "Cargo.toml"])?;
     let revision = git(&["rev-parse", "HEAD"]).filter(|r| is_revision(r))?;
-    let sources: Vec<String> = SOURCES.iter().map(|s| format!(":/{s}")).collect();
+    let sources: Vec<String> = SOURCES.split(' ').map(|s| format!(":/{s}")).collect();
     let sources: Vec<&str> = sources.iter().map(String::as_str).collect();
     let changed = git(&[&["status", "--porcelain", "--"], &sources[..]].concat())?;
     Some(match changed.is_empty() {

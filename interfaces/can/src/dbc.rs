@@ -5,23 +5,12 @@ use crate::signal::Numbers;
 use core::fmt::{Result, Write};
 
 /// Values of the attribute `VFrameFormat`; the last one marks a CAN FD frame.
-const FRAME_FORMATS: [&str; 15] = [
-    "StandardCAN",
-    "ExtendedCAN",
-    "reserved",
-    "J1939PG",
-    "reserved",
-    "reserved",
-    "reserved",
-    "reserved",
-    "reserved",
-    "reserved",
-    "reserved",
-    "reserved",
-    "reserved",
-    "reserved",
-    "StandardCAN_FD",
-];
+const FRAME_FORMATS: [&str; 15] = {
+    let mut all = ["reserved"; 15];
+    (all[0], all[1], all[3]) = ("StandardCAN", "ExtendedCAN", "J1939PG");
+    all[14] = "StandardCAN_FD";
+    all
+};
 
 /// Writes the DBC of these messages: the rig sends samples, commands and steps, the estimator its answers.
 pub fn write(

@@ -224,4 +224,40 @@ mod tests {
             }
         }
     }
+
+    /// A reference judges up to where its own k standard deviations reach the alert limit, and an estimate is of use up
+    /// to where its k standard deviations are credited: both ways, of each quantity.
+    #[test]
+    fn what_is_coarse_neither_judges_nor_counts() {
+        let mut random = Random::new(mutants::first_seed());
+        for _ in 0..mutants::count(500) {
+            let limits = IntegrityLimits::default();
+            let quantity = *random.of(&Quantity::ALL);
+            let (alert, most) = (quantity.alert(&limits), quantity.max_protection());
+            let of_limit = *random.of(&[0.0, 0.5, 0.99, 1.01, 2.0, 1e3, f64::INFINITY]);
+            let coarse = of_limit > 1.0;
+            let sd = of_limit * alert / limits.k;
+            let told = of_limit * most / limits.k;
+            let x = ErrorSample {
+                reference_sd: [sd, sd],
+                mass_sd_rel: told,
+                slope_sd: told * DEGREE,
+                effective_sd: told * DEGREE,
+                mass_valid: true,
+                slope_valid: true,
+                effective_valid: true,
+                ..Default::default()
+            };
+            assert_eq!(
+                quantity.is_judged(&x, &limits),
+                !coarse,
+                "{quantity:?} {sd}"
+            );
+            assert_eq!(
+                quantity.is_available(&x, limits.k),
+                !coarse,
+                "{quantity:?} {told}"
+            );
+        }
+    }
 }

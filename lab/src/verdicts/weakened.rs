@@ -163,4 +163,64 @@ mod tests {
             assert_eq!(of(key, strict), Ok(Vec::new()), "{key} {strict}");
         }
     }
+
+    /// A bound, or the floor of a known failure, at the end of the range of its metric or beyond is refused; one within
+    /// it is not: of every metric with an end.
+    #[test]
+    fn no_bound_is_beyond_the_range_of_its_metric() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/minimal.yaml");
+        let of = |bounds: String, floors: String| -> Result<(), String> {
+            let sets = [
+                ("expect", bounds),
+                ("known_failures", floors),
+                ("published", "[]".into()),
+            ];
+            let sets = sets.map(|(key, value)| (key.to_owned(), value));
+            let scenario =
+                Scenario::load_with(&path, &Sets::new(&sets)).map_err(|e| e.to_string())?;
+            expected::check(&scenario).map_err(|e| e.to_string())
+        };
+        let name = "dffrls_aekf_robust";
+        let metrics = crate::metrics::estimator_metrics();
+        let (mut ends, mut random) = (0, Random::new(mutants::first_seed()));
+        for metric in metrics {
+            let Some(end) = metric.range() else { continue };
+            ends += 1;
+            let beside = match metric.error_of() {
+                Some(_) => ", availability: 0.5",
+                None => "",
+            };
+            let bound = |x: f64| {
+                format!(
+                    "[{{estimator: {name}, metric: {}, at_most: {x:e}{beside}}}]",
+                    metric.name
+                )
+            };
+            let floor = |x: f64| {
+                format!(
+                    "[{{estimator: {name}, metric: {}, no_worse_than: {x:e}, why: a test}}]",
+                    metric.name
+                )
+            };
+            let within = end * (0.01 + 0.98 * random.unit());
+            assert_eq!(of(bound(within), "[]".into()), Ok(()), "{}", metric.name);
+            for beyond in [end, end * (1.0 + 9.0 * random.unit()), 1e300] {
+                let told = of(bound(beyond), "[]".into()).unwrap_err();
+                assert!(told.contains("decides nothing"), "{told}");
+            }
+            let worst = match metric.best.less_is_better() {
+                Some(false) => 0.0,
+                _ => end,
+            };
+            let told = of(bound(within), floor(worst)).unwrap_err();
+            assert!(told.contains("has no floor"), "{told}");
+            assert_eq!(
+                of(bound(within), floor(0.5 * end)),
+                Ok(()),
+                "{}",
+                metric.name
+            );
+        }
+        assert!(ends > 20, "{ends}");
+    }
 }

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 pub(super) struct Example {
     /// Its folder in the sources of monorig.
     pub folder: &'static str,
-    /// Its files that are copied.
-    pub files: &'static [&'static str],
+    /// Its files that are copied, with blanks between them.
+    pub files: &'static str,
     /// The file with the estimator.
     pub estimator: &'static str,
     /// The words of a shell that come next, in the new folder; `{way}` is the way to monorig's sources.
@@ -20,6 +20,10 @@ pub(super) struct Example {
 }
 
 impl Example {
+    fn files(&self) -> impl Iterator<Item = &'static str> {
+        self.files.split(' ')
+    }
+
     /// Returns the way from it to the sources of monorig, as its files name it.
     fn way(&self) -> String {
         "../".repeat(self.folder.split('/').count())
@@ -27,7 +31,7 @@ impl Example {
 
     /// Returns whether it is a crate, which has a name and a lock file.
     fn is_crate(&self) -> bool {
-        self.files.contains(&LOCK)
+        self.files().any(|file| file == LOCK)
     }
 }
 
@@ -70,7 +74,7 @@ pub(super) fn make(
     Ok(format!(
         "made {at}: {} files; the estimator `mine` is in {}\n\
          next: cd {at} && {}\n",
-        example.files.len(),
+        example.files().count(),
         example.estimator,
         example.next.replace("{way}", &way)
     ))
@@ -106,7 +110,7 @@ fn sources(
     starts: [&Path; 2],
 ) -> Result<PathBuf, CliError> {
     let has = |folder: &Path| {
-        let mut files = example.files.iter();
+        let mut files = example.files();
         files.all(|file| folder.join(example.folder).join(file).is_file())
     };
     let is = |folder: &&Path| has(folder);
@@ -149,9 +153,9 @@ fn fill(
     name: &str,
     way: &str,
 ) -> Result<(), CliError> {
-    for file in example.files {
+    for file in example.files() {
         let text = read_text(&sources.join(example.folder).join(file))?;
-        let text = match *file {
+        let text = match file {
             LOCK => renamed_lock(&text, name),
             _ if example.is_crate() => text.replace(&example.way(), way).replace(CRATE_NAME, name),
             _ => text.replace(&example.way(), way),
@@ -215,7 +219,7 @@ mod tests {
             there.extend(inside.iter().map(|n| format!("{folder}/{n}")));
         }
         there.sort();
-        let mut files = listed.files.to_vec();
+        let mut files: Vec<&str> = listed.files().collect();
         files.sort();
         assert_eq!(there, files);
     }

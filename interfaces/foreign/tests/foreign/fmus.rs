@@ -221,6 +221,40 @@ fn every_mistake_of_a_description_has_its_message() {
         &of("modelIdentifier=\"slope\"", ""),
         &[AT, "line 3", "CoSimulation has no modelIdentifier"],
     );
+    // a name is no way out of the archive
+    for name in [
+        "../../../x/m",
+        "/tmp/m",
+        "a/b",
+        "..",
+        "a\\\\b",
+        "m.so",
+        "m n",
+    ] {
+        has(
+            &of(
+                "modelIdentifier=\"slope\"",
+                &format!("modelIdentifier=\"{name}\""),
+            ),
+            &[AT, "line 3", "is no name in C"],
+        );
+    }
+    has(
+        &of("name=\"theta\"", "name=\"wheel\""),
+        &[AT, "two of its variables are called `wheel`"],
+    );
+    // a unit that it does not define is what its name says
+    let definitions = DESCRIPTION.find("  <UnitDefinitions>").unwrap();
+    let behind = DESCRIPTION.find("  <TypeDefinitions>").unwrap();
+    let undefined = DESCRIPTION[..definitions].to_owned() + &DESCRIPTION[behind..];
+    has(
+        &message(
+            "",
+            &undefined.replace("unit=\"grad\"", "unit=\"deg\""),
+            &mine(""),
+        ),
+        &[AT, "`theta` is in deg, and grade in rad"],
+    );
     has(
         &of("CoSimulation", "ModelExchange"),
         &[AT, "model exchange only", "for co-simulation"],
