@@ -219,7 +219,7 @@ fn a_program_that_was_edited_begins_anew() {
                 .unwrap();
         };
         program("dffrls_aekf");
-        dir.write("study.yaml", b"version: 1\nscenario: quick.yaml\nruns: 2\nvary: [{path: load.mass_kg, uniform: [1000, 2000]}]\n");
+        dir.write("study.yaml", b"version: 1\nwhy: a test\nscenario: quick.yaml\nruns: 2\nvary: [{path: load.mass_kg, uniform: [1000, 2000]}]\n");
         std::fs::create_dir(dir.path("bad")).unwrap();
         let condition = b"version: 1\ncondition: a test\ngroup: train\nset: {load.mass_kg: 2000}\n";
         dir.write("bad/heavy.yaml", condition);
@@ -263,8 +263,17 @@ fn a_program_that_was_edited_begins_anew() {
 #[test]
 fn no_result_goes_over_an_input() {
     let dir = folder("attitude: {}");
-    let run = ["run", "quick.yaml", "--keep-samples", "--no-rerun"];
-    assert_eq!(dir.monorig(&run).0, Some(0));
+    for seed in ["1", "2"] {
+        let run = [
+            "run",
+            "quick.yaml",
+            "--keep-samples",
+            "--no-rerun",
+            "--seed",
+            seed,
+        ];
+        assert_eq!(dir.monorig(&run).0, Some(0));
+    }
     dir.write("mine.csv", b"time,mass_kg\n0,2500\n12,2500\n");
     assert_eq!(
         dir.monorig(&["test", "quick.yaml", "--json", "tested.json"])
@@ -563,7 +572,8 @@ fn paths_have_an_end() {
     let dir = folder("attitude: {}");
     for parts in [120, 1000, 20_000, 60_000] {
         let path = vec!["a"; parts].join(".");
-        let study = format!("version: 1\nscenario: quick.yaml\nruns: 2\nset: {{{path}: 1}}\n");
+        let study =
+            format!("version: 1\nwhy: a test\nscenario: quick.yaml\nruns: 2\nset: {{{path}: 1}}\n");
         dir.write("study.yaml", study.as_bytes());
         dir.refused(&["check", "study.yaml"]);
         dir.refused(&["run", "quick.yaml", "--set", &format!("{path}=1")]);
