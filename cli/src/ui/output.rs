@@ -4,6 +4,7 @@ use crate::ui::errors::CliError;
 use crate::ui::{colour, interrupt, note, terminal};
 use clap::ArgMatches;
 use monorig_lab::text::spelled_out;
+use monorig_sim::config::input_files;
 use monorig_sim::error::Error;
 use monorig_sim::record::whole;
 use std::collections::BTreeSet;
@@ -78,7 +79,7 @@ static RESULTS: OnceLock<Vec<PathBuf>> = OnceLock::new();
 /// Checks the files for results that the words of a command name: their folders are there, no two are one, and none is
 /// an input. The other files that the words name are inputs from now on.
 pub fn check(words: &ArgMatches) -> Result<(), CliError> {
-    whole::guard_inputs();
+    input_files::guard_inputs();
     let (results, others): (Vec<_>, Vec<_>) = (words.ids().map(clap::Id::as_str))
         .filter(|id| *id != OUT)
         .filter_map(|id| Some((id, words.try_get_many::<PathBuf>(id).ok()??)))
@@ -86,7 +87,7 @@ pub fn check(words: &ArgMatches) -> Result<(), CliError> {
     let inputs = others.into_iter().flat_map(|(_, paths)| paths);
     inputs
         .filter(|p| p.is_file())
-        .for_each(|p| whole::note_input(p));
+        .for_each(|p| input_files::note_input(p));
     let results: Vec<PathBuf> = results
         .into_iter()
         .flat_map(|(_, paths)| paths.cloned())
@@ -106,8 +107,8 @@ pub fn check(words: &ArgMatches) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Begins the work of a command, once its inputs are read: it hears Ctrl-C, and older results are removed, so that those
-/// of an earlier command are not taken for its own.
+/// Begins the work of a command, once its inputs are read: it hears Ctrl-C, and older results are removed, so that
+/// those of an earlier command are not taken for its own.
 pub fn begin() -> Result<(), CliError> {
     interrupt::listen();
     RESULTS

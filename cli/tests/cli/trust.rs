@@ -1,5 +1,5 @@
-//! Files from others are data: nothing that they name is run unasked, what was run is in the hash, no result goes over an
-//! input.
+//! Files from others are data: nothing that they name is run unasked, what was run is in the hash, no result goes over
+//! an input.
 
 use crate::common::{TestFolder, compile, words};
 use monorig_testing::Random;
@@ -149,7 +149,7 @@ fn what_a_file_names_is_run_when_it_is_allowed() {
     }
 }
 
-/// What the user names on the command line is not what a file asks for.
+/// The user names a part on the command line, and no file asks for it.
 #[test]
 fn what_the_command_line_names_is_run() {
     let (dir, plain) = (folder("attitude: {}"), plain());

@@ -209,7 +209,7 @@ impl Drop for Lent {
     }
 }
 
-/// What a process answers, waited for as long as it may take, and hardly any longer once everything is to end.
+/// The answers of a process, waited for as long as it may take, and hardly any longer once everything is to end.
 struct Answers(UnixStream);
 
 impl Read for Answers {

@@ -54,8 +54,8 @@ pub fn sort_index(path: &Path) -> io::Result<()> {
     file.set_len(header + out.len() as u64)
 }
 
-/// Checks the lengths that a file declares against what is there: the decoder asks for memory by them. A file that breaks
-/// off is not refused by this.
+/// Checks the lengths that a file declares against what is there: the decoder asks for memory by them. A file that
+/// breaks off is not refused by this.
 pub fn check_lengths(path: &Path) -> io::Result<()> {
     let mut file = BufReader::new(File::open(path)?);
     let size = file.get_ref().metadata()?.len();

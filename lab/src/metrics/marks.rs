@@ -39,7 +39,7 @@ pub(super) fn start(
     limits: &IntegrityLimits,
 ) -> Running<ErrorSample> {
     let share_of = |of_judged, is| -> Running<ErrorSample> {
-        Box::new(Share {
+        Box::new(MarkShare {
             quantity,
             limits: *limits,
             of_judged,
@@ -72,7 +72,7 @@ pub(super) fn start(
 }
 
 /// The share of the samples, or of those that can be judged, of which something is true.
-struct Share {
+struct MarkShare {
     quantity: Quantity,
     limits: IntegrityLimits,
     of_judged: bool,
@@ -80,7 +80,7 @@ struct Share {
     share: Mean,
 }
 
-impl Accumulator<ErrorSample> for Share {
+impl Accumulator<ErrorSample> for MarkShare {
     fn add(&mut self, x: &ErrorSample) {
         // without a reference nobody knows whether a sample is wrong
         if !self.of_judged || self.quantity.is_judged(x, &self.limits) {

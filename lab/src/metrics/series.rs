@@ -3,7 +3,6 @@
 use crate::bound::{BoundSample, RunningBound};
 use crate::metrics::Pace;
 use crate::metrics::lagged::GradeAtMiddle;
-use crate::metrics::of_estimator::DEGREE;
 use monorig_estimators::api::signals::Estimate;
 use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::run::{Observer, StepFrame};
@@ -138,7 +137,7 @@ impl ErrorSample {
             t_s: t.t_s,
             unreferenced: [t.total_mass_kg, t.grade_at_imu_rad, t.grade_effective_rad]
                 .map(f64::is_nan),
-            reference_sd: [t.mass_sd_kg / t.total_mass_kg, t.grade_sd_rad / DEGREE],
+            reference_sd: [t.mass_sd_kg / t.total_mass_kg, t.grade_sd_rad.to_degrees()],
             mass_rel: mass / t.total_mass_kg,
             mass_kg: mass,
             mass_sd_kg: e.total_mass_kg.sd,

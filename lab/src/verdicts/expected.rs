@@ -189,7 +189,7 @@ fn metric(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Error> {
     })
 }
 
-/// A bound is within the range of its metric: no metric is negative, and each quantity has an end. An availability of 0 is
+/// A bound is within the range of its metric: no metric is negative, and quantities have ends. An availability of 0 is
 /// admitted: it says that an estimator may never mark anything valid, and is shown as a weakened limit.
 fn can_fail(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Error> {
     let end = find(&e.metric)

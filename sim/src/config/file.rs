@@ -16,9 +16,8 @@ mod suggest;
 pub use sets::Sets;
 pub use suggest::nearest;
 
-use crate::config::input_files::InputFiles;
+use crate::config::input_files::{InputFiles, note_input};
 use crate::error::{DataError, Error, InputError};
-use crate::record::whole::note_input;
 use key_path::{join, with_key};
 use locate::Target;
 use serde::de::DeserializeOwned;

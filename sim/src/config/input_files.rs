@@ -8,7 +8,7 @@
 use crate::error::{Error, InputError};
 use sha2::{Digest, Sha256};
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -188,6 +188,49 @@ fn tidy(path: &Path) -> String {
         }
     }
     parts.join("/")
+}
+
+/// Files that were read, once they are guarded.
+static READ: Mutex<Option<BTreeSet<PathBuf>>> = Mutex::new(None);
+
+fn read() -> MutexGuard<'static, Option<BTreeSet<PathBuf>>> {
+    READ.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// From now on, no file that this program reads is written over, under whatever name.
+pub fn guard_inputs() {
+    read().get_or_insert_default();
+}
+
+/// Notes a file as an input.
+pub fn note_input(path: &Path) {
+    if let (Some(all), Ok(file)) = (read().as_mut(), path.canonicalize()) {
+        all.insert(file);
+    }
+}
+
+/// No longer takes a file for an input: it was asked for that it is changed.
+pub fn may_change(path: &Path) {
+    if let (Some(all), Ok(file)) = (read().as_mut(), path.canonicalize()) {
+        all.remove(&file);
+    }
+}
+
+/// True for a file that was noted, under whatever name.
+pub(crate) fn is_input(place: &Path) -> bool {
+    let same = |file: &PathBuf| identity(file).is_some_and(|file| Some(file) == identity(place));
+    read().iter().flatten().any(same)
+}
+
+/// The identity of a file, whatever its name.
+fn identity(path: &Path) -> Option<impl PartialEq> {
+    #[cfg(unix)]
+    return std::fs::metadata(path).ok().map(|file| {
+        use std::os::unix::fs::MetadataExt;
+        (file.dev(), file.ino())
+    });
+    #[cfg(not(unix))]
+    path.canonicalize().ok()
 }
 
 #[cfg(test)]

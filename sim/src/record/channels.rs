@@ -176,8 +176,8 @@ columns! {
 }
 
 columns! {
-    /// `internals/NAME/…` of an estimator outside of the program in real time: counts of the rig, beside internals of the
-    /// estimator.
+    /// `internals/NAME/…` of an estimator outside of the program in real time: counts of the rig, beside internals of
+    /// the estimator.
     ANSWERS: AnswerCounts, |a| {
         "answer_latency_ms" ["ms"] "Longest time to an answer that came in this step; of an estimator outside of the program in real time, as the next four."
             = a.latency_ms;

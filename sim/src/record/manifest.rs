@@ -3,9 +3,8 @@
 
 use super::folder::is_name;
 use super::identity::Identity;
-use super::whole::note_input;
 use crate::config::file::{input_error, read_result, regular};
-use crate::config::input_files::hex;
+use crate::config::input_files::{hex, note_input};
 use crate::error::{Error, InputError};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};

@@ -1,13 +1,12 @@
 //! Files that are there whole or not at all: written under a temporary name, then moved into place.
 
-use crate::config::input_files::sha256;
+use crate::config::input_files::{is_input, sha256};
 use crate::error::Error;
-use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::OnceLock;
 
 /// A name for temporary files that no other process has, in another container on the same disk neither: process id,
 /// where that id counts ([`processes`]), and random bits.
@@ -76,48 +75,6 @@ pub fn replaceable(place: &Path) -> Result<(), Error> {
     };
     let source = std::io::Error::new(std::io::ErrorKind::InvalidInput, what);
     Err(at(place, source))
-}
-
-/// Files that were read, once they are guarded.
-static INPUTS: Mutex<Option<BTreeSet<PathBuf>>> = Mutex::new(None);
-
-fn inputs() -> MutexGuard<'static, Option<BTreeSet<PathBuf>>> {
-    INPUTS.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// From now on, no file that this program reads is written over, under whatever name.
-pub fn guard_inputs() {
-    inputs().get_or_insert_default();
-}
-
-/// Notes a file as an input.
-pub fn note_input(path: &Path) {
-    if let (Some(all), Ok(file)) = (inputs().as_mut(), path.canonicalize()) {
-        all.insert(file);
-    }
-}
-
-/// No longer takes a file for an input: it was asked for that it is changed.
-pub fn may_change(path: &Path) {
-    if let (Some(all), Ok(file)) = (inputs().as_mut(), path.canonicalize()) {
-        all.remove(&file);
-    }
-}
-
-fn is_input(place: &Path) -> bool {
-    let same = |file: &PathBuf| identity(file).is_some_and(|file| Some(file) == identity(place));
-    inputs().iter().flatten().any(same)
-}
-
-/// What two names of one file have in common.
-fn identity(path: &Path) -> Option<impl PartialEq> {
-    #[cfg(unix)]
-    return std::fs::metadata(path).ok().map(|file| {
-        use std::os::unix::fs::MetadataExt;
-        (file.dev(), file.ino())
-    });
-    #[cfg(not(unix))]
-    path.canonicalize().ok()
 }
 
 fn at(path: &Path, source: std::io::Error) -> Error {

@@ -2,6 +2,7 @@
 
 use super::Map;
 use monorig_sim::config::file::{Document, Sets, read_result};
+use monorig_sim::config::input_files::may_change;
 use monorig_sim::error::Error;
 use monorig_sim::record::whole;
 use std::ops::Range;
@@ -48,7 +49,7 @@ pub(crate) fn write(map: &Map, edits: &[Edit]) -> Result<(), Error> {
     if !expected.is_of(&text) {
         return Err(by_hand());
     }
-    whole::may_change(path);
+    may_change(path);
     whole::write(path, text.as_bytes())
 }
 
