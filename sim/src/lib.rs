@@ -58,7 +58,6 @@ pub mod sensors;
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;
 pub mod train;
-mod words;
 
 pub use closed_loop::registry::Registry;
 pub use closed_loop::{Observer, Outcome, Simulation, SimulationBuilder, StepFrame};

@@ -68,9 +68,24 @@ pub struct CompareArgs {
 }
 
 /// Columns of the table as CSV.
-const CSV_TITLES: &[&str] = &monorig_sim::words![
-    estimator metric measured runs mean mean_low mean_high median valid_mean valid_share
-    common_mean common_share difference difference_low difference_high published source
+const CSV_TITLES: &[&str] = &[
+    "estimator",
+    "metric",
+    "measured",
+    "runs",
+    "mean",
+    "mean_low",
+    "mean_high",
+    "median",
+    "valid_mean",
+    "valid_share",
+    "common_mean",
+    "common_share",
+    "difference",
+    "difference_low",
+    "difference_high",
+    "published",
+    "source",
 ];
 
 /// Help of `--metrics`.

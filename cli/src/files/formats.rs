@@ -26,7 +26,6 @@ use monorig_sim::rail::profile::Profile;
 use monorig_sim::road::{Car, CarFile};
 use monorig_sim::sensors::instruments::{SHEET_KEYS, SheetFile};
 use monorig_sim::train::Train;
-use monorig_sim::words;
 use schemars::{Schema, schema_for};
 use serde_json::Value;
 use std::path::Path;
@@ -109,32 +108,32 @@ macro_rules! kinds {
 /// Every kind.
 pub const KINDS: &[FileFormat] = kinds! {
     Scenario "scenario" "what to run: track, train, drive cycle, sensors, estimators, events, expectations";
-        &words![why track train car sensors start stop physics estimators in_loop events expect];
+        &["why", "track", "train", "car", "sensors", "start", "stop", "physics", "estimators", "in_loop", "events", "expect"];
         ScenarioFile;
         &[TYPE, ESTIMATORS, METRIC_OF_BOUND, METRIC_OF_FAILURE, INSTRUMENT,
             ("/$defs/Controller/properties/kind", Words::Controllers), ("/$defs/PlantKind", Words::Plants),
             ("/properties/instruments", Words::OwnInstruments), ("/$defs/Published/properties/metric", Words::Metric)];
         load::check;
     Track "track" "a rail or a road: horizontal alignment, vertical profile or survey, joints";
-        &words![profile road_width_m horizontal vertical survey joints]; TrackFile; &[];
+        &["profile", "road_width_m", "horizontal", "vertical", "survey", "joints"]; TrackFile; &[];
         |path, _| Rail::load(path).map(drop);
     Train "train" "a train: units front to rear, load, limits, running resistance";
         &["consist", "drawbar", "limits", "resistance"]; TrainFile; &[];
         |path, _| Train::load(path).map(drop);
     Unit "unit" "a unit of a train: what its URDF cannot say (springs, motor, gear, clamp, brake)";
-        &words![urdf length_m running_gear carried_by connections]; UnitFile; &[];
+        &["urdf", "length_m", "running_gear", "carried_by", "connections"]; UnitFile; &[];
         |path, _| Unit::load(path).map(drop);
     Car "car" "a car for a road: mass, wheels, tyres, motors, brakes, suspension, driver";
-        &words![body wheels tyres motors brakes air suspension]; CarFile; &[];
+        &["body", "wheels", "tyres", "motors", "brakes", "air", "suspension"]; CarFile; &[];
         |path, _| Car::load(path).map(drop);
     Sensors "sensors" "a sensor data sheet: rates, errors, mounts";
         SHEET_KEYS; SheetFile; &[];
         |path, _| Sheet::load(path).map(drop);
     RailProfile "rail-profile" "the section of an I-beam rail";
-        &words![height_m flange_width_m web_m flange_tip_m flange_root_m]; ProfileFile; &[];
+        &["height_m", "flange_width_m", "web_m", "flange_tip_m", "flange_root_m"]; ProfileFile; &[];
         |path, _| Profile::load(path).map(drop);
     Ranges "ranges" "what `monorig draw` draws from: trains, tracks, drives, instruments";
-        &words![trains sensors noise_factor bias_factor track drive estimators]; RangesFile; &[TYPE];
+        &["trains", "sensors", "noise_factor", "bias_factor", "track", "drive", "estimators"]; RangesFile; &[TYPE];
         |path, registry| RangesFile::load(path)?.check(path, registry);
     Condition "condition" "changes to a scenario under which `monorig stress` tries estimators";
         &["condition", "group", "told_factor", "events"]; ConditionFile; &[INSTRUMENT];
@@ -143,12 +142,12 @@ pub const KINDS: &[FileFormat] = kinds! {
         &["scenario", "runs", "first_seed", "set", "vary"]; StudyFile; &[];
         |path, registry| Plan::load(path, registry).map(drop);
     Tuning "tuning" "a tuning study: what varies, over which runs, what is good, how to search";
-        &words![estimator parameters tuning validation objective budget optimiser];
+        &["estimator", "parameters", "tuning", "validation", "objective", "budget", "optimiser"];
         TuningFile;
         &[("/properties/is", Words::EstimatorTypes), ("/$defs/Constraint/properties/metric", Words::Metric), ("/$defs/Term/properties/metric", Words::Metric)];
         |path, registry| TuningStudy::load(path, registry).map(drop);
     Map "map" "what the columns of a recorded log measure, and what estimates are held against";
-        &words![files dbc time clocks step channels reference nominal];
+        &["files", "dbc", "time", "clocks", "step", "channels", "reference", "nominal"];
         MapFile;
         &[TYPE, ESTIMATORS, METRIC_OF_BOUND, METRIC_OF_FAILURE];
         |path, registry| {

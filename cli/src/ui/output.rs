@@ -71,7 +71,7 @@ pub fn write_in(folder: &Path, name: impl AsRef<Path>, text: &str) -> Result<(),
 }
 
 /// Arguments that name a file for results; `OUT` names a file or a folder for them.
-const WRITTEN: [&str; 5] = monorig_sim::words![csv html into json junit];
+const WRITTEN: [&str; 5] = ["csv", "html", "into", "json", "junit"];
 const OUT: &str = "out";
 /// The files for results that the words of the command name.
 static RESULTS: OnceLock<Vec<PathBuf>> = OnceLock::new();

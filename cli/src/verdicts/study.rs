@@ -15,8 +15,11 @@ use serde_json::json;
 use std::path::Path;
 
 /// Metrics printed of each estimator.
-const SHOWN: &[&str] = &monorig_sim::words![
-    mass_rmse_kg mass_error_converged_rel_max slope_rmse_deg slope_error_p95_deg
+const SHOWN: &[&str] = &[
+    "mass_rmse_kg",
+    "mass_error_converged_rel_max",
+    "slope_rmse_deg",
+    "slope_error_p95_deg",
 ];
 
 /// A metric of an estimator over the runs read so far.

@@ -42,8 +42,13 @@ pub(crate) struct Frame {
 }
 
 /// Names of what is shown of the truth.
-const TRUTH: [&str; 6] = monorig_sim::words![
-    time_s chainage_m speed_mps grade_at_imu_rad grade_effective_rad total_mass_kg
+const TRUTH: [&str; 6] = [
+    "time_s",
+    "chainage_m",
+    "speed_mps",
+    "grade_at_imu_rad",
+    "grade_effective_rad",
+    "total_mass_kg",
 ];
 
 /// Keeps the last state.

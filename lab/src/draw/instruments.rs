@@ -5,10 +5,18 @@ use monorig_sim::error::Error;
 use serde_yaml::Value;
 use std::path::Path;
 
-const NOISES: [&str; 4] =
-    monorig_sim::words![noise_density noise_sd noise_sd_rel random_walk_of_integral];
-const BIASES: [&str; 4] =
-    monorig_sim::words![bias_sd bias_random_walk scale_error_sd misalignment_sd_deg];
+const NOISES: [&str; 4] = [
+    "noise_density",
+    "noise_sd",
+    "noise_sd_rel",
+    "random_walk_of_integral",
+];
+const BIASES: [&str; 4] = [
+    "bias_sd",
+    "bias_random_walk",
+    "scale_error_sd",
+    "misalignment_sd_deg",
+];
 
 /// The text of a sheet like the one in `path`, with these factors on its noise and its bias.
 pub(crate) fn scaled(path: &Path, noise: f64, bias: f64) -> Result<String, Error> {

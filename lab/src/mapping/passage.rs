@@ -6,9 +6,15 @@ use monorig_sim::record::readback;
 use std::path::Path;
 
 /// Internals that an estimator must have for a map.
-const INTERNALS: [&str; 8] = monorig_sim::words![
-    pitch_rad accel_bias_mps2 accel_bias_sd_mps2 read_sd wheel_scale_sd imu_arm_m heading_rad
-    heading_sd_rad
+const INTERNALS: [&str; 8] = [
+    "pitch_rad",
+    "accel_bias_mps2",
+    "accel_bias_sd_mps2",
+    "read_sd",
+    "wheel_scale_sd",
+    "imu_arm_m",
+    "heading_rad",
+    "heading_sd_rad",
 ];
 
 /// One estimator along a run, a number a row.

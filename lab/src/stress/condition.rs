@@ -105,8 +105,14 @@ pub struct Condition {
 }
 
 /// Keys of a scenario that are no part of a drive.
-const OF_JUDGE: [&str; 7] = monorig_sim::words![
-    availability estimators expect in_loop integrity known_failures seeds
+const OF_JUDGE: [&str; 7] = [
+    "availability",
+    "estimators",
+    "expect",
+    "in_loop",
+    "integrity",
+    "known_failures",
+    "seeds",
 ];
 
 impl Condition {

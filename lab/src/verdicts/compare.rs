@@ -9,10 +9,15 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Metrics that are compared unless others are asked for, and those that join them where the runs have a bound.
-const USUAL_METRICS: [&str; 8] = monorig_sim::words![
-    mass_rmse_kg mass_error_converged_rel_max slope_rmse_deg slope_mae_deg
-    mass_misleading_share mass_overconfident_share slope_misleading_share
-    slope_overconfident_share
+const USUAL_METRICS: [&str; 8] = [
+    "mass_rmse_kg",
+    "mass_error_converged_rel_max",
+    "slope_rmse_deg",
+    "slope_mae_deg",
+    "mass_misleading_share",
+    "mass_overconfident_share",
+    "slope_misleading_share",
+    "slope_overconfident_share",
 ];
 const OVER_BOUND: [&str; 3] = [
     "slope_rmse_over_bound",

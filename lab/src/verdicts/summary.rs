@@ -10,11 +10,19 @@ use std::collections::BTreeMap;
 /// Start of the metrics, unless an expectation has its own, s: the transient at the start does not count.
 pub const AFTER_S: f64 = 5.0;
 /// The metrics shown first.
-pub(crate) const MAIN: &[&str] = &monorig_sim::words![
-    mass_error_rel_max mass_error_rel_max_valid mass_availability mass_beyond_limit_share
-    slope_rmse_deg slope_rmse_deg_valid slope_availability slope_beyond_limit_share
-    effective_slope_rmse_deg effective_slope_rmse_deg_valid effective_slope_availability
-    effective_slope_beyond_limit_share
+pub(crate) const MAIN: &[&str] = &[
+    "mass_error_rel_max",
+    "mass_error_rel_max_valid",
+    "mass_availability",
+    "mass_beyond_limit_share",
+    "slope_rmse_deg",
+    "slope_rmse_deg_valid",
+    "slope_availability",
+    "slope_beyond_limit_share",
+    "effective_slope_rmse_deg",
+    "effective_slope_rmse_deg_valid",
+    "effective_slope_availability",
+    "effective_slope_beyond_limit_share",
 ];
 
 /// The numbers of one run.

@@ -24,28 +24,90 @@ struct Candidate<'a> {
 
 /// Words of accelerometers and gyros; stems of their columns that are too short for a word: `ax`, `wx`.
 const FORCE: Kind = Kind {
-    words: &monorig_sim::words![g acc accel acceleration accelerometer beschleunigung force],
+    words: &[
+        "g",
+        "acc",
+        "accel",
+        "acceleration",
+        "accelerometer",
+        "beschleunigung",
+        "force",
+    ],
     stems: &["a", "f", "acc", "accel", "acceleration"],
     quantity: Quantity::Acceleration,
 };
 const RATE: Kind = Kind {
-    words: &monorig_sim::words![gyro gyr gyroscope gyrometer angular rate omega drehrate],
+    words: &[
+        "gyro",
+        "gyr",
+        "gyroscope",
+        "gyrometer",
+        "angular",
+        "rate",
+        "omega",
+        "drehrate",
+    ],
     stems: &["w", "g", "gyro", "gyr", "omega"],
     quantity: Quantity::AngularRate,
 };
 /// Words of columns beside them that are neither: gravity taken off or alone, angles, magnetic fields.
-const NOT_IMU: [&str; 8] = monorig_sim::words![gravity user uncalibrated bias mag quat ref truth];
+const NOT_IMU: [&str; 8] = [
+    "gravity",
+    "user",
+    "uncalibrated",
+    "bias",
+    "mag",
+    "quat",
+    "ref",
+    "truth",
+];
 
 /// Words of wheel speeds, of single wheels, and of torques.
-const SPEEDS: [&str; 8] = monorig_sim::words![wheel wheels vel velocity speed v vf geschwindigkeit];
+const SPEEDS: [&str; 8] = [
+    "wheel",
+    "wheels",
+    "vel",
+    "velocity",
+    "speed",
+    "v",
+    "vf",
+    "geschwindigkeit",
+];
 const WHEELS: [&str; 7] = ["wheel", "wheels", "wheelspeed", "fl", "fr", "rl", "rr"];
-const TORQUES: [&str; 8] = monorig_sim::words![
-    torque trq moment drehmoment motormoment effort wheeltorque enginetorque
+const TORQUES: [&str; 8] = [
+    "torque",
+    "trq",
+    "moment",
+    "drehmoment",
+    "motormoment",
+    "effort",
+    "wheeltorque",
+    "enginetorque",
 ];
 /// Words of columns that are none of these.
-const OTHERS: [&str; 22] = monorig_sim::words![
-    steer steering engine rpm slope wind request requested accuracy limit target max min ref
-    truth vertical angular fan rotation acc sd lateral
+const OTHERS: [&str; 22] = [
+    "steer",
+    "steering",
+    "engine",
+    "rpm",
+    "slope",
+    "wind",
+    "request",
+    "requested",
+    "accuracy",
+    "limit",
+    "target",
+    "max",
+    "min",
+    "ref",
+    "truth",
+    "vertical",
+    "angular",
+    "fan",
+    "rotation",
+    "acc",
+    "sd",
+    "lateral",
 ];
 /// Words of a speed that no wheel has.
 const NO_WHEEL: [&str; 5] = ["gps", "gnss", "location", "ground", "laser"];
@@ -178,9 +240,15 @@ fn channels<'a>(all: &'a [Candidate<'a>], several: bool) -> Vec<String> {
     }
     let torques = of_one_table(all.iter().filter(|c| {
         c.title.has(&TORQUES)
-            && !c
-                .title
-                .has(&monorig_sim::words![steering steer request requested limit max min])
+            && !c.title.has(&[
+                "steering",
+                "steer",
+                "request",
+                "requested",
+                "limit",
+                "max",
+                "min",
+            ])
             && fits(c, Quantity::Torque)
     }));
     if let [first, ..] = torques.as_slice() {

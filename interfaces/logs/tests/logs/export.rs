@@ -58,7 +58,7 @@ fn run(scenario: &str, changes: &[(&str, &str)], folder: &Path) -> Estimates {
 /// The run exported and replayed.
 fn again(run: &Path, format: ExportFormat) -> Estimates {
     let out = run.with_extension(format.name());
-    let exported = export(run, format, &out).unwrap();
+    let exported = export(run, format, &out, None).unwrap();
     assert!(exported.rows > 1000, "{exported:?}");
     assert_eq!(exported.clipped, 0);
     let map = Map::load(&exported.map).unwrap();
@@ -167,7 +167,7 @@ fn what_cannot_be_exported_says_why() {
     ];
     run("minimal.yaml", &changes, &folder);
     let told = |out: &Path| {
-        export(&folder, ExportFormat::find("csv").unwrap(), out)
+        export(&folder, ExportFormat::find("csv").unwrap(), out, None)
             .unwrap_err()
             .to_string()
     };

@@ -11,7 +11,13 @@ use std::path::Path;
 /// Columns along the rail, the last of them if it was surveyed.
 const ALONG: [&str; 3] = ["s_m", "height_m", "heading_deg"];
 /// Columns of a map, as `monorig map` writes them.
-const MAP: [&str; 5] = crate::words![s_m grade_deg sd_deg heading_deg heading_sd_deg];
+const MAP: [&str; 5] = [
+    "s_m",
+    "grade_deg",
+    "sd_deg",
+    "heading_deg",
+    "heading_sd_deg",
+];
 /// Columns in space.
 const SPACE: [&str; 3] = ["x_m", "y_m", "z_m"];
 
