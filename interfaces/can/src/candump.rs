@@ -84,7 +84,10 @@ pub fn read(line: &[u8]) -> Option<Read<'_>> {
     let stamp = words.next()?.strip_prefix(b"(")?.strip_suffix(b")")?;
     let _bus = words.next()?;
     let word = words.next()?;
-    let hash = word.iter().position(|c| *c == b'#')?;
+    let Some(hash) = word.iter().position(|c| *c == b'#') else {
+        let frame = of_screen(word, words)?;
+        return Some(Read { stamp, frame });
+    };
     let (id, rest) = word.split_at_checked(hash)?;
     let rest = rest.strip_prefix(b"#")?;
     let number = id.iter().try_fold(0_u32, |number, c| {
@@ -116,6 +119,28 @@ pub fn read(line: &[u8]) -> Option<Read<'_>> {
         stamp,
         frame: Some(frame),
     })
+}
+
+/// The frame of a line as candump shows it on the screen: identifier, `[8]`, a word a byte; none of a remote request or
+/// an error.
+fn of_screen<'a>(id: &[u8], mut words: impl Iterator<Item = &'a [u8]>) -> Option<Option<Frame>> {
+    let hex = |word: &[u8]| {
+        let next = |n: u32, c: &u8| Some(n.checked_mul(16)? | u32::from(digit(*c)?));
+        word.iter().try_fold(0, next)
+    };
+    let number = hex(id)?;
+    let length = words.next()?.strip_prefix(b"[")?.strip_suffix(b"]")?;
+    let length: usize = core::str::from_utf8(length).ok()?.parse().ok()?;
+    let (mut data, mut count) = ([0; MAX_BYTES], 0);
+    for word in words.take(length) {
+        if word == b"remote" || number & 0x2000_0000 != 0 {
+            return Some(None);
+        }
+        *data.get_mut(count)? = u8::try_from(hex(word)?).ok()?;
+        count += 1;
+    }
+    (count == length).then_some(())?;
+    Frame::with(number & 0x1FFF_FFFF, id.len() > 3, data.get(..count)?).map(Some)
 }
 
 fn digit(c: u8) -> Option<u8> {

@@ -56,6 +56,23 @@ pub(crate) type LabelAt = unsafe extern "C" fn(*const c_void, u64, *mut Label) -
 /// The libraries of this program, each once.
 static LOADED: Mutex<BTreeMap<PathBuf, &'static Library>> = Mutex::new(BTreeMap::new());
 
+/// Loads a shared library with all that it needs: a symbol that is nowhere is found here, and not when it is called.
+pub(crate) fn open(path: &Path) -> Result<libloading::Library, String> {
+    #[cfg(unix)]
+    use libloading::os::unix;
+    // SAFETY: the user asks for the code of this library to be run; nothing can be known of it before.
+    #[cfg(unix)]
+    let opened = unsafe { unix::Library::open(Some(path), unix::RTLD_NOW | unix::RTLD_LOCAL) }
+        .map(Into::into);
+    // SAFETY: as above.
+    #[cfg(not(unix))]
+    let opened = unsafe { libloading::Library::new(path) };
+    opened.map_err(|e| {
+        e.source()
+            .map_or_else(|| e.to_string(), ToString::to_string)
+    })
+}
+
 impl Library {
     /// The library of this file, with the functions that must be there.
     pub fn load(path: &Path) -> Result<&'static Self, Refusal> {
@@ -64,10 +81,7 @@ impl Library {
         if let Some(library) = loaded.get(&file) {
             return Ok(library);
         }
-        // SAFETY: the user asks for the code of this library to be run; nothing can be known of it before.
-        let opened = unsafe { libloading::Library::new(&file) };
-        let opened = opened.map_err(|e| {
-            let why = e.source().map_or_else(|| e.to_string(), ToString::to_string);
+        let opened = open(&file).map_err(|why| {
             Refusal::new(
                 format!("{} cannot be loaded: {why}", path.display()),
                 "a shared library for this machine, such as `cc -shared -fPIC -O2 -o mine.so mine.c -lm` makes",

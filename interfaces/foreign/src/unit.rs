@@ -55,6 +55,21 @@ const UNITS: [Unit; 24] = [
     unit("MPa", [1, -1, -2, 0], 1e6),
 ];
 
+/// Names of units that tools write without saying what they are: taken at their word.
+const OTHERS: [Unit; 6] = [
+    unit("°", [0, 0, 0, 1], std::f64::consts::PI / 180.0),
+    unit("deg/s", [0, 0, -1, 1], std::f64::consts::PI / 180.0),
+    unit("%", [0, 0, 0, 0], 0.01),
+    unit("g", [0, 1, -2, 0], 9.80665),
+    unit("km/h", [0, 1, -1, 0], 1.0 / 3.6),
+    unit("kN", [1, 1, -2, 0], 1e3),
+];
+
+/// The unit of this name, one of ours or one that tools write.
+pub fn named(name: &str) -> Option<&'static Unit> {
+    find(name).or_else(|| OTHERS.iter().find(|u| u.name == name))
+}
+
 /// The unit of this name; none if the base units cannot express it.
 pub fn find(name: &str) -> Option<&'static Unit> {
     UNITS.iter().find(|u| u.name == name)

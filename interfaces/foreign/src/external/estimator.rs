@@ -167,7 +167,7 @@ impl Outside {
             if begun.elapsed() > PATIENCE {
                 let s = PATIENCE.as_secs();
                 return Err(format!(
-                    "gives no answer within {s} s to {frames} frames up to {last:X}, step {}",
+                    "gives no answer within {s} s to {frames} frames up to {last:X}, step {}; a program must flush each answer",
                     step.sequence
                 ));
             }

@@ -1,9 +1,9 @@
 //! The functions of an FMU, 2.0 or 3.0, and an instance that calls them.
 
 use super::description::Description;
+use crate::library::open;
 use libloading::Library;
 use monorig_sim::closed_loop::registry::Refusal;
-use std::error::Error;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::path::{Path, PathBuf};
 use std::ptr::{null, null_mut};
@@ -141,12 +141,7 @@ pub(crate) struct Calls {
 impl Calls {
     /// Loads the shared library and finds its functions.
     pub fn load(at: &str, path: &Path, three: bool) -> Result<Self, Refusal> {
-        // SAFETY: the user asks for the code of this FMU to be run; nothing can be known of it before.
-        let opened = unsafe { Library::new(path) };
-        let library: &'static Library = Box::leak(Box::new(opened.map_err(|e| {
-            let why = e
-                .source()
-                .map_or_else(|| e.to_string(), ToString::to_string);
+        let library: &'static Library = Box::leak(Box::new(open(path).map_err(|why| {
             Refusal::new(
                 format!("{at}: its shared library cannot be loaded: {why}"),
                 "an FMU for this machine, with all libraries that it needs inside",

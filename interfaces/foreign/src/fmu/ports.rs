@@ -2,7 +2,7 @@
 //! of an estimator are here, those of a controller beside it.
 
 use super::calls::Fmu;
-use super::description::{Description, Kind, Variable};
+use super::description::{BaseUnit, Description, Kind, Variable};
 use crate::signals::{self, FLAGS, NUMBERS, QUANTITIES};
 use crate::unit;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements, Slot, Value};
@@ -166,11 +166,17 @@ impl<'a> Names<'a> {
                 format!("a {is} of one value"),
             );
         }
-        if let (Some(base), Some(known)) = (v.base, unit::find(unit)) {
-            let [kg, m, s, rad] = [known.kg, known.m, known.s, known.rad];
-            let same = base.exponents == [kg, m, s, 0, 0, 0, 0, rad]
-                && (base.factor / known.factor - 1.0).abs() < 1e-9
-                && base.offset == 0.0;
+        let base = |u: &unit::Unit| BaseUnit {
+            exponents: [u.kg, u.m, u.s, 0, 0, 0, 0, u.rad],
+            factor: u.factor,
+            offset: 0.0,
+        };
+        // what the FMU says, else the word that it uses
+        let theirs = v.base.or_else(|| unit::named(v.unit.as_deref()?).map(base));
+        if let (Some(theirs), Some(known)) = (theirs, unit::find(unit).map(base)) {
+            let same = theirs.exponents == known.exponents
+                && (theirs.factor / known.factor - 1.0).abs() < 1e-9
+                && theirs.offset == 0.0;
             if !same {
                 let is = v.unit.as_deref().unwrap_or_default();
                 return refuse(

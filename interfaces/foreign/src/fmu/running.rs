@@ -154,14 +154,16 @@ impl RunningFmu {
         let given = |v: &Variable| named.iter().any(|(key, _)| *key == v.name);
         if let Some(v) = open.iter().find(|v| !given(v)) {
             let name = &v.name;
+            let held = match v.kind {
+                Kind::Other => "texts, arrays and numbers of other sizes cannot be held".to_owned(),
+                _ => format!("`{name}: 0` among the parameters holds it there"),
+            };
             return Err(Refusal::new(
                 format!(
                     "{}: its input `{name}` is none of ours, and nothing is connected to it",
                     fmu.at
                 ),
-                format!(
-                    "`map: {{{like}: {name}}}` or the like; `{name}: 0` among the parameters holds it there"
-                ),
+                format!("`map: {{{like}: {name}}}` or the like; {held}"),
             ));
         }
         let mut set = Vec::new();

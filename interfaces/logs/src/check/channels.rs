@@ -10,6 +10,8 @@ use monorig_estimators::api::signals::{Measurand, Shape};
 /// Least rates, Hz: the filters are made for steps of a fast IMU, and hold what comes less often.
 const MIN_IMU_HZ: f64 = 10.0;
 const MIN_HZ: f64 = 2.0;
+/// Share of a least rate that still counts as it: clocks differ.
+const MIN_SHARE_OF_RATE: f64 = 0.99;
 /// Largest share of stamps that are those of the sample before, and of those whose value is another.
 const MAX_DUPLICATES: f64 = 0.05;
 const MAX_CONTRADICTING: f64 = 0.001;
@@ -105,7 +107,7 @@ fn rate(c: &ChannelFigures) -> Option<Check> {
         _ => 0.0,
     };
     let name = report.name;
-    if report.rate_hz < least {
+    if report.rate_hz < MIN_SHARE_OF_RATE * least {
         let why = "too slow for these estimators".into();
         let good = format!("{least} or more");
         let what = format!("{name}: rate");
@@ -212,6 +214,9 @@ fn lag_check(name: &str, lag: Lag) -> Check {
                 1e3 * l.lag_s.abs()
             ))
         }
+        l if l.lag_s.abs() > MAX_LAG_S => Verdict::Unknown(
+            "a lag of 0 explains the log nearly as well, so that this one is not sharp".into(),
+        ),
         _ => Verdict::Good,
     };
     let range = format!("-{MAX_LAG_S} to {MAX_LAG_S}");

@@ -147,7 +147,8 @@ fn mean(values: impl Iterator<Item = f64>) -> (f64, usize) {
 
 /// The windows in which the vehicle stands; all of a log without wheels.
 fn standing(series: &Series) -> impl Iterator<Item = &Window> {
-    series.windows.iter().filter(|w| w.stands().unwrap_or(true))
+    let stands = |w: &&Window| w.stands().unwrap_or(w.wheels.is_empty());
+    series.windows.iter().filter(stands)
 }
 
 /// |f| at rest is g.

@@ -35,6 +35,14 @@ pub(super) fn floats(column: &dyn Array) -> Option<Float64Array> {
             let values = column.as_boolean().iter();
             values.map(|x| x.map(|x| f64::from(u8::from(x)))).collect()
         }
+        DataType::Dictionary(..) => {
+            let dictionary = column.as_any_dictionary();
+            let values = floats(dictionary.values().as_ref())?;
+            let keys = integers(dictionary.keys())?;
+            let value = |key: i64| Some(key as usize).filter(|k| values.is_valid(*k));
+            let value = |key: Option<i64>| value(key?).map(|k| values.value(k));
+            keys.iter().map(value).collect()
+        }
         _ => return None,
     })
 }

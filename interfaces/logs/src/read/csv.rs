@@ -68,7 +68,8 @@ impl LogReader for CsvReader {
         }
         titles.settle_time(&record);
         let table = out.table("", titles.columns());
-        let mut pieces = Pieces::default();
+        let (mut pieces, mut points, mut days) =
+            (Pieces::default(), Points::default(), Days::default());
         let mut values = Vec::with_capacity(titles.wanted.len());
         while more {
             let line = Line {
@@ -76,7 +77,8 @@ impl LogReader for CsvReader {
                 titles: &titles,
                 record: &record,
             };
-            let mut row = Row::at(table, line.stamp_ns()?, line.number());
+            points.see(&line)?;
+            let mut row = Row::at(table, line.stamp_ns(&mut days)?, line.number());
             if let Some(column) = titles.pieces {
                 row.piece = pieces.of(line.word(column));
             }
@@ -120,6 +122,8 @@ struct Titles {
     time: usize,
     /// Unit of the time; none until the first row tells it.
     unit: Option<TimeUnit>,
+    /// Column of the date of a time of day.
+    date: Option<usize>,
     /// Lines before the names.
     skipped: u64,
     pieces: Option<usize>,
@@ -172,13 +176,16 @@ impl Titles {
         let wanted = names.iter().enumerate().filter(is_wanted);
         let wanted = wanted.map(|(i, _)| i).collect();
         Ok(Self {
-            names,
             units: Vec::new(),
             time,
             unit,
+            date: names
+                .iter()
+                .position(|n| ["date", "datum"].contains(&n.to_lowercase().as_str())),
             skipped: 0,
             pieces,
             wanted,
+            names,
             comma,
             strict: options.wanted.is_some(),
         })
@@ -241,6 +248,67 @@ impl Pieces {
     }
 }
 
+/// Days that a time of day without a date has gone on.
+#[derive(Default)]
+struct Days {
+    last_ns: Option<i64>,
+    passed_ns: i64,
+}
+
+impl Days {
+    /// A time that goes back by more than half a day is one of the next day.
+    fn of(&mut self, ns: i64) -> i64 {
+        const DAY_NS: i64 = 86_400_000_000_000;
+        let last = self.last_ns.replace(ns).unwrap_or(ns);
+        self.passed_ns += if last - ns > DAY_NS / 2 { DAY_NS } else { 0 };
+        ns + self.passed_ns
+    }
+}
+
+/// Points before three digits, `1.220`, which stand between thousands where other values have a decimal comma.
+#[derive(Default)]
+struct Points {
+    has_comma: bool,
+    /// The first such value: its error, if a comma follows.
+    first: Option<Error>,
+}
+
+impl Points {
+    fn see(&mut self, line: &Line<'_>) -> Result<(), Error> {
+        let comma = line.titles.comma;
+        let has_comma =
+            |w: &[u8]| w.contains(&b',') && number(w, comma).is_some_and(f64::is_finite);
+        self.has_comma = comma && (self.has_comma || line.record.iter().any(has_comma));
+        if comma && self.first.is_none() {
+            let of_thousands = |word: &[u8]| {
+                let digits = word.strip_prefix(b"-").unwrap_or(word);
+                let is_point = |(i, c): (usize, &u8)| match i {
+                    _ if i + 4 == digits.len() => *c == b'.',
+                    _ => c.is_ascii_digit(),
+                };
+                (5..8).contains(&digits.len())
+                    && !digits.starts_with(b"0")
+                    && digits.iter().enumerate().all(is_point)
+            };
+            let mut wanted = line.titles.wanted.iter();
+            if let Some(&column) = wanted.find(|c| of_thousands(line.word(**c))) {
+                let what = format!("`{}` in the column", text::of_bytes(line.word(column)));
+                let why = "may be thousands: other values of this table have a decimal comma";
+                self.first = Some(line.wrong(
+                    column,
+                    &what,
+                    why,
+                    "nothing between thousands, and a comma before decimals",
+                ));
+            }
+        }
+        match self.first.take_if(|_| self.has_comma) {
+            Some(e) => Err(e),
+            None => Ok(()),
+        }
+    }
+}
+
 /// A line behind the first one.
 struct Line<'a> {
     path: &'a Path,
@@ -257,14 +325,22 @@ impl Line<'_> {
         self.record.get(column).unwrap_or_default()
     }
 
-    fn stamp_ns(&self) -> Result<i64, Error> {
+    fn stamp_ns(&self, days: &mut Days) -> Result<i64, Error> {
         let column = self.titles.time;
         let mut stamp = text::of_bytes(self.word(column));
+        let of_day = stamp.as_bytes().get(2) == Some(&b':');
+        if let Some(date) = self.titles.date.filter(|_| of_day) {
+            stamp = format!("{} {stamp}", text::of_bytes(self.word(date))).into();
+        }
         if self.titles.comma {
             stamp = stamp.replace(',', ".").into();
         }
         let unit = self.titles.unit.unwrap_or_default();
-        unit.parse(&stamp).ok_or_else(|| {
+        let goes_on = |ns| match of_day && self.titles.date.is_none() {
+            true => days.of(ns),
+            false => ns,
+        };
+        unit.parse(&stamp).map(goes_on).ok_or_else(|| {
             let (what, help) = (
                 format!("`{stamp}` in the column"),
                 "a number in the unit of the column, or `unit: iso8601` for dates",
@@ -353,7 +429,11 @@ fn prepare(path: &Path, file: &mut File) -> Result<(u8, u64), Error> {
             break;
         }
         let best = DELIMITERS.into_iter().max_by_key(|m| count(&line, *m));
-        if let Some(best) = best.filter(|m| count(&line, *m) > 0 && !line.starts_with(b"#")) {
+        // spreadsheets write `sep=,` before the names
+        let is_skipped = [&b"#"[..], b"sep=", b"SEP="]
+            .iter()
+            .any(|s| line.starts_with(s));
+        if let Some(best) = best.filter(|m| count(&line, *m) > 0 && !is_skipped) {
             (start, skipped, delimiter) = (at, lines, best);
             break;
         }

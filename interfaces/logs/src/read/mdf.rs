@@ -1,10 +1,11 @@
 //! MDF 4, by `falcon_mdf`: a table a channel group, read in windows of rows. The stamp is the start of the recording
-//! plus the master channel.
+//! plus the master channel. A channel whose values have names (flags, gears) is read as its numbers; of one that
+//! names some of its values, such as "not available", and computes the others, the named ones are no values.
 
 use super::{Asked, LogColumn, LogReader, Out, ReadOptions, Row, Section};
 use crate::notation::TimeUnit;
 use crate::wrong;
-use falcon_mdf::{Channel, ChannelGroup, Mf4File, OpenOptions};
+use falcon_mdf::{Channel, ChannelGroup, Conversion, Mf4File, OpenOptions, Signal, TableEntry};
 use monorig_sim::error::Error;
 use std::path::Path;
 
@@ -103,6 +104,26 @@ fn is_number(channel: &Channel) -> bool {
     )
 }
 
+/// The numbers of a channel, also of one whose conversion makes texts of them.
+fn numbers(signal: &Signal) -> Result<Vec<f64>, falcon_mdf::Mf4Error> {
+    let channel = signal.channel();
+    let computes_some = match &channel.conversion {
+        Conversion::ValueToText {
+            entries, default, ..
+        }
+        | Conversion::RangeToText {
+            entries, default, ..
+        } => entries.iter().chain(default).any(TableEntry::is_nested),
+        Conversion::Bitfield { .. } => false,
+        _ => return signal.values_f64(),
+    };
+    let raw = signal.raw_values()?.to_f64();
+    Ok(match computes_some {
+        true => raw.into_iter().map(|x| channel.convert(x)).collect(),
+        false => raw,
+    })
+}
+
 /// The name of a group: its acquisition name, else its number.
 fn table_name(file: &Mf4File, (d, c): (usize, usize)) -> String {
     let groups = file.data_groups();
@@ -153,7 +174,7 @@ fn read_group(
         let window = window.map_err(|e| broken(path, &e))?;
         let mut values = Vec::with_capacity(window.len());
         for signal in &window {
-            let numbers = signal.values_f64().map_err(|e| broken(path, &e))?;
+            let numbers = numbers(signal).map_err(|e| broken(path, &e))?;
             values.push((numbers, signal.validity()));
         }
         let Some(((times, _), columns)) = values.split_first() else {

@@ -20,7 +20,11 @@ const BATCH: usize = 4096;
 
 /// True if a column holds numbers.
 fn is_number(field: &Field) -> bool {
-    field.data_type().is_numeric() || *field.data_type() == DataType::Boolean
+    let of_values = match field.data_type() {
+        DataType::Dictionary(_, values) => values,
+        other => other,
+    };
+    of_values.is_numeric() || *of_values == DataType::Boolean
 }
 
 /// The reader of Parquet.

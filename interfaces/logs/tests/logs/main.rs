@@ -10,3 +10,4 @@ mod formats;
 mod mutants;
 mod planted;
 mod real;
+mod strangers;

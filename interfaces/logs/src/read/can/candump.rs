@@ -24,7 +24,14 @@ impl LogReader for CandumpReader {
     }
 
     fn recognises(&self, head: &[u8], _: &str) -> bool {
-        head.starts_with(b"(")
+        // with a stamp, or as it stands on the screen without one: `can0  100   [8]  08 07`
+        let line = head.split(|c| *c == b'\n').next().unwrap_or_default();
+        let mut words = line
+            .split(u8::is_ascii_whitespace)
+            .filter(|w| !w.is_empty());
+        let (first, third) = (words.next().unwrap_or_default(), words.nth(1));
+        let length = third.and_then(|w| w.strip_prefix(b"[")?.strip_suffix(b"]"));
+        first.starts_with(b"(") || length.is_some_and(|n| n.iter().all(u8::is_ascii_digit))
     }
 
     fn is_can(&self) -> bool {
@@ -78,7 +85,7 @@ impl Frames for Lines {
                         &self.path,
                         Some(self.line as usize),
                         format!("`{shown}` is no frame of candump"),
-                        "lines as `candump -L` writes them: (1700000000.000125) can0 100#B2FF",
+                        "lines with a time, as `candump -L` writes them: (1700000000.000125) can0 100#B2FF",
                     ));
                 }
             }

@@ -1,5 +1,5 @@
 //! DBC: messages and signals of a CAN bus, and how a signal is taken out of a frame: Intel and Motorola order, 11 and
-//! 29 bits, one level of multiplexing, floats.
+//! 29 bits, multiplexing of any depth, floats; messages of J1939 by their parameter group.
 
 use crate::read::text;
 use crate::wrong;
@@ -7,6 +7,7 @@ use can_dbc::{ByteOrder, Dbc, MessageId, MultiplexIndicator, SignalExtendedValue
 use monorig_sim::config::file::read_bytes;
 use monorig_sim::error::Error;
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// The messages of a bus.
@@ -14,6 +15,8 @@ use std::path::Path;
 pub struct Database {
     /// By identifier, and whether it has 29 bits.
     pub(super) messages: HashMap<(u32, bool), Message>,
+    /// Identifiers of the messages of J1939 by their parameter group; none of a bus of another kind.
+    groups: HashMap<u32, u32>,
 }
 
 /// The signals that are floats, by message and name.
@@ -41,7 +44,10 @@ pub(super) struct Signal {
     coding: Coding,
     factor: f64,
     offset: f64,
-    presence: Presence,
+    /// Its multiplexer, by its place in the message, and the numbers there with which it is in a frame.
+    cases: Option<(usize, Vec<RangeInclusive<u64>>)>,
+    /// Reason why it cannot be read.
+    pub unreadable: Option<String>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,13 +56,6 @@ enum Coding {
     Signed,
     Float32,
     Float64,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Presence {
-    Always,
-    Switch,
-    Case(u64),
 }
 
 impl Database {
@@ -76,7 +75,7 @@ impl Database {
     /// Parses a text.
     pub fn parse(text: &str) -> Result<Self, String> {
         let dbc = Dbc::try_from(text).map_err(|e| e.to_string())?;
-        let mut messages = HashMap::new();
+        let (mut messages, mut groups) = (HashMap::new(), HashMap::new());
         let floats = dbc.signal_extended_value_type_list.iter();
         let floats: Floats<'_> = floats
             .map(|x| {
@@ -91,14 +90,34 @@ impl Database {
                 MessageId::Standard(id) => (u32::from(id), false),
                 MessageId::Extended(id) => (id & 0x1FFF_FFFF, true),
             };
-            let signals = m.signals.iter().map(|s| Signal::new(&floats, m, s));
             let message = Message {
                 name: m.name.clone(),
-                signals: signals.collect::<Result<_, _>>()?,
+                signals: m
+                    .signals
+                    .iter()
+                    .map(|s| Signal::new(&floats, m, s))
+                    .collect(),
             };
             messages.insert(id, message);
+            if let (id, true) = id {
+                groups.insert(parameter_group(id), id);
+            }
         }
-        Ok(Self { messages })
+        // the address FE stands for any sender
+        let any_sender = groups.values().any(|id| id & 0xFF == 0xFE);
+        if !any_sender && !text.contains("J1939") {
+            groups.clear();
+        }
+        Ok(Self { messages, groups })
+    }
+
+    /// The identifier in the database of the message that a frame has; of J1939 whatever the address of its sender.
+    pub(super) fn known_as(&self, id: (u32, bool)) -> Option<(u32, bool)> {
+        if self.messages.contains_key(&id) {
+            return Some(id);
+        }
+        let group = self.groups.get(&parameter_group(id.0)).filter(|_| id.1);
+        group.map(|id| (*id, true))
     }
 
     /// The number of messages.
@@ -107,18 +126,34 @@ impl Database {
     }
 }
 
+/// The parameter group of an identifier of J1939: without priority, sender and, below F000, the receiver.
+fn parameter_group(id: u32) -> u32 {
+    match id >> 16 & 0xFF {
+        0..0xF0 => id >> 8 & 0x3_FF00,
+        _ => id >> 8 & 0x3_FFFF,
+    }
+}
+
 impl Message {
-    /// The case of a frame by its multiplexer; none of a message without.
-    pub fn switch(&self, data: &[u8]) -> Option<u64> {
-        self.signals
-            .iter()
-            .find(|s| s.presence == Presence::Switch)?
-            .raw(data)
+    /// The value of a signal; none if it is not in this frame.
+    pub fn value(&self, signal: usize, data: &[u8]) -> Option<f64> {
+        let signal = self.signals.get(signal)?;
+        let mut at = signal;
+        // no chain of multiplexers is longer than the list of signals
+        for _ in &self.signals {
+            let Some((multiplexer, cases)) = &at.cases else {
+                return signal.value(data);
+            };
+            at = self.signals.get(*multiplexer)?;
+            let case = at.raw(data)?;
+            cases.iter().any(|c| c.contains(&case)).then_some(())?;
+        }
+        None
     }
 }
 
 impl Signal {
-    fn new(floats: &Floats<'_>, m: &can_dbc::Message, s: &can_dbc::Signal) -> Result<Self, String> {
+    fn new(floats: &Floats<'_>, m: &can_dbc::Message, s: &can_dbc::Signal) -> Self {
         let coding = match (floats.get(&(m.id, &*s.name)), &s.value_type) {
             (Some(SignalExtendedValueType::IEEEfloat32Bit), _) => Coding::Float32,
             (Some(SignalExtendedValueType::IEEEdouble64bit), _) => Coding::Float64,
@@ -131,24 +166,32 @@ impl Signal {
             Coding::Float64 => size == 64,
             _ => (1..=64).contains(&size),
         };
-        if !fits || s.start_bit >= 512 {
-            return Err(format!(
+        let fits = fits && s.start_bit < 512;
+        let case = match s.multiplexer_indicator {
+            MultiplexIndicator::Plain | MultiplexIndicator::Multiplexor => None,
+            MultiplexIndicator::MultiplexedSignal(case)
+            | MultiplexIndicator::MultiplexorAndMultiplexedSignal(case) => Some(case),
+        };
+        // `SG_MUL_VAL_` names multiplexer and ranges; without it the only multiplexer and one number are meant
+        let mut extended = dbc.extended_multiplex.iter();
+        let extended = extended.find(|e| e.message_id == m.id && e.signal_name == s.name);
+        let cases = case.map(|case| {
+            let is_multiplexer = |other: &can_dbc::Signal| match extended {
+                Some(e) => other.name == e.multiplexor_signal_name,
+                None => other.multiplexer_indicator == MultiplexIndicator::Multiplexor,
+            };
+            let place = m.signals.iter().position(is_multiplexer);
+            let ranges = extended.map(|e| e.mappings.iter().map(|r| r.min_value..=r.max_value));
+            let ranges = ranges.map_or(vec![case..=case], Iterator::collect);
+            (place.unwrap_or(usize::MAX), ranges)
+        });
+        let unreadable = (!fits).then(|| {
+            format!(
                 "the signal `{}` of `{}` has {size} bits from bit {}",
                 s.name, m.name, s.start_bit
-            ));
-        }
-        let presence = match s.multiplexer_indicator {
-            MultiplexIndicator::Plain => Presence::Always,
-            MultiplexIndicator::Multiplexor => Presence::Switch,
-            MultiplexIndicator::MultiplexedSignal(case) => Presence::Case(case),
-            MultiplexIndicator::MultiplexorAndMultiplexedSignal(_) => {
-                return Err(format!(
-                    "the signal `{}` of `{}` is multiplexed and a multiplexer at once, which is not read",
-                    s.name, m.name
-                ));
-            }
-        };
-        Ok(Self {
+            )
+        });
+        Self {
             name: s.name.clone(),
             unit: s.unit.clone(),
             start: s.start_bit as u32,
@@ -157,15 +200,8 @@ impl Signal {
             coding,
             factor: s.factor,
             offset: s.offset,
-            presence,
-        })
-    }
-
-    /// True if it is in a frame of this case.
-    pub fn is_present(&self, switch: Option<u64>) -> bool {
-        match self.presence {
-            Presence::Case(case) => switch == Some(case),
-            _ => true,
+            cases,
+            unreadable,
         }
     }
 
@@ -196,7 +232,7 @@ impl Signal {
     }
 
     /// Its value; none if the frame is too short.
-    pub fn value(&self, data: &[u8]) -> Option<f64> {
+    fn value(&self, data: &[u8]) -> Option<f64> {
         let raw = self.raw(data)?;
         let number = match self.coding {
             Coding::Float32 => f64::from(f32::from_bits(raw as u32)),

@@ -44,24 +44,39 @@ pub(super) fn read(
         ));
     };
     let database = Database::load(dbc)?;
-    let tables = tables(&database, options, out);
+    let tables = tables(dbc, &database, options, out)?;
     let mut frame = Frame::default();
     let (mut seen, mut known) = (0u64, 0u64);
+    let mut senders = HashMap::new();
     while frames.next(&mut frame)? {
         seen += 1;
-        let id = (frame.id, frame.extended);
-        if database.messages.contains_key(&id) {
-            known += 1;
-        }
+        let Some(id) = database.known_as((frame.id, frame.extended)) else {
+            continue;
+        };
+        known += 1;
         let (Some((table, wanted)), Some(message)) = (tables.get(&id), database.messages.get(&id))
         else {
             continue;
         };
-        let switch = message.switch(&frame.data);
-        let values = wanted.iter().map(|i| match message.signals.get(*i) {
-            Some(s) if s.is_present(switch) => s.value(&frame.data).unwrap_or(f64::NAN),
-            _ => f64::NAN,
-        });
+        let sender = *senders.entry(id).or_insert(frame.id & 0xFF);
+        if frame.extended && sender != frame.id & 0xFF {
+            if options.wanted.is_none() {
+                continue; // what is shown is that of the first sender
+            }
+            let name = &message.name;
+            return Err(wrong(
+                path,
+                None,
+                format!(
+                    "frame {} of `{name}` comes from {:02X}, others from {sender:02X}",
+                    frame.place,
+                    frame.id & 0xFF
+                ),
+                "a message for each sender in the database, with its address in the identifier",
+            ));
+        }
+        let value = |i: &usize| message.value(*i, &frame.data).unwrap_or(f64::NAN);
+        let values = wanted.iter().map(value);
         if !out.row(Row::at(*table, frame.ns, frame.place), values) {
             return Ok(());
         }
@@ -82,18 +97,25 @@ pub(super) fn read(
 
 /// The tables of the messages with a wanted signal, by the identifier of the message, each with the wanted signals.
 fn tables(
+    dbc: &Path,
     database: &Database,
     options: &ReadOptions,
     out: &mut Out<'_>,
-) -> HashMap<(u32, bool), (u32, Vec<usize>)> {
+) -> Result<HashMap<(u32, bool), (u32, Vec<usize>)>, Error> {
     let mut tables = HashMap::new();
     let mut messages: Vec<_> = database.messages.iter().collect();
     messages.sort_by_key(|(id, _)| **id);
     for (id, message) in messages {
         let signals = message.signals.iter().enumerate();
-        let wanted: Vec<_> = signals
+        let mut wanted: Vec<_> = signals
             .filter(|(_, s)| options.wants(&message.name, &s.name))
             .collect();
+        let unreadable = wanted.iter().find_map(|(_, s)| s.unreadable.as_ref());
+        if let Some(why) = unreadable.filter(|_| options.wanted.is_some()) {
+            let help = "a DBC file as Vector's tools and cantools write it";
+            return Err(wrong(dbc, None, why, help));
+        }
+        wanted.retain(|(_, s)| s.unreadable.is_none());
         if wanted.is_empty() {
             continue;
         }
@@ -105,5 +127,5 @@ fn tables(
         let wanted = wanted.into_iter().map(|(i, _)| i).collect();
         tables.insert(*id, (table, wanted));
     }
-    tables
+    Ok(tables)
 }

@@ -265,12 +265,16 @@ impl Reading<'_, '_, '_> {
         let Some(topic) = self.topics.get(&channel) else {
             return Err(self.broken(&"a message of a channel that the file does not describe"));
         };
-        let Some(message) = decode(topic, data).map_err(|e| self.broken(&e))? else {
-            return Ok(true);
+        let message = match decode(topic, data) {
+            Ok(Some(message)) => message,
+            Err(e) if self.may_be_wanted(topic) => return Err(self.broken(&e)),
+            _ => return Ok(true),
         };
         let logged = i64::try_from(logged).map_err(|e| self.broken(&e))?;
         let published = i64::try_from(published).ok().filter(|t| *t != 0);
-        let stamp_ns = message.stamp_ns.or(published).unwrap_or(logged);
+        // a driver that has no time yet writes a stamp of zero
+        let own = message.stamp_ns.filter(|t| *t != 0);
+        let stamp_ns = own.or(published).unwrap_or(logged);
         let Some(topic) = self.topics.get_mut(&channel) else {
             return Ok(true);
         };
@@ -289,13 +293,25 @@ impl Reading<'_, '_, '_> {
         };
         Ok(self.out.row(row, values))
     }
+
+    /// False if each column that is wanted is of another topic.
+    fn may_be_wanted(&self, topic: &Topic) -> bool {
+        let of = |name: &str, t: &Topic| {
+            name.strip_prefix(&t.name)
+                .is_some_and(|c| c.starts_with('.'))
+        };
+        let elsewhere =
+            |name: &String| !of(name, topic) && self.topics.values().any(|t| of(name, t));
+        let wanted = self.options.wanted.as_ref();
+        !wanted.is_some_and(|all| all.iter().all(elsewhere))
+    }
 }
 
 /// The values of a message; none of an encoding that is not read.
 fn decode(topic: &Topic, data: &[u8]) -> Result<Option<cdr::Decoded>, String> {
     match topic.encoding.as_str() {
         "json" => {
-            let value = serde_json::from_slice(data)
+            let value = json::parse(data)
                 .map_err(|e| format!("a message of {} is no JSON: {e}", topic.name))?;
             let mut values = Vec::new();
             json::flatten(&value, "", &mut values);
