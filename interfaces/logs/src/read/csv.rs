@@ -341,10 +341,11 @@ impl Line<'_> {
             false => ns,
         };
         unit.parse(&stamp).map(goes_on).ok_or_else(|| {
-            let (what, help) = (
-                format!("`{stamp}` in the column"),
-                "a number in the unit of the column, or `unit: iso8601` for dates",
-            );
+            let what = format!("`{stamp}` in the column");
+            let help = match !self.titles.comma && stamp.contains(',') {
+                true => "a decimal point where values are separated by commas",
+                false => "a number in the unit of the column, or `unit: iso8601` for dates",
+            };
             self.wrong(column, &what, "is no time", help)
         })
     }

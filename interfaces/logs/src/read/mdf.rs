@@ -76,6 +76,13 @@ impl LogReader for MdfReader {
             section,
         } = asked;
         let file = open(path)?;
+        let is_frame = |ch: &Channel| ch.name.starts_with("CAN_DataFrame");
+        let is_bus = || groups(&file).any(|(.., group)| group.channels.iter().any(is_frame));
+        if options.wanted.is_none() && options.dbc.is_some() && is_bus() {
+            let what = "this MDF file holds frames of a CAN bus, which are not read out of MDF: `--dbc` has no effect";
+            let help = "the same frames as candump, ASC or BLF, such as asammdf and python-can export them";
+            return Err(wrong(path, None, what, help));
+        }
         for (d, c, group) in groups(&file) {
             let is_read = section == Section::Whole || section == Section::Group(d, c);
             if is_read && !read_group(path, &file, (d, c, group), options, out)? {

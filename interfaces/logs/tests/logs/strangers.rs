@@ -371,3 +371,32 @@ fn flags_of_mdf_with_names_are_numbers() {
             .all(|((_, x), raw)| *x == f64::from(*raw))
     );
 }
+
+/// A decimal comma between quotes in a table separated by commas is named; so are frames of a bus in MDF with a
+/// database.
+#[test]
+fn what_is_not_read_is_named() {
+    let folder = Folder::new();
+    let commas = folder.put("a.csv", "\"Zeit [s]\",\"v\"\n\"0,00\",\"3,00\"\n");
+    let refused = read(&commas, &ReadOptions::default()).unwrap_err();
+    assert!(
+        refused.contains("a.csv:2:") && refused.contains("a decimal point where"),
+        "{refused}"
+    );
+
+    let mut file = falcon_mdf::Mf4Writer::with_start_time_ns(0);
+    let group = file.add_group(&[0.0, 0.1]).unwrap();
+    let ids = falcon_mdf::model::SignalValues::U16(vec![0x100, 0x100]);
+    group
+        .add_channel_typed("CAN_DataFrame.ID", "", ids)
+        .unwrap();
+    let path = folder.put("a.mf4", "");
+    file.write_to_file(&path).unwrap();
+    assert!(read(&path, &ReadOptions::default()).is_ok());
+    let options = ReadOptions {
+        dbc: Some(folder.put("bus.dbc", BUS)),
+        ..ReadOptions::default()
+    };
+    let refused = read(&path, &options).unwrap_err();
+    assert!(refused.contains("frames of a CAN bus"), "{refused}");
+}

@@ -60,8 +60,10 @@ fn binary(bytes: &[u8]) -> Option<Vec<[f64; 3]>> {
 
 /// Corners of all triangles of a text file.
 fn text(bytes: &[u8]) -> Option<Vec<[f64; 3]>> {
-    let text = std::str::from_utf8(bytes).ok()?;
-    if !text.trim_start().starts_with("solid") {
+    // the name behind `solid` is in the code page of the program that wrote it
+    let text = String::from_utf8_lossy(bytes).to_ascii_lowercase();
+    let text = text.trim_start_matches(['\u{feff}', ' ', '\t', '\r', '\n']);
+    if !text.starts_with("solid") {
         return None;
     }
     let mut corners = Vec::new();
@@ -115,6 +117,26 @@ mod tests {
                 a.dot(&b.cross(&c)) / 6.0
             })
             .sum()
+    }
+
+    /// The name may be in any code page, the words in capitals, a byte order mark before them.
+    #[test]
+    fn text_of_other_programs() {
+        let mut plain = b"solid name\n".to_vec();
+        for v in TETRAHEDRON.iter().flatten() {
+            plain.extend(format!("vertex {:e} {:e} {:e}\n", v[0], v[1], v[2]).into_bytes());
+        }
+        let expected = text(&plain).unwrap();
+        assert_eq!(expected.len(), 12);
+        for byte in 0x80..=0xFF {
+            let named = [&b"solid Tr\t"[..], &[byte], &plain[10..]].concat();
+            assert_eq!(text(&named).unwrap(), expected);
+        }
+        assert_eq!(text(&plain.to_ascii_uppercase()).unwrap(), expected);
+        assert_eq!(
+            text(&[&b"\xEF\xBB\xBF"[..], &plain].concat()).unwrap(),
+            expected
+        );
     }
 
     #[test]
