@@ -66,7 +66,7 @@ const OTHERS: [Unit; 6] = [
 ];
 
 /// The unit of this name, one of ours or one that tools write.
-pub fn named(name: &str) -> Option<&'static Unit> {
+pub(crate) fn named(name: &str) -> Option<&'static Unit> {
     find(name).or_else(|| OTHERS.iter().find(|u| u.name == name))
 }
 

@@ -263,8 +263,8 @@ mod tests {
 
     /// The noise that is learnt is that of the samples, whatever codes stand among them: drawn places and codes, up to
     /// one sample in fifty. Three second differences a code make 6 % of all; the rest of the tenth that is left out is
-    /// then 4.3 % of the others, whose mean square is 0.781 of the whole: a standard deviation is 12 % too large. Its own
-    /// standard deviation, 0.9 %, is allowed besides, three times.
+    /// then 4.3 % of the others, whose mean square is 0.781 of the whole: a standard deviation is 12 % too large. Three
+    /// times its own standard deviation, 0.9 %, is allowed besides.
     #[test]
     fn codes_are_no_noise() {
         let mut random = Random::new(6);
