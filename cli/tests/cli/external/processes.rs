@@ -34,8 +34,8 @@ fn what_goes_wrong_at_the_other_end_is_told() {
             "gives no answer within 2 s to",
         ),
         (
-            "{process: [sleep, \"60\"]}",
-            "sleep gives no answer within 2 s to",
+            "{process: [sleep, \"60\"], start_s: 0.5}",
+            "sleep gives no answer within 0.5 s to",
         ),
         (
             "{process: [sh, -c, exit 3]}",
@@ -51,7 +51,10 @@ fn what_goes_wrong_at_the_other_end_is_told() {
             "sh sends a line of more than",
         ),
         // what it is sent is none of an answer
-        ("{process: [cat]}", "cat gives no answer within 2 s to"),
+        (
+            "{process: [cat], start_s: 1}",
+            "cat gives no answer within 1 s to",
+        ),
     ] {
         let words = broken(ecu);
         assert!(words.contains(told), "{words}");

@@ -36,6 +36,7 @@ fn an_external_estimator_in_a_scenario() {
             "{process: [sh], deadline_ms: 0}",
             "`deadline_ms` is above 0 and at most 1000",
         ),
+        ("{process: [sh], start_s: 601}", "`start_s` is above 0"),
         (
             "{process: [sh], faults: {delay_every: 3}}",
             "`delay_every` and `delay_ms` belong together",

@@ -7,7 +7,7 @@ use monorig_estimators::api::estimator::Internal;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements};
 use monorig_estimators::{Error, Estimator, Real};
 use monorig_sim::closed_loop::{AnswerCounter, AnswerCounts, WallClock};
-use monorig_sim::config::scenario::AnswerFaults;
+use monorig_sim::config::scenario::{AnswerFaults, External};
 use monorig_sim::interrupt;
 use monorig_wire::SEQUENCES;
 use monorig_wire::answer::{Answer, Answers, Came};
@@ -16,7 +16,7 @@ use monorig_wire::step::Step;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Time for an answer, and for the first one of a process, which starts.
+/// Time for an answer, but for the first one.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// Time for an answer once everything is to end.
 const LAST_WORD: Duration = Duration::from_millis(500);
@@ -44,7 +44,11 @@ pub(super) struct Outside {
     /// Counts of its answers, which the rig reads.
     counter: AnswerCounter,
     faults: AnswerFaults,
-    /// True once the first step was answered.
+    /// Time for the first answer.
+    start_time: Duration,
+    /// True once a step was answered.
+    answered: bool,
+    /// True once the first step was answered in real time.
     begun: bool,
     /// Why it answers no more.
     lost: Option<String>,
@@ -62,7 +66,7 @@ enum Judged {
 
 impl Outside {
     /// One for a vehicle of so many drive units.
-    pub fn new(link: Box<dyn Link>, numbers: Numbers, drives: usize, faults: AnswerFaults) -> Self {
+    pub fn new(link: Box<dyn Link>, numbers: Numbers, drives: usize, external: &External) -> Self {
         Self {
             link,
             numbers,
@@ -74,7 +78,9 @@ impl Outside {
             sent_again: 0,
             real_time: None,
             counter: AnswerCounter::default(),
-            faults,
+            faults: external.faults,
+            start_time: external.start(),
+            answered: false,
             begun: false,
             lost: None,
         }
@@ -157,17 +163,28 @@ impl Outside {
                 }
             })?;
             match judged {
-                Judged::Answered(answer) => return Ok(answer),
+                Judged::Answered(answer) => {
+                    self.answered = true;
+                    return Ok(answer);
+                }
                 Judged::Wrong(why) => return Err(why),
                 Judged::Waiting => {}
             }
             if interrupt::requested() && begun.elapsed() > LAST_WORD {
                 return Err("was interrupted".to_owned());
             }
-            if begun.elapsed() > PATIENCE {
-                let s = PATIENCE.as_secs();
+            let time = match self.answered {
+                true => PATIENCE,
+                false => self.start_time,
+            };
+            if begun.elapsed() > time {
+                let more = match self.answered {
+                    true => "",
+                    false => ", and `start_s` allows more time to start",
+                };
                 return Err(format!(
-                    "gives no answer within {s} s to {frames} frames up to {last:X}, step {}; a program must flush each answer",
+                    "gives no answer within {} s to {frames} frames up to {last:X}, step {}; a program must flush each answer{more}",
+                    time.as_secs_f64(),
                     step.sequence
                 ));
             }

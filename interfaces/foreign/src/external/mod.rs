@@ -75,7 +75,7 @@ pub(crate) fn estimator_of(
                 ));
             }
         };
-        let mut outside = Outside::new(link, numbers, vehicle.drives, external.faults);
+        let mut outside = Outside::new(link, numbers, vehicle.drives, &external);
         if let Some((clock, counter)) = &timed {
             outside = outside.on_clock(clock.clone(), external.deadline(), counter.clone());
         }

@@ -49,6 +49,12 @@ pub(super) fn plain(serde: &str) -> ErrorMessage {
                 "invalid length " => format!("a list of {what}"),
                 _ => found(what),
             };
+            if wanted == "field identifier" {
+                return told(
+                    format!("{what} stands where the name of a key belongs"),
+                    "`key: value`; numbers have a decimal point, not a comma".to_owned(),
+                );
+            }
             let wanted = expected(wanted);
             return told(
                 format!("expected {wanted}, found {what}"),

@@ -84,6 +84,31 @@ pub(crate) fn yaml(text: &str) -> Result<(), Over> {
     }
 }
 
+/// Refuses what looks like YAML and is none: a space of another kind where one belongs, a merge key.
+fn taken_for_yaml(text: &str) -> Option<Over> {
+    let indented = text.chars().next();
+    let behind = text
+        .split(':')
+        .skip(1)
+        .filter_map(|rest| rest.chars().next());
+    let mut spaces = indented.into_iter().chain(behind);
+    if let Some(c) = spaces.find(|c| !c.is_ascii() && c.is_whitespace()) {
+        return Some(Over::new(
+            format!(
+                "the character U+{:04X} looks like a space and is none",
+                u32::from(c)
+            ),
+            "a space in its place; it comes with text that is copied from pages and chats",
+        ));
+    }
+    (text == "<<").then(|| {
+        Over::new(
+            "merge keys (`<<`) are not read",
+            "write the keys out where they belong",
+        )
+    })
+}
+
 /// Counts so far.
 #[derive(Default)]
 struct Spent {
@@ -171,6 +196,10 @@ impl<'de> Visitor<'de> for ValueCounter<'_> {
     }
 
     fn visit_str<E: Error>(self, text: &str) -> Result<(), E> {
+        if let Some(over) = taken_for_yaml(text) {
+            self.spent.over.set(Some(over));
+            return Err(E::custom("no YAML"));
+        }
         self.count(text.len())
     }
 

@@ -223,3 +223,27 @@ fn a_value_is_added_to_a_list() {
         .to_string();
     assert!(bad.contains("--set arcs[+]={radius_m: -1}"), "{bad}");
 }
+
+/// What looks like YAML and is none is named, at its line, whatever the space is called.
+#[test]
+fn what_only_looks_like_yaml_is_named() {
+    for (text, told, line) in [
+        ("version: 1\n\u{a0}\u{a0}arcs: []\n", "U+00A0", 2),
+        ("version: 1\narcs:\u{a0}[{radius_m: 4}]\n", "U+00A0", 2),
+        ("version: 1\narcs:\u{3000}[]\n", "U+3000", 2),
+        (
+            "version: 1\narcs:\n  - {radius_m: 1,0}\n",
+            "the number 0 stands where",
+            3,
+        ),
+        (
+            "version: 1\na: &a {radius_m: 4}\narcs:\n  - <<: *a\n",
+            "merge keys",
+            4,
+        ),
+    ] {
+        let (e, _folder) = wrong(text.as_bytes());
+        assert!(e.message.contains(told), "{text}: {e}");
+        assert_eq!(e.line, Some(line), "{text}: {e}");
+    }
+}

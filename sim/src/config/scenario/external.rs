@@ -23,6 +23,9 @@ pub struct External {
     /// Time for an answer in real time, ms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deadline_ms: Option<f64>,
+    /// Time for the first answer, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start_s: Option<f64>,
     /// Answers that are lost or held up on purpose.
     #[serde(skip_serializing_if = "AnswerFaults::are_none")]
     pub faults: AnswerFaults,
@@ -83,6 +86,9 @@ impl AnswerFaults {
 const DEADLINE_MS: f64 = 2.0;
 /// Longest time that can be set, ms.
 const MAX_MS: f64 = 1000.0;
+/// Time for the first answer of a process, which starts, and of what runs already, s; longest that can be set.
+const START_S: [f64; 2] = [10.0, 2.0];
+const MAX_START_S: f64 = 600.0;
 
 impl External {
     /// The files among the words of a process, from the folder of the scenario: what it runs.
@@ -101,6 +107,16 @@ impl External {
     /// Time for an answer in real time.
     pub fn deadline(&self) -> Duration {
         Duration::from_secs_f64(self.deadline_ms.unwrap_or(DEADLINE_MS) * 1e-3)
+    }
+
+    /// Time for the first answer.
+    pub fn start(&self) -> Duration {
+        let [process, other] = START_S;
+        let usual = match self.way {
+            Way::Process(_) => process,
+            _ => other,
+        };
+        Duration::from_secs_f64(self.start_s.unwrap_or(usual))
     }
 }
 
@@ -126,6 +142,9 @@ struct ExternalFile {
     /// delivered.
     #[serde(default)]
     deadline_ms: Option<f64>,
+    /// Time for the first answer, s: 10 by default for a process, which starts, and 2 for the others.
+    #[serde(default)]
+    start_s: Option<f64>,
     /// Answers that are lost or held up on purpose, in real time.
     #[serde(default)]
     faults: AnswerFaults,
@@ -155,12 +174,13 @@ impl TryFrom<ExternalFile> for External {
                 return Err("one of `process`, `udp` and `can` says where the estimator is".into());
             }
         };
-        for (key, ms) in [
-            ("deadline_ms", file.deadline_ms),
-            ("faults.delay_ms", file.faults.delay_ms),
+        for (key, time, most) in [
+            ("deadline_ms", file.deadline_ms, MAX_MS),
+            ("faults.delay_ms", file.faults.delay_ms, MAX_MS),
+            ("start_s", file.start_s, MAX_START_S),
         ] {
-            if ms.is_some_and(|ms| !(ms > 0.0 && ms <= MAX_MS)) {
-                return Err(format!("`{key}` is above 0 and at most {MAX_MS}"));
+            if time.is_some_and(|time| !(time > 0.0 && time <= most)) {
+                return Err(format!("`{key}` is above 0 and at most {most}"));
             }
         }
         if file.faults.delay_every.is_some() != file.faults.delay_ms.is_some() {
@@ -169,6 +189,7 @@ impl TryFrom<ExternalFile> for External {
         Ok(Self {
             way,
             deadline_ms: file.deadline_ms,
+            start_s: file.start_s,
             faults: file.faults,
             signals: file.signals,
             folder: PathBuf::new(),

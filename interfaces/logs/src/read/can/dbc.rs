@@ -3,7 +3,10 @@
 
 use crate::read::text;
 use crate::wrong;
-use can_dbc::{ByteOrder, Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType, ValueType};
+use can_dbc::{
+    ByteOrder, Dbc, ExtendedMultiplex, MessageId, MultiplexIndicator, SignalExtendedValueType,
+    ValueType,
+};
 use monorig_sim::config::file::read_bytes;
 use monorig_sim::error::Error;
 use std::collections::HashMap;
@@ -19,8 +22,12 @@ pub struct Database {
     groups: HashMap<u32, u32>,
 }
 
-/// The signals that are floats, by message and name.
-type Floats<'a> = HashMap<(MessageId, &'a str), &'a SignalExtendedValueType>;
+/// What is said of signals outside of their messages, by message and name: which are floats, and of which multiplexer.
+#[derive(Default)]
+struct Apart<'a> {
+    floats: HashMap<(MessageId, &'a str), &'a SignalExtendedValueType>,
+    multiplexed: HashMap<(MessageId, &'a str), &'a ExtendedMultiplex>,
+}
 
 /// A message.
 #[derive(Clone, Debug, Default)]
@@ -76,27 +83,23 @@ impl Database {
     pub fn parse(text: &str) -> Result<Self, String> {
         let dbc = Dbc::try_from(text).map_err(|e| e.to_string())?;
         let (mut messages, mut groups) = (HashMap::new(), HashMap::new());
-        let floats = dbc.signal_extended_value_type_list.iter();
-        let floats: Floats<'_> = floats
-            .map(|x| {
-                (
-                    (x.message_id, &*x.signal_name),
-                    &x.signal_extended_value_type,
-                )
-            })
-            .collect();
+        let mut apart = Apart::default();
+        for x in &dbc.signal_extended_value_type_list {
+            let key = (x.message_id, &*x.signal_name);
+            apart.floats.insert(key, &x.signal_extended_value_type);
+        }
+        for x in &dbc.extended_multiplex {
+            apart.multiplexed.insert((x.message_id, &x.signal_name), x);
+        }
         for m in &dbc.messages {
             let id = match m.id {
                 MessageId::Standard(id) => (u32::from(id), false),
                 MessageId::Extended(id) => (id & 0x1FFF_FFFF, true),
             };
+            let signals = m.signals.iter().map(|s| Signal::new(&apart, m, s));
             let message = Message {
                 name: m.name.clone(),
-                signals: m
-                    .signals
-                    .iter()
-                    .map(|s| Signal::new(&floats, m, s))
-                    .collect(),
+                signals: signals.collect(),
             };
             messages.insert(id, message);
             if let (id, true) = id {
@@ -153,8 +156,8 @@ impl Message {
 }
 
 impl Signal {
-    fn new(floats: &Floats<'_>, m: &can_dbc::Message, s: &can_dbc::Signal) -> Self {
-        let coding = match (floats.get(&(m.id, &*s.name)), &s.value_type) {
+    fn new(apart: &Apart<'_>, m: &can_dbc::Message, s: &can_dbc::Signal) -> Self {
+        let coding = match (apart.floats.get(&(m.id, &*s.name)), &s.value_type) {
             (Some(SignalExtendedValueType::IEEEfloat32Bit), _) => Coding::Float32,
             (Some(SignalExtendedValueType::IEEEdouble64bit), _) => Coding::Float64,
             (_, ValueType::Signed) => Coding::Signed,
@@ -173,8 +176,7 @@ impl Signal {
             | MultiplexIndicator::MultiplexorAndMultiplexedSignal(case) => Some(case),
         };
         // `SG_MUL_VAL_` names multiplexer and ranges; without it the only multiplexer and one number are meant
-        let mut extended = dbc.extended_multiplex.iter();
-        let extended = extended.find(|e| e.message_id == m.id && e.signal_name == s.name);
+        let extended = apart.multiplexed.get(&(m.id, &*s.name));
         let cases = case.map(|case| {
             let is_multiplexer = |other: &can_dbc::Signal| match extended {
                 Some(e) => other.name == e.multiplexor_signal_name,
