@@ -289,7 +289,7 @@ mod tests {
                 slope_valid: true,
                 ..Default::default()
             };
-            Quantity::Slope.is_overconfident(&x, 3.0)
+            Quantity::Slope.is_overconfident(&x, &IntegrityLimits::default())
         };
         assert!(of(16.0) && !of(8.0));
     }

@@ -81,6 +81,7 @@ mod tests {
 
     fn sample(t_s: f64, e: f64, valid: bool) -> ErrorSample {
         ErrorSample {
+            reference_sd: [0.0; 2],
             t_s,
             unreferenced: [false; 3],
             mass_rel: e,
