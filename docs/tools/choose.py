@@ -12,7 +12,7 @@ SCENARIOS = {
     "huainan_section2": "",
     "winding": ": bends of 4 m, crests of 10 m",
     "rail_joints": ": kinks and steps every 3 m",
-    "loading_station": ": 12 t taken on at a standstill",
+    "loading_station": ": 12 t loaded at a standstill",
     "fault_off": ": instruments without samples",
     "harsh/mems_liu2023_vehicle_test": ": not calibrated",
     "harsh/harsh_liu2023_vehicle_test": ": not calibrated, shaken",
