@@ -204,7 +204,7 @@ mod tests {
             };
             let within = end * (0.01 + 0.98 * random.unit());
             assert_eq!(of(bound(within), "[]".into()), Ok(()), "{}", metric.name);
-            for beyond in [end, end * (1.0 + 9.0 * random.unit()), 1e300] {
+            for beyond in [end, end * (1.0 + 9.0 * random.unit()), 1e11] {
                 let told = of(bound(beyond), "[]".into()).unwrap_err();
                 assert!(told.contains("decides nothing"), "{told}");
             }

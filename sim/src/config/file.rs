@@ -413,9 +413,17 @@ impl Document {
             );
         }
         let place = e.inner().location().map(|l| (l.line(), l.column()));
-        let line = place
-            .and_then(|(line, _)| self.text.lines().nth(line.saturating_sub(1)))
-            .unwrap_or_default();
+        let line_at = |number: usize| self.text.lines().nth(number.saturating_sub(1));
+        let (number, column) = place.unwrap_or_default();
+        let line = line_at(number).unwrap_or_default();
+        // the reader notices an unfinished line at the next one
+        for number in [number, number.saturating_sub(1)] {
+            let text = line_at(number).unwrap_or_default().trim_start_matches(' ');
+            if let Some(over) = limits::taken_for_yaml(text) {
+                let place = Some((number, column));
+                return self.over(limits::Over { place, ..over });
+            }
+        }
         let told = error_messages::syntax(&text, line);
         InputError {
             file: self.path.clone(),

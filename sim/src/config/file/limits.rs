@@ -85,7 +85,7 @@ pub(crate) fn yaml(text: &str) -> Result<(), Over> {
 }
 
 /// Refuses what looks like YAML and is none: a space of another kind where one belongs, a merge key.
-fn taken_for_yaml(text: &str) -> Option<Over> {
+pub(super) fn taken_for_yaml(text: &str) -> Option<Over> {
     let indented = text.chars().next();
     let behind = text
         .split(':')

@@ -224,13 +224,18 @@ fn a_value_is_added_to_a_list() {
     assert!(bad.contains("--set arcs[+]={radius_m: -1}"), "{bad}");
 }
 
-/// What looks like YAML and is none is named, at its line, whatever the space is called.
+/// A text that looks like YAML and is none is named, at its line.
 #[test]
 fn what_only_looks_like_yaml_is_named() {
     for (text, told, line) in [
         ("version: 1\n\u{a0}\u{a0}arcs: []\n", "U+00A0", 2),
         ("version: 1\narcs:\u{a0}[{radius_m: 4}]\n", "U+00A0", 2),
         ("version: 1\narcs:\u{3000}[]\n", "U+3000", 2),
+        (
+            "version: 1\narcs:\n  - radius_m:\u{a0}4\n    bend: left\n",
+            "U+00A0",
+            3,
+        ),
         (
             "version: 1\narcs:\n  - {radius_m: 1,0}\n",
             "the number 0 stands where",

@@ -22,7 +22,7 @@ pub struct Database {
     groups: HashMap<u32, u32>,
 }
 
-/// What is said of signals outside of their messages, by message and name: which are floats, and of which multiplexer.
+/// Properties of signals that stand outside of their messages, by message and name: floats, multiplexers.
 #[derive(Default)]
 struct Apart<'a> {
     floats: HashMap<(MessageId, &'a str), &'a SignalExtendedValueType>,
