@@ -159,6 +159,9 @@ fn text(found: &Inspection, file: &str) -> String {
         out += &tables::lines(&rows);
         out += "\n";
     }
+    for (what, times) in &found.unread {
+        out += &format!("not read: {what}, {times} times\n");
+    }
     out
 }
 

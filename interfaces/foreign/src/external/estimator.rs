@@ -180,10 +180,10 @@ impl Outside {
             if begun.elapsed() > time {
                 let more = match self.answered {
                     true => "",
-                    false => ", and `start_s` allows more time to start",
+                    false => ", or needs a longer `start_s`",
                 };
                 return Err(format!(
-                    "gives no answer within {} s to {frames} frames up to {last:X}, step {}; a program must flush each answer{more}",
+                    "gives no answer within {} s to {frames} frames up to {last:X}, step {}; it must flush each{more}",
                     time.as_secs_f64(),
                     step.sequence
                 ));

@@ -3,7 +3,8 @@
 use crate::notation::NS;
 use crate::read::{Part, ReadOptions};
 use monorig_sim::error::Error;
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 /// Steps of time that are kept of a table, to find their median.
 const KEPT_STEPS: usize = 100_000;
@@ -15,9 +16,12 @@ const GAP: i64 = 5;
 pub struct Inspection {
     /// The name of its format.
     pub format: &'static str,
-    pub(super) is_can: bool,
+    /// Database of its messages, of a CAN log.
+    pub(super) dbc: Option<PathBuf>,
     /// Its tables with a row.
     pub tables: Vec<TableReport>,
+    /// Its topics and columns that are not read, and how often they came.
+    pub unread: BTreeMap<String, u64>,
 }
 
 /// The contents of a table.
@@ -119,7 +123,7 @@ impl TableReport {
 /// Reads a whole file, and reports its contents.
 pub fn inspect(path: &Path, options: &ReadOptions) -> Result<Inspection, Error> {
     let file = Part::whole(path, options)?;
-    let mut tables: Vec<TableReport> = Vec::new();
+    let (mut tables, mut unread) = (Vec::<TableReport>::new(), BTreeMap::new());
     file.scan(&mut |chunk| {
         for (i, table) in chunk.tables.iter().enumerate() {
             if i >= tables.len() {
@@ -143,6 +147,7 @@ pub fn inspect(path: &Path, options: &ReadOptions) -> Result<Inspection, Error> 
                 table.push(row.stamp_ns, chunk.values_of(row));
             }
         }
+        unread.clone_from(&chunk.unread);
         true
     })?;
     for table in &mut tables {
@@ -153,8 +158,9 @@ pub fn inspect(path: &Path, options: &ReadOptions) -> Result<Inspection, Error> 
     tables.retain(|t| t.rows > 0);
     Ok(Inspection {
         format: file.format.name(),
-        is_can: file.format.is_can(),
+        dbc: options.dbc.clone().filter(|_| file.format.is_can()),
         tables,
+        unread,
     })
 }
 

@@ -129,8 +129,8 @@ pub fn proposed_map(files: &[InspectedFile<'_>]) -> String {
         "version: 1".to_owned(),
         format!("files: {{{}}}", names.join(", ")),
     ];
-    if files.iter().any(|(_, _, found)| found.is_can) {
-        lines.push("dbc: DATABASE.dbc".into());
+    if let Some(dbc) = files.iter().find_map(|(_, _, found)| found.dbc.as_ref()) {
+        lines.push(format!("dbc: {}", quoted(&dbc.to_string_lossy())));
     }
     lines.extend(pieces(files));
     let tables = || files.iter().flat_map(|(_, _, found)| &found.tables);

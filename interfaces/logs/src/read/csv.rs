@@ -31,6 +31,8 @@ const NO_VALUE: [&str; 10] = [
 ];
 /// Characters that may stand between values; of two that are as often there the later one counts.
 const DELIMITERS: [u8; 4] = [b'|', b',', b'\t', b';'];
+/// Characters around a name that are not part of it.
+const NAME_ENDS: [char; 4] = [' ', '"', '\r', '\n'];
 /// Most lines before the line of names.
 const MAX_PREAMBLE: u64 = 100;
 
@@ -45,7 +47,7 @@ impl LogReader for CsvReader {
     fn read(&self, asked: Asked<'_>, out: &mut Out<'_>) -> Result<(), Error> {
         let Asked { path, options, .. } = asked;
         let mut file = File::open(path).map_err(|e| io(path, e))?;
-        let (delimiter, skipped) = prepare(path, &mut file)?;
+        let (delimiter, skipped) = prepare(path, options, &mut file)?;
         let mut reader = ReaderBuilder::new()
             .delimiter(delimiter)
             .comment(Some(b'#'))
@@ -401,24 +403,41 @@ fn number(word: &[u8], comma: bool) -> Option<f64> {
     }
 }
 
-/// Skips a byte order mark and lines in which nothing is separated, and finds what separates the values: of
-/// [`DELIMITERS`] the one that is most often in the line of names. Returns also how many lines were skipped; comments
-/// and empty lines are counted by the reader itself.
-fn prepare(path: &Path, file: &mut File) -> Result<(u8, u64), Error> {
+/// Skips a byte order mark and the lines before the line of names, and finds what separates the values: of
+/// [`DELIMITERS`] the one that is most often in the line of names, which is the first with a name of a time, else the
+/// first in which something is separated. Returns also how many lines were skipped; comments and empty lines are
+/// counted by the reader itself.
+fn prepare(path: &Path, options: &ReadOptions, file: &mut File) -> Result<(u8, u64), Error> {
     let mut mark = [0u8; 3];
     let bom = file.read_exact(&mut mark).is_ok() && mark == [0xEF, 0xBB, 0xBF];
-    let mut start = if bom { 3 } else { 0 };
+    let start = if bom { 3 } else { 0 };
     file.seek(SeekFrom::Start(start)).map_err(|e| io(path, e))?;
     let mut reader = BufReader::new(file.take(MAX_HEADER));
     let count = |line: &[u8], mark: u8| line.iter().filter(|b| **b == mark).count();
     let (mut at, mut lines, mut line) = (start, 0, Vec::new());
-    let (mut skipped, mut delimiter) = (0, b',');
+    let (begin, mut first) = (start, None);
+    let has_time = |line: &[u8], mark: u8| {
+        let words = line.split(|b| *b == mark).map(|w| text::of_bytes(w));
+        let names: Vec<String> = words
+            .map(|w| w.trim_matches(NAME_ENDS).to_owned())
+            .collect();
+        match &options.time {
+            Some(time) => names.contains(time),
+            None => time_column::called(&names).is_some(),
+        }
+    };
     loop {
         line.clear();
         let read = reader
             .read_until(b'\n', &mut line)
             .map_err(|e| io(path, e))?;
-        if at - start + read as u64 >= MAX_HEADER {
+        if read == 0 || lines == MAX_PREAMBLE {
+            break;
+        }
+        if at - begin + read as u64 >= MAX_HEADER {
+            if first.is_some() {
+                break;
+            }
             return Err(wrong(
                 path,
                 Some(1),
@@ -426,22 +445,23 @@ fn prepare(path: &Path, file: &mut File) -> Result<(u8, u64), Error> {
                 "names of columns in the first line",
             ));
         }
-        if read == 0 || lines == MAX_PREAMBLE {
-            break;
-        }
         let best = DELIMITERS.into_iter().max_by_key(|m| count(&line, *m));
         // spreadsheets write `sep=,` before the names
         let is_skipped = [&b"#"[..], b"sep=", b"SEP="]
             .iter()
             .any(|s| line.starts_with(s));
         if let Some(best) = best.filter(|m| count(&line, *m) > 0 && !is_skipped) {
-            (start, skipped, delimiter) = (at, lines, best);
-            break;
+            first = first.or(Some((at, lines, best)));
+            if has_time(&line, best) {
+                first = Some((at, lines, best));
+                break;
+            }
         }
         at += read as u64;
         lines += 1;
     }
     drop(reader);
+    let (start, skipped, delimiter) = first.unwrap_or((start, 0, b','));
     file.seek(SeekFrom::Start(start)).map_err(|e| io(path, e))?;
     Ok((delimiter, skipped))
 }

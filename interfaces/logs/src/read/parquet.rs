@@ -60,6 +60,11 @@ impl LogReader for ParquetReader {
             unit: f.metadata().get("unit").cloned().unwrap_or_default(),
         });
         let table = out.table("", columns.collect());
+        for (i, field) in schema.fields().iter().enumerate() {
+            if i != time && !is_number(field) {
+                out.unread(format!("column {}: {}", field.name(), field.data_type()));
+            }
+        }
         if wanted.len() > MAX_COLUMNS {
             let message = format!(
                 "this file has {} columns of numbers, and each takes memory before a value of it is read",

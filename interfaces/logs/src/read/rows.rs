@@ -1,5 +1,6 @@
 //! Rows of a log, as a reader hands them on.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A column of a table.
@@ -55,6 +56,8 @@ impl Row {
 pub struct Chunk {
     /// All tables so far.
     pub tables: Arc<Vec<LogTable>>,
+    /// Parts of the file that are not read, and how often they came so far.
+    pub unread: Arc<BTreeMap<String, u64>>,
     /// The rows.
     pub rows: Vec<Row>,
     /// Their values, one row after the other; NaN where there is none.
@@ -105,6 +108,13 @@ impl<'a> Out<'a> {
         tables.len() as u32 - 1
     }
 
+    /// A part of the file that is not read.
+    pub fn unread(&mut self, what: String) {
+        *Arc::make_mut(&mut self.chunk.unread)
+            .entry(what)
+            .or_default() += 1;
+    }
+
     /// The columns of a table.
     pub fn columns(&self, table: u32) -> usize {
         self.chunk
@@ -132,11 +142,12 @@ impl<'a> Out<'a> {
 
     /// Hand on what there is.
     pub fn flush(&mut self) {
-        if self.chunk.rows.is_empty() || !self.go_on {
+        if self.chunk.rows.is_empty() && self.chunk.unread.is_empty() || !self.go_on {
             return;
         }
         let next = Chunk {
             tables: self.chunk.tables.clone(),
+            unread: self.chunk.unread.clone(),
             ..Chunk::default()
         };
         self.go_on = (self.sink)(std::mem::replace(&mut self.chunk, next));

@@ -31,6 +31,7 @@ const TIMES: &[&str] = &[
     "epoch",
     "gps time",
     "uhrzeit",
+    "x value",
 ];
 
 /// The column of time among these names, and its unit where the options or the name tell it: the column asked for, else
@@ -50,23 +51,25 @@ pub(super) fn find(
                 format!("columns here: {}", all()),
             )
         })?,
-        None => {
-            let called = |name: &&str| {
-                let is = |title: &String| Title::of(title).words.join(" ") == **name;
-                names.iter().position(is)
-            };
-            TIMES.iter().find_map(called).ok_or_else(|| {
-                wrong(
-                    file,
-                    Some(1),
-                    format!("none of the columns {} is called like a time", all()),
-                    "`time: {column: NAME, unit: s}` in the map file",
-                )
-            })?
-        }
+        None => called(names).ok_or_else(|| {
+            wrong(
+                file,
+                Some(1),
+                format!("none of the columns {} is called like a time", all()),
+                "`time: {column: NAME, unit: s}` in the map file",
+            )
+        })?,
     };
     let named = names.get(column).and_then(|n| unit(&Title::of(n).unit));
     Ok((column, options.unit.or(named)))
+}
+
+/// The column of these names that is called most like a time.
+pub(super) fn called(names: &[String]) -> Option<usize> {
+    TIMES.iter().find_map(|time| {
+        let is = |title: &String| Title::of(title).words.join(" ") == *time;
+        names.iter().position(is)
+    })
 }
 
 /// The unit of a time as a title or a row of units writes it.

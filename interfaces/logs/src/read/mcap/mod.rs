@@ -268,7 +268,12 @@ impl Reading<'_, '_, '_> {
         let message = match decode(topic, data) {
             Ok(Some(message)) => message,
             Err(e) if self.may_be_wanted(topic) => return Err(self.broken(&e)),
-            _ => return Ok(true),
+            _ => {
+                let (name, kind) = (&topic.name, [&topic.encoding, &topic.schema]);
+                let what = format!("topic {name}: {}", kind.map(String::as_str).join(" "));
+                self.out.unread(what);
+                return Ok(true);
+            }
         };
         let logged = i64::try_from(logged).map_err(|e| self.broken(&e))?;
         let published = i64::try_from(published).ok().filter(|t| *t != 0);
