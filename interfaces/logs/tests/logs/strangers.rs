@@ -400,3 +400,58 @@ fn what_is_not_read_is_named() {
     let refused = read(&path, &options).unwrap_err();
     assert!(refused.contains("frames of a CAN bus"), "{refused}");
 }
+
+/// Lines before the names of columns are passed over, whether something is separated in them or not: the line of names
+/// is the one with a time.
+#[test]
+fn heads_of_measuring_programs_are_passed_over() {
+    let folder = Folder::new();
+    let mut random = Random::new(2);
+    for _ in 0..50 {
+        let mut text = String::new();
+        for k in 0..below(&mut random, 8) {
+            text += [
+                "Tool\tVersion\n",
+                "***End***\t\n",
+                "\n",
+                "Author\n",
+                "Separator\tTab\n",
+            ][(k as usize * 3 + below(&mut random, 5) as usize) % 5];
+        }
+        let (names, options) = match below(&mut random, 3) {
+            0 => ("X_Value\tv", ReadOptions::default()),
+            1 => ("Zeit [s]\tv", ReadOptions::default()),
+            _ => {
+                let time = Some("Abtastung".into());
+                (
+                    "Abtastung\tv",
+                    ReadOptions {
+                        time,
+                        ..ReadOptions::default()
+                    },
+                )
+            }
+        };
+        let log = folder.put("a.lvm", format!("{text}{names}\n0,00\t3,00\n0,05\t3,10\n"));
+        let v = &read(&log, &options).unwrap()["v"];
+        assert_eq!(v.as_slice(), [(0, 3.0), (50_000_000, 3.1)], "{text}{names}");
+    }
+}
+
+/// Topics of types that are not read are counted by name and type.
+#[test]
+fn topics_that_are_not_read_are_counted() {
+    let odometry = || ("/odom", "nav_msgs/msg/Odometry", "cdr", vec![0, 1, 0, 0]);
+    let wheels = ("/wheels", "Wheels", "json", br#"{"v": 1.5}"#.to_vec());
+    for (messages, rows, times) in [
+        (vec![odometry(), odometry(), odometry()], 0, 3),
+        (vec![odometry(), wheels, odometry()], 1, 2),
+    ] {
+        let folder = Folder::new();
+        let log = folder.put("a.mcap", mcap_of(&messages));
+        let found = monorig_logs::check::inspect(&log, &ReadOptions::default()).unwrap();
+        let what = "topic /odom: cdr nav_msgs/msg/Odometry".to_owned();
+        assert_eq!(found.unread, [(what, times)].into());
+        assert_eq!(found.tables.iter().map(|t| t.rows).sum::<u64>(), rows);
+    }
+}
