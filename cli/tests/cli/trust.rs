@@ -464,7 +464,8 @@ fn a_matrix_is_held_against_the_same_battery() {
         "{out}"
     );
     let old: Value = serde_json::from_str(&dir.read("old.json")).unwrap();
-    let edits: &[(&str, fn(&mut Value), i32)] = &[
+    type Edit = fn(&mut Value);
+    let edits: &[(&str, Edit, i32)] = &[
         ("nothing", |_| {}, 0),
         (
             "seeds",

@@ -4,7 +4,7 @@ use monorig_logs::read::{ReadOptions, full_name, scan};
 use monorig_testing::Random;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// By `table.column` the stamps, ns, and values of all rows.
 type Columns = BTreeMap<String, Vec<(i64, f64)>>;
@@ -23,7 +23,7 @@ impl Folder {
     }
 }
 
-fn read(path: &PathBuf, options: &ReadOptions) -> Result<Columns, String> {
+fn read(path: &Path, options: &ReadOptions) -> Result<Columns, String> {
     let mut columns = Columns::new();
     let all = scan(path, options, &mut |chunk| {
         for row in &chunk.rows {

@@ -95,14 +95,17 @@ pub(super) fn read(
     Ok(())
 }
 
-/// The tables of the messages with a wanted signal, by the identifier of the message, each with the wanted signals.
+/// Tables of the messages by identifier, and the places of their wanted signals.
+type Tables = HashMap<(u32, bool), (u32, Vec<usize>)>;
+
+/// The tables of the messages with a wanted signal.
 fn tables(
     dbc: &Path,
     database: &Database,
     options: &ReadOptions,
     out: &mut Out<'_>,
-) -> Result<HashMap<(u32, bool), (u32, Vec<usize>)>, Error> {
-    let mut tables = HashMap::new();
+) -> Result<Tables, Error> {
+    let mut tables = Tables::new();
     let mut messages: Vec<_> = database.messages.iter().collect();
     messages.sort_by_key(|(id, _)| **id);
     for (id, message) in messages {
