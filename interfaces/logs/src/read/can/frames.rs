@@ -96,7 +96,7 @@ pub(super) fn read(
 }
 
 /// Tables of the messages by identifier, and the places of their wanted signals.
-type Tables = HashMap<(u32, bool), (u32, Vec<usize>)>;
+type MessageTables = HashMap<(u32, bool), (u32, Vec<usize>)>;
 
 /// The tables of the messages with a wanted signal.
 fn tables(
@@ -104,8 +104,8 @@ fn tables(
     database: &Database,
     options: &ReadOptions,
     out: &mut Out<'_>,
-) -> Result<Tables, Error> {
-    let mut tables = Tables::new();
+) -> Result<MessageTables, Error> {
+    let mut tables = MessageTables::new();
     let mut messages: Vec<_> = database.messages.iter().collect();
     messages.sort_by_key(|(id, _)| **id);
     for (id, message) in messages {
