@@ -21,7 +21,7 @@ Examples:
       --estimators rail_fusion,dffrls_aekf_robust
   monorig replay --map drive.map.yaml --check
       what is wrong with this log, before anything runs
-  monorig replay --map drive.map.yaml --junit out/replay.xml
+  monorig replay --map drive.map.yaml --junit replay.xml
   monorig replay --map drive.map.yaml --ghost
       beside the vehicle of the map on the same drive
 

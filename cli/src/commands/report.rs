@@ -23,13 +23,13 @@ Examples:
   monorig run scenarios/minimal.yaml --set load.mass_kg=5000 --name 5t
   monorig report runs/minimal/1 runs/minimal@5t/1
       two runs compared: runs/minimal/1/against_minimal@5t-1.html
-  monorig test scenarios/minimal.yaml --json out/verdicts.json
-  monorig report out/verdicts.json   writes out/verdicts.html
-  monorig compare scenarios/minimal.yaml --seeds 1..5 --json out/compared.json
-  monorig report out/compared.json   writes out/compared.html
+  monorig test scenarios/minimal.yaml --json verdicts.json
+  monorig report verdicts.json   writes verdicts.html
+  monorig compare scenarios/minimal.yaml --seeds 1..5 --json compared.json
+  monorig report compared.json   writes compared.html
 
-Of a test of several scenarios out/verdicts.html is an index, with a page for
-each scenario in the folder out/verdicts. In the same way the results of a study, such as
+Of a test of several scenarios verdicts.html is an index, with a page for
+each scenario in the folder verdicts. In the same way the results of a study, such as
 runs/vehicle_test_spread/results.jsonl; `monorig tune` writes its report by
 itself. The report is one file that needs nothing else: open it in any browser,
 offline, on a phone or on paper. With --view it is a page with the Rerun viewer

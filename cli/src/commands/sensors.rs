@@ -17,7 +17,7 @@ Examples:
       two columns, in degrees per second and in g
   monorig sensors fit drive.csv --from-s 12 --to-s 40
       a stretch of it, such as a standstill
-  monorig sensors fit runs.csv --pieces run --out out/runs.html
+  monorig sensors fit runs.csv --pieces run --out runs.html
       pieces of several runs: bias from run to run
 
 Units: m/s2, g, mg, rad/s, deg/s, m/s, km/h, rad, deg, Nm, MPa; results are in
