@@ -83,7 +83,7 @@ struct MarkShare {
 impl Accumulator<ErrorSample> for MarkShare {
     fn add(&mut self, x: &ErrorSample) {
         // without a reference nobody knows whether a sample is wrong
-        if !self.of_judged || self.quantity.is_judged(x, &self.limits) {
+        if !self.of_judged || self.quantity.is_judged(x) {
             self.share
                 .add_bool((self.is)(self.quantity, x, &self.limits));
         }
@@ -104,7 +104,7 @@ struct RightSince {
 
 impl Accumulator<ErrorSample> for RightSince {
     fn add(&mut self, x: &ErrorSample) {
-        if !self.quantity.is_judged(x, &self.limits) {
+        if !self.quantity.is_judged(x) {
             return;
         }
         self.since_s = match (self.is_right)(self.quantity, x, &self.limits) {

@@ -147,20 +147,27 @@ impl Quantity {
         self.is_valid(x) && (told || self == Self::Mass && !self.has_reference(x))
     }
 
-    /// True for a valid sample that can be judged: there is a reference that is finer than the alert limit.
-    pub(crate) fn is_judged(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
-        let fine = match self {
-            Self::Mass => limits.k * x.reference_sd[0] <= self.alert(limits),
-            _ => limits.k * x.reference_sd[1] <= self.alert(limits),
+    /// True for a valid sample that can be judged: there is a reference.
+    pub(crate) fn is_judged(self, x: &ErrorSample) -> bool {
+        self.is_valid(x) && self.has_reference(x) && self.error(x).is_finite()
+    }
+
+    /// True where k standard deviations of the reference exceed the alert limit: such a reference can show that an
+    /// estimate is wrong, and not that it is right.
+    pub(crate) fn is_coarse(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
+        let [mass, slope] = x.reference_sd;
+        let sd = match self {
+            Self::Mass => mass,
+            _ => slope,
         };
-        self.is_valid(x) && self.has_reference(x) && fine && self.error(x).is_finite()
+        limits.k * sd > self.alert(limits)
     }
 
     /// True for an overconfident sample: marked valid, and its error exceeds k standard deviations (with that of the
     /// reference), whatever its size; also without a standard deviation.
     pub(crate) fn is_overconfident(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
         let nees = self.nees(x);
-        self.is_judged(x, limits) && (nees.is_nan() || nees > limits.k * limits.k)
+        self.is_judged(x) && (nees.is_nan() || nees > limits.k * limits.k)
     }
 
     /// True for a misleading sample: marked valid, and its error exceeds both the protection level and the alert limit.
@@ -170,7 +177,7 @@ impl Quantity {
         let (error, nees) = (self.error(x).abs(), self.nees(x));
         let unprotected =
             nees.is_nan() || nees > limits.k * limits.k || error > self.max_protection();
-        self.is_judged(x, limits) && unprotected && error > self.alert(limits)
+        self.is_judged(x) && unprotected && error > self.alert(limits)
     }
 }
 
@@ -225,8 +232,8 @@ mod tests {
         }
     }
 
-    /// A reference judges up to where its own k standard deviations reach the alert limit, and an estimate is of use up
-    /// to where its k standard deviations are credited: both ways, of each quantity.
+    /// A reference is fine up to where its own k standard deviations reach the alert limit, and an estimate is of use
+    /// up to where its k standard deviations are credited: both ways, of each quantity.
     #[test]
     fn what_is_coarse_neither_judges_nor_counts() {
         let mut random = Random::new(mutants::first_seed());
@@ -248,11 +255,7 @@ mod tests {
                 effective_valid: true,
                 ..Default::default()
             };
-            assert_eq!(
-                quantity.is_judged(&x, &limits),
-                !coarse,
-                "{quantity:?} {sd}"
-            );
+            assert_eq!(quantity.is_coarse(&x, &limits), coarse, "{quantity:?} {sd}");
             assert_eq!(
                 quantity.is_available(&x, limits.k),
                 !coarse,

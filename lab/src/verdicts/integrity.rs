@@ -14,9 +14,12 @@ pub struct Integrity {
     pub(crate) samples: u64,
     /// Those that are marked valid.
     pub(crate) valid: u64,
-    /// Valid samples for which there is a reference that is fine enough.
+    /// Valid samples for which there is a reference.
     #[serde(default)]
     pub(crate) judged: u64,
+    /// Those of them whose reference is too coarse to show that an estimate is right.
+    #[serde(default)]
+    pub(crate) coarse: u64,
     /// Misleading samples: marked valid, and the error exceeds k reported standard deviations and the alert limit.
     pub(crate) misleading: u64,
     /// Overconfident samples: marked valid, and the error exceeds k reported standard deviations, whatever its size.
@@ -92,6 +95,7 @@ impl Integrity {
                 samples: 0,
                 valid: 0,
                 judged: 0,
+                coarse: 0,
                 misleading: 0,
                 overconfident: 0,
                 alert: quantity.alert(limits),
@@ -108,7 +112,9 @@ impl Integrity {
         let quantity = self.quantity;
         self.samples += 1;
         self.valid += u64::from(quantity.is_valid(x));
-        self.judged += u64::from(quantity.is_judged(x, limits));
+        let judged = quantity.is_judged(x);
+        self.judged += u64::from(judged);
+        self.coarse += u64::from(judged && quantity.is_coarse(x, limits));
         self.overconfident += u64::from(quantity.is_overconfident(x, limits));
         if !quantity.is_misleading(x, limits) {
             return;
@@ -129,6 +135,11 @@ impl Integrity {
         self.misleading as f64 / self.judged as f64
     }
 
+    /// Valid samples whose reference can show that they are right.
+    pub(super) fn fine(&self) -> u64 {
+        self.judged - self.coarse.min(self.judged)
+    }
+
     /// Decides it: every verdict and every report reads this.
     pub(crate) fn outcome(&self) -> Outcome {
         let share = self.share();
@@ -136,6 +147,7 @@ impl Integrity {
             (None, _) => Outcome::ForReference,
             _ if self.valid == 0 => Outcome::NothingValid,
             _ if self.judged == 0 => Outcome::NoReference,
+            (Some(most), _) if share <= most && self.fine() == 0 => Outcome::NoReference,
             (Some(most), _) if share <= most => Outcome::Holds,
             (_, Some(_)) if self.no_worse_than.is_none_or(|x| share <= x) => Outcome::KnownFailure,
             _ => Outcome::Fails,
@@ -146,6 +158,7 @@ impl Integrity {
     pub(crate) fn is_possible(&self) -> bool {
         self.misleading <= self.judged
             && self.overconfident <= self.judged
+            && self.coarse <= self.judged
             && self.judged <= self.valid
             && self.valid <= self.samples
             && self.worst.is_some() == (self.misleading > 0)
@@ -180,6 +193,7 @@ impl Integrity {
         self.samples += other.samples;
         self.valid += other.valid;
         self.judged += other.judged;
+        self.coarse += other.coarse;
         self.misleading += other.misleading;
         self.overconfident += other.overconfident;
         if other.severity() > self.severity() {

@@ -648,6 +648,7 @@ mod tests {
             samples: 12_000,
             valid,
             judged: valid,
+            coarse: 0,
             misleading,
             overconfident: misleading,
             alert: 0.1,
@@ -689,6 +690,24 @@ mod tests {
         let reference = ScenarioVerdict::new("hill", vec![reference]);
         assert!(reference.held);
         assert_eq!(reference.findings().len(), 1);
+    }
+
+    /// A coarse reference shows that an estimate is wrong, and not that it is right.
+    #[test]
+    fn a_coarse_reference_judges_one_way() {
+        for (coarse, wrong, not_judged, held) in [
+            (4000, 0, true, true),
+            (3999, 0, false, true),
+            (4000, 40, false, false),
+            (0, 40, false, false),
+        ] {
+            let error = if wrong > 0 { 0.3 } else { 0.0 };
+            let mut run = misleading(1, 4000, wrong, error);
+            run.summary.as_mut().unwrap().integrity[0].coarse = coarse;
+            let judged = ScenarioVerdict::new("hill", vec![run]);
+            let open = judged.checks.iter().any(|c| c.not_judged);
+            assert_eq!((open, judged.held), (not_judged, held), "{coarse} {wrong}");
+        }
     }
 
     #[test]

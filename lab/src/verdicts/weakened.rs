@@ -99,13 +99,13 @@ pub(crate) fn of_window(
 /// An integrity that was judged over few of the valid samples.
 pub(crate) fn of_integrity(i: &Integrity) -> Option<String> {
     let few =
-        i.at_most.is_some() && i.judged > 0 && (i.judged as f64) < LOW_REFERENCE * i.valid as f64;
+        i.at_most.is_some() && i.fine() > 0 && (i.fine() as f64) < LOW_REFERENCE * i.valid as f64;
     few.then(|| {
         format!(
             "{} {}: a reference that is fine enough is there for {} of {} valid samples only",
             i.estimator,
             i.quantity.words(),
-            i.judged,
+            i.fine(),
             i.valid
         )
     })
