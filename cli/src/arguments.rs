@@ -6,7 +6,6 @@ use crate::ui::output;
 use monorig_lab::campaign::Shard;
 use monorig_lab::metrics;
 use monorig_sim::closed_loop::registry::Registry;
-use monorig_sim::config::scenario::ParameterValue;
 use monorig_wire::signal::Numbers;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::num::NonZeroUsize;
@@ -186,7 +185,8 @@ pub fn assignment(text: &str) -> Result<(String, String), String> {
 }
 
 /// The value of a parameter as it is written.
-pub fn value_of(text: &str) -> ParameterValue {
+#[cfg(feature = "plugins")]
+pub fn value_of(text: &str) -> monorig_sim::config::scenario::ParameterValue {
     match (text.parse::<f64>(), text.parse::<bool>()) {
         (Ok(number), _) if number.is_finite() => number.into(),
         (_, Ok(flag)) => flag.into(),
