@@ -20,28 +20,53 @@ Examples:
 
 const RUST: Example = Example {
     folder: "examples/own_estimator",
-    files: ".gitignore Cargo.toml Cargo.lock README.md climb.yaml study.yaml src/main.rs src/complementary.rs tests/climb.rs",
+    files: &[
+        ".gitignore",
+        "Cargo.toml",
+        "Cargo.lock",
+        "README.md",
+        "climb.yaml",
+        "study.yaml",
+        "src/main.rs",
+        "src/complementary.rs",
+        "tests/climb.rs",
+    ],
     estimator: "src/complementary.rs",
     next: "CARGO_TARGET_DIR={way}target cargo test --release",
 };
 
 const C: Example = Example {
     folder: "examples/own_estimator_c",
-    files: ".gitignore Makefile README.md climb.yaml study.yaml two_state.c",
+    files: &[
+        ".gitignore",
+        "Makefile",
+        "README.md",
+        "climb.yaml",
+        "study.yaml",
+        "two_state.c",
+    ],
     estimator: "two_state.c",
     next: "make && monorig test climb.yaml",
 };
 
 const PYTHON: Example = Example {
     folder: "interfaces/python/examples",
-    files: "climb.yaml test_climb.py two_state.py",
+    files: &["climb.yaml", "test_climb.py", "two_state.py"],
     estimator: "two_state.py",
     next: "python test_climb.py",
 };
 
 const SIMULINK: Example = Example {
     folder: "examples/own_estimator_simulink",
-    files: ".gitignore Makefile README.md climb.yaml estimator.c model.c model.h",
+    files: &[
+        ".gitignore",
+        "Makefile",
+        "README.md",
+        "climb.yaml",
+        "estimator.c",
+        "model.c",
+        "model.h",
+    ],
     estimator: "model.c, behind estimator.c",
     next: "make && monorig test climb.yaml",
 };

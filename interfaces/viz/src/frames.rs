@@ -75,7 +75,7 @@ pub fn check_lengths(path: &Path) -> io::Result<()> {
             }
             let message = ArrowMsg::from_rrd_bytes(&payload).map_err(io::Error::other)?;
             if message.uncompressed_size > MOST_PACKED * (1 + length) {
-                return Err(damaged("a message in it cannot unpack to what it says"));
+                return Err(damaged("a message in it is longer than it can be"));
             }
             continue;
         }

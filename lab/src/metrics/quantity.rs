@@ -160,7 +160,7 @@ impl Quantity {
             Self::Mass => mass,
             _ => slope,
         };
-        limits.k * sd > self.alert(limits)
+        sd.is_nan() || limits.k * sd > self.alert(limits)
     }
 
     /// True for an overconfident sample: marked valid, and its error exceeds k standard deviations (with that of the
@@ -235,14 +235,14 @@ mod tests {
     /// A reference is fine up to where its own k standard deviations reach the alert limit, and an estimate is of use
     /// up to where its k standard deviations are credited: both ways, of each quantity.
     #[test]
-    fn what_is_coarse_neither_judges_nor_counts() {
+    fn coarse_references_and_estimates_have_limits() {
         let mut random = Random::new(mutants::first_seed());
         for _ in 0..mutants::count(500) {
             let limits = IntegrityLimits::default();
             let quantity = *random.of(&Quantity::ALL);
             let (alert, most) = (quantity.alert(&limits), quantity.max_protection());
-            let of_limit = *random.of(&[0.0, 0.5, 0.99, 1.01, 2.0, 1e3, f64::INFINITY]);
-            let coarse = of_limit > 1.0;
+            let of_limit = *random.of(&[0.0, 0.5, 0.99, 1.01, 2.0, 1e3, f64::INFINITY, f64::NAN]);
+            let coarse = of_limit.is_nan() || of_limit > 1.0;
             let sd = of_limit * alert / limits.k;
             let told = of_limit * most / limits.k;
             let x = ErrorSample {

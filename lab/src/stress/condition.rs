@@ -136,8 +136,7 @@ impl Condition {
         };
         if let Some(path) = file.set.keys().find(of_judge) {
             let message = format!("`{path}` changes an estimator or its judge, and not its drive");
-            let help =
-                "a change of track, train, drive, sensors, events or what is told of the vehicle";
+            let help = "a change of track, train, drive, sensors, events or the nominal vehicle";
             return Err(document.error(format!("set.{path}"), message, help));
         }
         for (i, event) in file.events.iter().enumerate() {

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 pub(super) struct Example {
     /// Its folder in the sources of monorig.
     pub folder: &'static str,
-    /// Its files that are copied, with blanks between them.
-    pub files: &'static str,
+    /// Its files that are copied.
+    pub files: &'static [&'static str],
     /// The file with the estimator.
     pub estimator: &'static str,
     /// The words of a shell that come next, in the new folder; `{way}` is the way to monorig's sources.
@@ -20,10 +20,6 @@ pub(super) struct Example {
 }
 
 impl Example {
-    fn files(&self) -> impl Iterator<Item = &'static str> {
-        self.files.split(' ')
-    }
-
     /// Returns the way from it to the sources of monorig, as its files name it.
     fn way(&self) -> String {
         "../".repeat(self.folder.split('/').count())
@@ -31,7 +27,7 @@ impl Example {
 
     /// Returns whether it is a crate, which has a name and a lock file.
     fn is_crate(&self) -> bool {
-        self.files().any(|file| file == LOCK)
+        self.files.contains(&LOCK)
     }
 }
 
@@ -74,7 +70,7 @@ pub(super) fn make(
     Ok(format!(
         "made {at}: {} files; the estimator `mine` is in {}\n\
          next: cd {at} && {}\n",
-        example.files().count(),
+        example.files.len(),
         example.estimator,
         example.next.replace("{way}", &way)
     ))
@@ -110,7 +106,7 @@ fn sources(
     starts: [&Path; 2],
 ) -> Result<PathBuf, CliError> {
     let has = |folder: &Path| {
-        let mut files = example.files();
+        let mut files = example.files.iter();
         files.all(|file| folder.join(example.folder).join(file).is_file())
     };
     let is = |folder: &&Path| has(folder);
@@ -153,9 +149,9 @@ fn fill(
     name: &str,
     way: &str,
 ) -> Result<(), CliError> {
-    for file in example.files() {
+    for file in example.files {
         let text = read_text(&sources.join(example.folder).join(file))?;
-        let text = match file {
+        let text = match *file {
             LOCK => renamed_lock(&text, name),
             _ if example.is_crate() => text.replace(&example.way(), way).replace(CRATE_NAME, name),
             _ => text.replace(&example.way(), way),
@@ -219,7 +215,7 @@ mod tests {
             there.extend(inside.iter().map(|n| format!("{folder}/{n}")));
         }
         there.sort();
-        let mut files: Vec<&str> = listed.files().collect();
+        let mut files = listed.files.to_vec();
         files.sort();
         assert_eq!(there, files);
     }

@@ -35,7 +35,7 @@ fn what_goes_wrong_at_the_other_end_is_told() {
         ),
         (
             "{process: [sleep, \"60\"], start_s: 0.5}",
-            "sleep gives no answer within 0.5 s to",
+            "sleep gives no answer within 0.5 s to step 0 (up to 220): flush each answer, or set `start_s`",
         ),
         (
             "{process: [sh, -c, exit 3]}",

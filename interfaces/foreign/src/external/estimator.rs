@@ -146,10 +146,10 @@ impl Outside {
     /// Sends a step and waits for its answer.
     fn ask(&mut self, step: &Step) -> Result<Answer, String> {
         let Self { link, .. } = self;
-        let (mut frames, mut last, ns) = (0, 0, step.z.t.ns());
+        let (mut last, ns) = (0, step.z.t.ns());
         link.begin();
         step.frames(self.numbers, self.drives, &mut |frame| {
-            (frames, last) = (frames + 1, frame.id);
+            last = frame.id;
             link.put(frame, ns);
         });
         let repeated = std::mem::replace(&mut self.times, 1) > 1;
@@ -180,10 +180,10 @@ impl Outside {
             if begun.elapsed() > time {
                 let more = match self.answered {
                     true => "",
-                    false => ", or needs a longer `start_s`",
+                    false => ", or set `start_s`",
                 };
                 return Err(format!(
-                    "gives no answer within {} s to {frames} frames up to {last:X}, step {}; it must flush each{more}",
+                    "gives no answer within {} s to step {} (up to {last:X}): flush each answer{more}",
                     time.as_secs_f64(),
                     step.sequence
                 ));

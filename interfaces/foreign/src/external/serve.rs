@@ -75,7 +75,7 @@ pub fn serve_udp(
             if runs.len() >= MAX_RUNS {
                 runs.retain(|_, run| run.last.elapsed() < SILENT);
             }
-            // it is told so by no answer
+            // its run ends for want of an answer
             if runs.len() >= MAX_RUNS {
                 continue;
             }

@@ -172,7 +172,7 @@ fn a_signal_that_nobody_asks_for_refuses_no_bus() {
     assert!(refused.contains("`W` of `Bad` has 80 bits"), "{refused}");
 }
 
-/// A message of J1939 is told by its parameter group: whatever the priority, the sender and, below F000, the receiver.
+/// A message of J1939 is found by its parameter group, whatever the priority, the sender and, below F000, the receiver.
 /// Frames of another group are not, and another bus keeps its identifiers.
 #[test]
 fn j1939_goes_by_parameter_group() {

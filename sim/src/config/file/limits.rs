@@ -68,6 +68,7 @@ pub(crate) fn yaml(text: &str) -> Result<(), Over> {
     let spent = Spent::default();
     let walk = ValueCounter {
         depth: 0,
+        is_key: false,
         spent: &spent,
     };
     let end = walk.deserialize(serde_yaml::Deserializer::from_str(text));
@@ -84,7 +85,7 @@ pub(crate) fn yaml(text: &str) -> Result<(), Over> {
     }
 }
 
-/// Refuses what looks like YAML and is none: a space of another kind where one belongs, a merge key.
+/// Refuses a key or a line that looks like YAML and is none: a space of another kind where one belongs, a merge key.
 pub(super) fn taken_for_yaml(text: &str) -> Option<Over> {
     let indented = text.chars().next();
     let behind = text
@@ -120,6 +121,7 @@ struct Spent {
 /// Goes through all values without keeping them.
 struct ValueCounter<'a> {
     depth: usize,
+    is_key: bool,
     spent: &'a Spent,
 }
 
@@ -160,6 +162,7 @@ impl ValueCounter<'_> {
     fn below(&self) -> Self {
         Self {
             depth: self.depth + 1,
+            is_key: false,
             spent: self.spent,
         }
     }
@@ -196,7 +199,7 @@ impl<'de> Visitor<'de> for ValueCounter<'_> {
     }
 
     fn visit_str<E: Error>(self, text: &str) -> Result<(), E> {
-        if let Some(over) = taken_for_yaml(text) {
+        if let Some(over) = taken_for_yaml(text).filter(|_| self.is_key) {
             self.spent.over.set(Some(over));
             return Err(E::custom("no YAML"));
         }
@@ -219,7 +222,11 @@ impl<'de> Visitor<'de> for ValueCounter<'_> {
 
     fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<(), A::Error> {
         self.open()?;
-        while entries.next_key_seed(self.below())?.is_some() {
+        let key = || Self {
+            is_key: true,
+            ..self.below()
+        };
+        while entries.next_key_seed(key())?.is_some() {
             entries.next_value_seed(self.below())?;
         }
         Ok(())

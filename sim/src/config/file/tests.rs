@@ -252,3 +252,10 @@ fn what_only_looks_like_yaml_is_named() {
         assert_eq!(e.line, Some(line), "{text}: {e}");
     }
 }
+
+/// The same characters are text in a value: a column of a log may be called so.
+#[test]
+fn values_may_hold_any_space() {
+    let columns = "a: \"Speed:\u{a0}km/h\"\nb: [\"\u{3000}v\", \"<<\"]\n";
+    assert_eq!(limits::yaml(columns), Ok(()));
+}
