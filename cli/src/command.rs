@@ -49,8 +49,9 @@ pub struct Program<'a> {
 /// A command of a program, whatever its type.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CommandEntry {
-    pub(crate) args: fn(&Registry) -> clap::Command,
+    args: fn(&Registry) -> clap::Command,
     pub(crate) run: fn(&ArgMatches, &Program<'_>) -> Result<CommandOutcome, CliError>,
+    listed: bool,
 }
 
 impl CommandEntry {
@@ -62,6 +63,20 @@ impl CommandEntry {
                 let task = C::from_arg_matches(matches).map_err(CliError::Usage)?;
                 task.run(program)
             },
+            listed: true,
         }
+    }
+
+    /// The same, left out of the help's list of commands.
+    pub(crate) const fn unlisted(self) -> Self {
+        Self {
+            listed: false,
+            ..self
+        }
+    }
+
+    /// Describes name, help and arguments.
+    pub(crate) fn describe(&self, registry: &Registry) -> clap::Command {
+        (self.args)(registry).hide(!self.listed)
     }
 }

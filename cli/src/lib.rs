@@ -88,24 +88,16 @@ use std::process::ExitCode;
 use ui::terminal::TerminalArgs;
 use ui::{errors, note, output};
 
-const EXAMPLES: &str = "\
-Examples:
-  monorig run scenarios/minimal.yaml           simulate: see runs/minimal/1/
-  monorig run scenarios/minimal.yaml --set load.mass_kg=5000 --seed 7
-  monorig test scenarios --filter minimal      does what it expects hold?
-  monorig tune scenarios/tuning/quick.yaml     search for the best parameters
-  monorig report runs/minimal/1                plots and verdicts, one HTML file
-  monorig list estimators                      also metrics, faults, scenarios …
-  monorig runs                                 the runs there are, and variants
-  monorig check scenarios/*.yaml               find mistakes without running
-  monorig schema scenario                      every key a scenario can have
+const AFTER_HELP: &str = "\
+More commands: merge, ecu, dbc, completions, man. Options: monorig COMMAND -h,
+and of every command -q (quiet), -v (verbose), --color WHEN; -V is the version.
+Exit codes: 0 all held, 1 an expectation failed, 2 could not run (bad input).";
+/// The program's own help: one screen.
+const TEMPLATE: &str = "{about}\n\n{usage-heading} {usage}\n\n{subcommands}{after-help}";
 
-Exit codes: 0 all held, 1 an expectation failed, 2 could not run (bad input,
-files).";
-
-/// A physics-simulated test rig for the mass and slope estimators of monorail cranes.
+/// A physics-simulated test rig for mass and slope estimators of monorail cranes
 #[derive(Debug, clap::Parser)]
-#[command(name = "monorig", version, after_help = EXAMPLES, max_term_width = 100)]
+#[command(name = "monorig", version, after_help = AFTER_HELP, help_template = TEMPLATE, max_term_width = 100)]
 #[command(subcommand_required = true, arg_required_else_help = true)]
 struct Arguments {
     #[command(flatten)]
@@ -229,7 +221,7 @@ impl App {
     /// Adds a command. A name that is taken is an error of [`App::main`].
     pub fn command<C: Command>(mut self) -> Self {
         let name = C::command().get_name().to_owned();
-        let mut there = self.commands.iter().map(|c| (c.args)(&self.registry));
+        let mut there = self.commands.iter().map(|c| c.describe(&self.registry));
         let taken = name == "help" || there.any(|c| c.get_name() == name);
         self.keep_first(taken.then(|| format!("there is a command `{name}` already")));
         self.commands.push(CommandEntry::of::<C>());
@@ -258,7 +250,11 @@ impl App {
             return ExitCode::from(2);
         }
         let command_line = self.command_line();
-        let parsed = command_line.clone().try_get_matches_from(words);
+        let names = command_line.get_subcommands();
+        let names: Vec<&str> = names.map(clap::Command::get_name).collect();
+        let words = commands::of_today(words, &names);
+        let helps = ui::help::for_words(command_line.clone(), &words);
+        let parsed = helps.try_get_matches_from(words);
         let parsed = parsed.and_then(|m| Ok((Arguments::from_arg_matches(&m)?, m)));
         let (arguments, matches) = match parsed {
             Ok(parsed) => parsed,
@@ -291,7 +287,7 @@ impl App {
 
     /// The command line with every command.
     fn command_line(&self) -> clap::Command {
-        let commands = self.commands.iter().map(|c| (c.args)(&self.registry));
+        let commands = self.commands.iter().map(|c| c.describe(&self.registry));
         Arguments::command()
             .version(version())
             .subcommands(commands)
@@ -307,7 +303,8 @@ impl App {
         let entry = names.zip(&self.commands).find(|(n, _)| *n == name);
         match entry {
             Some((_, entry)) => {
-                output::check(of_command)?;
+                let inner = std::iter::successors(Some(of_command), |m| Some(m.subcommand()?.1));
+                inner.last().map_or(Ok(()), output::check)?;
                 (entry.run)(of_command, program)
             }
             // clap has refused every other name

@@ -118,7 +118,7 @@ def figures(folder, name):
 
 def said(map_file, sets):
     """The first word of `--check` on the fault: BAD checks by their names."""
-    out = run("replay", "--map", map_file, "--check", *sets).stdout
+    out = run("log", "check", "--map", map_file, *sets).stdout
     bad = [line[6:].split(":")[0].split(" while")[0].replace("|", "¦") for line in out.splitlines() if line.startswith("BAD")]
     return bad
 
@@ -129,7 +129,7 @@ def main():
     for log, (scenario, sets) in LOGS.items():
         run("run", f"{HERE}/{scenario}", "--seed", "1", "--keep-samples", "--no-rerun", "-q", *sets)
         stem = os.path.basename(scenario)[:-5]
-        run("export", f"runs/{stem}/1", "--to", "csv", "-q")
+        run("log", "export", f"runs/{stem}/1", "--to", "csv", "-q")
         good = f"exports/{stem}/1/csv"
         sound = set()
         print(f"\n### {log}: `{scenario}`, seed 1\n")

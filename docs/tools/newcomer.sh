@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # A newcomer's way with a clock: from a clone to a verdict on an own estimator.
 #     docs/tools/newcomer.sh rust|c|python [TARGET [here]]
-# Clones the repository that the script is in, builds, runs the README's scenario, makes an own estimator with `monorig new-estimator`, tests
+# Clones the repository that the script is in, builds, runs the README's scenario, makes an own estimator with `monorig new estimator`, tests
 # it and compares it with ours. TARGET is the target folder of an earlier build; without it everything is built. With `here` the repository is
 # not cloned, so that nothing of it is built anew. `python` needs the package `monorig` (`pip install ./python`). Prints the seconds of each
 # step and the last line that it printed.
@@ -26,7 +26,7 @@ PATH=$CARGO_TARGET_DIR/release:$PATH
 export MONORIG_OUT=$work/runs
 timed "run of the README" monorig run scenarios/liu2023_section1.yaml
 timed report monorig report "$MONORIG_OUT/liu2023_section1/1"
-timed new-estimator monorig new-estimator "$language" "$work/my_filter" --monorig .
+timed new-estimator monorig new estimator "$language" "$work/my_filter" --monorig .
 cd "$work/my_filter"
 case $language in
 rust)

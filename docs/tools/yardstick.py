@@ -61,7 +61,7 @@ def main():
     named = of_suite(made(out / "named.json", program, "test", "scenarios", "--seeds", given.seeds))
     courses = out / "courses"
     if not courses.exists():
-        draw = ["draw", "--seed", FIRST_COURSE, "--count", given.courses, "--out", courses]
+        draw = ["new", "courses", "--seed", FIRST_COURSE, "--count", given.courses, "--out", courses]
         subprocess.run([program, *map(str, draw)], check=True, stdout=subprocess.DEVNULL)
     drawn = of_suite(made(out / "courses.json", program, "test", courses))
     stress = ["stress", "--drawn", given.faults, "--estimators", ",".join(ESTIMATORS), "--out", out / "faults"]

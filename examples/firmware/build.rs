@@ -1,5 +1,5 @@
 //! Puts memory.x where the linker finds it, and makes constants of the vehicle: the file of nominal values that
-//! MONORIG_VEHICLE names, as `monorig export` writes it; without it that of `vehicle.yaml`.
+//! MONORIG_VEHICLE names, as `monorig log export` writes it; without it that of `vehicle.yaml`.
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;

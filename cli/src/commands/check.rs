@@ -21,26 +21,49 @@ Examples:
       tracks, trains, units, sensor sheets, rail profiles by themselves
   monorig check --kind track assets/tracks/winding.yaml
   monorig check runs/liu2023_section1/1/*
-      what a run left behind: whole and readable?";
+      what a run left behind: whole and readable?
+  monorig check --schema scenario > scenario.json
+      every key of a scenario; an editor with the YAML language server completes
+      the keys of a file that begins with
+      # yaml-language-server: $schema=scenario.json";
 
 /// Check files without running anything.
 #[derive(Debug, clap::Parser)]
 #[command(name = "check", after_help = CHECK_EXAMPLES)]
 pub struct CheckArgs {
     /// Files to check; their kind is told from their keys, of results from their names
-    #[arg(required = true)]
+    #[arg(required_unless_present = "schema")]
     pub files: Vec<PathBuf>,
     /// Kind of the files, if it cannot be told from their keys
     #[arg(long)]
     pub kind: Option<FileKind>,
+    /// Print the JSON Schema of a kind of files: every key, its meaning and its unit; without KIND the kinds are listed
+    #[arg(long, value_name = "KIND", num_args = 0..=1, conflicts_with = "files")]
+    pub schema: Option<Option<FileKind>>,
     #[command(flatten)]
     pub foreign: Foreign,
 }
 
 impl Command for CheckArgs {
     fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
-        check(self, &self.foreign.registry(program.registry, []))
+        match self.schema {
+            Some(kind) => schema(kind, program.registry),
+            None => check(self, &self.foreign.registry(program.registry, [])),
+        }
     }
+}
+
+/// Prints a schema, or the list of kinds.
+fn schema(kind: Option<FileKind>, registry: &Registry) -> Result<CommandOutcome, CliError> {
+    let text = match kind.and_then(formats::row) {
+        Some(row) => serde_json::to_string_pretty(&row.schema(registry)).map_err(CliError::json)?,
+        None => {
+            let line = |row: &FileFormat| format!("{:<14}{}", row.name, row.about);
+            KINDS.iter().map(line).collect::<Vec<_>>().join("\n")
+        }
+    };
+    output::print(&format!("{text}\n"))?;
+    Ok(CommandOutcome::Held)
 }
 
 /// Check every file; all mistakes are shown, not only those of the first bad file.

@@ -43,7 +43,7 @@ of an error only on the samples that both estimators mark valid.
 ± is half of the 95 % interval, a percentile bootstrap over seeds. With -v a
 table for each metric, with medians, intervals and shares of samples.";
 
-/// Run estimators side by side over the seeds of a scenario and compare their metrics.
+/// Compare estimators side by side over the seeds of a scenario.
 #[derive(Debug, clap::Parser)]
 #[command(name = "compare", after_help = COMPARE_EXAMPLES)]
 pub struct CompareArgs {

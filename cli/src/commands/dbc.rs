@@ -17,7 +17,7 @@ use std::path::PathBuf;
     name = "dbc",
     after_help = "Examples:\n  monorig dbc --drives 8 --out crane.dbc\n  monorig dbc --signals float --out lossless.dbc\n\n\
     Samples, commands and step go to the estimator; its answer is estimate_mass,\nestimate_grade, estimate_status (if it likes) and \
-    estimate_motion, each with the\nnumber of the step. `monorig export --to can` writes logs of the same messages."
+    estimate_motion, each with the\nnumber of the step. `monorig log export --to can` writes logs of the same messages."
 )]
 pub struct DbcArgs {
     /// Drive units of the vehicle

@@ -23,7 +23,7 @@ Examples:
 FMUs for co-simulation, for Simulink and other tools. They have a binary for
 the system that this program runs on.";
 
-/// Write an estimator or the plant of a scenario as an FMU, for Simulink and other tools.
+/// Write an estimator or the plant of a scenario as an FMU.
 #[derive(Debug, clap::Parser)]
 #[command(name = "fmu", after_help = FMU_EXAMPLES)]
 pub struct FmuArgs {

@@ -1,5 +1,8 @@
-//! `monorig list`: the names there are, each with its unit, its range and one sentence.
+//! `monorig list`: the names there are, each with its unit, its range and one sentence; the runs there are.
 
+mod runs;
+
+use crate::arguments::Out;
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::folders::yaml_files;
 use crate::files::formats::{self, FileKind};
@@ -22,20 +25,33 @@ Examples:
   monorig list estimators
   monorig list parameters dffrls_aekf_robust     unit, range and default of each
   monorig list metrics
-  monorig list scenarios scenarios/harsh";
+  monorig list scenarios scenarios/harsh
+  monorig list runs
+      the runs in runs/ (or in MONORIG_OUT); one with an @ in its name is a
+      variant: below it stands what was changed against the scenario file";
 
 /// Widest line.
 const WIDTH: usize = 80;
 
-/// List estimators, parameters, metrics, channels, faults, sensors or scenarios.
+/// List estimators, parameters, metrics, channels, scenarios, runs …
 #[derive(Debug, clap::Parser)]
 #[command(name = "list", after_help = LIST_EXAMPLES)]
 pub struct ListArgs {
     /// Names to list
     pub what: Listed,
-    /// Of `parameters`: the estimator or controller; of `scenarios`: the folder [default: scenarios]; of others: a
-    /// part of the name
+    /// Of `parameters`: the estimator or controller; of `scenarios` and `runs`: the folder [default: scenarios, that of
+    /// the results]; of others: a part of the name
     pub of: Option<String>,
+    /// Only names with this text
+    #[arg(
+        long,
+        value_name = "TEXT",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub filter: String,
+    #[command(flatten)]
+    pub out: Out,
 }
 
 /// The lists there are.
@@ -57,6 +73,8 @@ pub enum Listed {
     Sensors,
     /// Scenarios in a folder
     Scenarios,
+    /// Runs in the folder for results, with what tells variants apart
+    Runs,
 }
 
 /// A name, what stands beside it (unit, range), and a sentence.
@@ -96,13 +114,22 @@ fn list(task: &ListArgs, registry: &Registry) -> Result<CommandOutcome, CliError
         Listed::Faults => faults(),
         Listed::Sensors => sensors(registry),
         Listed::Scenarios => scenarios(task.of.as_deref().unwrap_or("scenarios").as_ref())?,
+        Listed::Runs => {
+            let folder = task.of.as_ref().map_or_else(|| task.out.get(), Into::into);
+            return runs::list(&folder, &task.filter);
+        }
     };
     let part = match task.what {
         Listed::Parameters | Listed::Scenarios => "",
         _ => task.of.as_deref().unwrap_or_default(),
     };
-    let found = entries.iter().filter(|entry| entry.name.contains(part));
+    let parts = [part, &task.filter];
+    let found = (entries.iter()).filter(|entry| parts.iter().all(|p| entry.name.contains(p)));
     let text: String = found.map(text).collect();
+    let part = parts
+        .into_iter()
+        .rfind(|p| !p.is_empty())
+        .unwrap_or_default();
     if text.is_empty() && !part.is_empty() {
         let message = format!("there is no name with `{part}` in this list");
         return Err(CliError::refused(message, "leave it out to see all names"));

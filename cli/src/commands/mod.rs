@@ -1,67 +1,87 @@
 //! The commands, a file each: its arguments with their help, and what it does. A new one is a file, its `mod` and its
 //! line in the list.
 
-mod calibrate;
 mod check;
 mod compare;
 mod completions;
 mod dbc;
-mod draw;
 #[cfg(feature = "plugins")]
 mod ecu;
 mod explain;
-mod export;
 #[cfg(feature = "plugins")]
 mod fmu;
-mod inspect;
-mod judge;
 mod list;
+mod log;
 mod man;
-mod map;
 mod merge;
-mod new_estimator;
+mod new;
 mod replay;
 mod report;
 mod run;
-mod runs;
-mod schema;
-mod sensors;
 mod stress;
 mod study;
 mod test;
 mod tune;
 
 use crate::command::CommandEntry;
+use std::ffi::OsString;
 
-/// The commands of monorig, in the order of the help.
+/// The commands of monorig, in the order of the help; those that few need are not in its list.
 pub(crate) const COMMANDS: &[CommandEntry] = &[
     CommandEntry::of::<run::RunArgs>(),
     CommandEntry::of::<test::TestArgs>(),
-    CommandEntry::of::<compare::CompareArgs>(),
     CommandEntry::of::<study::StudyArgs>(),
     CommandEntry::of::<stress::StressArgs>(),
-    CommandEntry::of::<merge::MergeArgs>(),
     CommandEntry::of::<tune::TuneArgs>(),
-    CommandEntry::of::<report::ReportArgs>(),
+    CommandEntry::of::<compare::CompareArgs>(),
     CommandEntry::of::<explain::ExplainArgs>(),
-    CommandEntry::of::<draw::DrawArgs>(),
-    CommandEntry::of::<map::MapArgs>(),
-    CommandEntry::of::<sensors::SensorsArgs>(),
-    CommandEntry::of::<runs::RunsArgs>(),
-    CommandEntry::of::<list::ListArgs>(),
+    CommandEntry::of::<report::ReportArgs>(),
     CommandEntry::of::<replay::ReplayArgs>(),
-    CommandEntry::of::<export::ExportArgs>(),
-    CommandEntry::of::<dbc::DbcArgs>(),
-    #[cfg(feature = "plugins")]
-    CommandEntry::of::<ecu::EcuArgs>(),
+    CommandEntry::of::<log::LogArgs>(),
+    CommandEntry::of::<new::NewArgs>(),
+    CommandEntry::of::<list::ListArgs>(),
+    CommandEntry::of::<check::CheckArgs>(),
     #[cfg(feature = "plugins")]
     CommandEntry::of::<fmu::FmuArgs>(),
-    CommandEntry::of::<judge::JudgeArgs>(),
-    CommandEntry::of::<calibrate::CalibrateArgs>(),
-    CommandEntry::of::<inspect::InspectArgs>(),
-    CommandEntry::of::<new_estimator::NewEstimatorArgs>(),
-    CommandEntry::of::<check::CheckArgs>(),
-    CommandEntry::of::<schema::SchemaArgs>(),
-    CommandEntry::of::<completions::CompletionsArgs>(),
-    CommandEntry::of::<man::ManArgs>(),
+    CommandEntry::of::<merge::MergeArgs>().unlisted(),
+    #[cfg(feature = "plugins")]
+    CommandEntry::of::<ecu::EcuArgs>().unlisted(),
+    CommandEntry::of::<dbc::DbcArgs>().unlisted(),
+    CommandEntry::of::<completions::CompletionsArgs>().unlisted(),
+    CommandEntry::of::<man::ManArgs>().unlisted(),
 ];
+
+/// Names that commands had before version 0.1, each with the words that stand for it now.
+const OLD_NAMES: [(&str, &[&str]); 10] = [
+    ("calibrate", &["log", "calibrate"]),
+    ("draw", &["new", "courses"]),
+    ("export", &["log", "export"]),
+    ("inspect", &["log", "info"]),
+    ("judge", &["replay"]),
+    ("map", &["log", "track"]),
+    ("new-estimator", &["new", "estimator"]),
+    ("runs", &["list", "runs"]),
+    ("schema", &["check", "--schema"]),
+    ("sensors", &["log", "imu"]),
+];
+
+/// The words of a command line with the command's old name, if it has one, replaced. `commands`: names of today, which
+/// come before old ones.
+pub(crate) fn of_today(mut words: Vec<OsString>, commands: &[&str]) -> Vec<OsString> {
+    let old = |word: &OsString| OLD_NAMES.iter().find(|(name, _)| word == name);
+    let first =
+        (words.iter().skip(1)).position(|w| commands.iter().any(|c| w == c) || old(w).is_some());
+    let Some(place) = first.map(|i| i + 1) else {
+        return words;
+    };
+    let found = words
+        .get(place)
+        .filter(|word| commands.iter().all(|c| word != c));
+    if let Some((name, new)) = found.and_then(old) {
+        // `sensors` had one task
+        let more =
+            usize::from(*name == "sensors" && words.get(place + 1).is_some_and(|w| w == "fit"));
+        words.splice(place..=place + more, new.iter().map(OsString::from));
+    }
+    words
+}

@@ -1,17 +1,22 @@
-//! `monorig replay`: estimators over a recorded log.
+//! `monorig replay`: estimators over a recorded log or a kept run, and estimates made elsewhere beside them.
 
+use super::log::check;
 use crate::command::{Command, CommandOutcome, Program};
+use crate::files::load::say_left_out;
+use crate::files::out::prepare_out;
+use crate::files::scenarios::of_run;
 use crate::recording::play::{PlayArgs, Playing, play};
 use crate::recording::standing_noise;
 use crate::ui::errors::CliError;
-use crate::ui::prose::paragraph;
-use crate::ui::{output, tables};
-use monorig_logs::check::{ChannelReport, Verdict, report};
 use monorig_logs::drive::Found;
+use monorig_logs::export::{ExportFormat, export};
 use monorig_logs::map::{Map, NoiseSource};
-use monorig_logs::replay::ReplayOptions;
+use monorig_logs::replay::{EstimatesFile, ReplayOptions};
 use monorig_sim::closed_loop::registry::Registry;
-use std::path::PathBuf;
+use monorig_sim::config::file::input_error;
+use monorig_sim::record::manifest::{self, Manifest};
+use monorig_sim::record::whole;
+use std::path::{Path, PathBuf};
 
 const REPLAY_EXAMPLES: &str = "\
 Examples:
@@ -19,43 +24,61 @@ Examples:
       the files and the estimators that the map names
   monorig replay drive.mf4 --map crane.map.yaml \\
       --estimators rail_fusion,dffrls_aekf_robust
-  monorig replay --map drive.map.yaml --check
-      what is wrong with this log, before anything runs
   monorig replay --map drive.map.yaml --junit replay.xml
   monorig replay --map drive.map.yaml --ghost
       beside the vehicle of the map on the same drive
+  monorig replay runs/minimal/1 --estimates mine.csv
+      estimates made elsewhere, judged beside ours, over a run that has kept its
+      samples (`monorig run --keep-samples`); with --map over a log
 
 Results are those of `monorig run`: OUT/<map>/1/ with manifest.json,
 channels.parquet, metrics.json and, with the viewer built in, run.rrd; `monorig
-report` makes a page of them. `monorig inspect LOG` proposes a map, `monorig
-schema map` prints every key.";
+report` makes a page of them. `monorig log info LOG` proposes a map, `monorig
+check --schema map` prints every key. The table of estimates has a time (that of
+the run or of the log's clock) and at least one of mass_kg, slope_deg,
+effective_slope_deg, speed_mps; beside each …_sd_… (mass_sd_kg, slope_sd_deg)
+and …_valid (0 or 1) if there are.";
 
-/// Run estimators over a recorded log, mapped by a map file.
+/// Run estimators over a recorded log, or judge estimates made elsewhere.
 #[derive(Debug, clap::Parser)]
 #[command(name = "replay", after_help = REPLAY_EXAMPLES)]
 pub struct ReplayArgs {
-    /// The log: one file, or the folder in which the files of the map are; without it where the map says
+    /// The log: one file, or the folder in which the files of the map are; without it where the map says. Without --map
+    /// the folder of a run that has kept its samples
+    #[arg(value_name = "LOG|RUN", required_unless_present = "map")]
     pub log: Option<PathBuf>,
     /// Map file: the quantities in the columns of the log
     #[arg(long, value_name = "MAP")]
-    pub map: PathBuf,
+    pub map: Option<PathBuf>,
+    /// Table of estimates made elsewhere: CSV, Parquet or any format of a log
+    #[arg(long, value_name = "FILE")]
+    pub estimates: Option<PathBuf>,
+    /// Name under which they are judged
+    #[arg(
+        long,
+        hide_short_help = true,
+        value_name = "NAME",
+        default_value = "judged",
+        requires = "estimates"
+    )]
+    pub name: String,
     /// Estimators to run instead of those of the map, by name
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub estimators: Vec<String>,
     /// Where estimators have the noise from: `from-log` (`wheel_speed_sd_mps` and `accel_sd_mps2` where the map does
     /// not set them, with Allan figures of what stands) or `defaults`
-    #[arg(long, value_name = "SOURCE", value_parser = noise_source)]
+    #[arg(long, hide_short_help = true, value_name = "SOURCE", value_parser = noise_source)]
     pub noise: Option<NoiseSource>,
     /// Also record the vehicle of the map on the same drive, with the speed that was measured: the traction, motor
     /// torque and specific force that it has, and how far off the measured ones are
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub ghost: bool,
-    /// Only say what is wrong with the log: each check with a number and a verdict
-    #[arg(long, conflicts_with_all = ["live", "no_rerun", "junit", "full_rate", "ghost"])]
+    /// Only say what is wrong with the log, as `monorig log check`
+    #[arg(long, hide = true, requires = "map", conflicts_with_all = ["live", "no_rerun", "junit", "full_rate", "ghost"])]
     pub check: bool,
     /// Draw the lines of run.rrd through every row instead of about ten a second, and record long logs at the full rate
     /// too
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub full_rate: bool,
     #[command(flatten)]
     pub play: PlayArgs,
@@ -76,11 +99,21 @@ impl Command for ReplayArgs {
     }
 }
 
-/// Play the log to the estimators, and judge them.
+/// Plays the log to the estimators, and judges them.
 fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
-    let map = Map::load_with(&task.map, task.log.as_deref(), &task.play.sets)?;
+    let (mut map, _kept) = match (&task.map, &task.log) {
+        (Some(map), log) => (Map::load_with(map, log.as_deref(), &task.play.sets)?, None),
+        (None, run) => {
+            let (map, kept) = map_of_run(run.as_deref().unwrap_or(Path::new("")), task)?;
+            (map, Some(kept))
+        }
+    };
     if task.check {
-        return check_log(&map);
+        return check::check(&map);
+    }
+    if task.map.is_none() || task.estimates.is_some() {
+        let allowed = task.play.registry(&map, registry);
+        say_left_out(&map.leave_out_foreign(&allowed));
     }
     let noise = task.noise.or(map.noise());
     let found = match noise == Some(NoiseSource::FromLog) {
@@ -93,11 +126,16 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
         sd: p.sd,
         unit: p.unit,
     });
+    let judged = task.estimates.as_ref().map(|file| {
+        let table = EstimatesFile::load(file)?;
+        Ok::<_, CliError>((task.name.clone(), table))
+    });
     let options = ReplayOptions {
         estimators: task.estimators.clone(),
         noise,
         ghost: task.ghost,
         found: found.collect(),
+        judged: judged.into_iter().collect::<Result<_, _>>()?,
         ..ReplayOptions::default()
     };
     let playing = Playing {
@@ -108,67 +146,29 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     play(&map, &playing, registry)
 }
 
-/// The checks of a log, each with what was found and what would be good.
-fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
-    let (mut text, mut bad, mut unknown) = (String::new(), 0, 0);
-    let (checks, channels) = report(map)?;
-    for c in checks {
-        let (word, why) = match &c.verdict {
-            Verdict::Good => ("good", String::new()),
-            Verdict::Bad(why) => ("BAD", why.clone()),
-            Verdict::Unknown(why) => ("?", why.clone()),
-        };
-        bad += usize::from(word == "BAD");
-        unknown += usize::from(word == "?");
-        let value = match c.value.is_nan() {
-            true => "-".to_owned(),
-            false => format!("{} {}", tables::number(c.value), c.unit),
-        };
-        let told = format!(
-            "{word:<4}  {}: {} (good: {})",
-            c.what,
-            value.trim_end(),
-            c.good
-        );
-        text += &format!("{}\n", paragraph(&told, ""));
-        if !why.is_empty() {
-            text += &format!("{}\n", paragraph(&why, "      "));
-        }
+/// The map of a run that has kept its samples, and the folder of the log that it reads.
+fn map_of_run(run: &Path, task: &ReplayArgs) -> Result<(Map, Temporary), CliError> {
+    if !run.join(manifest::NAME).is_file() {
+        let help = "a run of `monorig run --keep-samples`, or a log with --map";
+        return Err(input_error(run, "", "this is no folder of a run", help).into());
     }
-    let end = match (bad, unknown) {
-        (0, 0) => "held: nothing wrong was found".to_owned(),
-        (0, n) => {
-            format!("held but for {n} not judged: nothing wrong was found in what could be checked")
-        }
-        (n, _) => format!("FAILED: {n} checks say that something is wrong"),
-    };
-    output::verdicts(&format!("{text}\n{}\n\n{end}\n", of_channels(&channels)))?;
-    Ok(CommandOutcome::of(bad == 0))
+    let manifest = Manifest::of_run(run)?;
+    let out = task.play.out.get();
+    prepare_out(&out)?;
+    let folder = Temporary(out.join(format!(".replay-{}", whole::unique())));
+    let scenario = of_run(&manifest);
+    let log = export(run, ExportFormat::PARQUET, &folder.0, scenario.as_deref())?;
+    let mut map = Map::load_with(&log.map, None, &task.play.sets)?;
+    let name = task.estimates.as_ref().map_or("replay", |_| &task.name);
+    map.name = format!("{}_{}_{name}", manifest.scenario, manifest.seed);
+    Ok((map, folder))
 }
 
-/// Rate, jitter, gaps, stamps that come twice and share that counts of each channel.
-fn of_channels(channels: &[ChannelReport]) -> String {
-    let titles = [
-        "channel",
-        "Hz",
-        "jitter ms",
-        "gaps",
-        "longest s",
-        "twice",
-        "valid %",
-    ];
-    let mut table = tables::table(titles);
-    for c in channels {
-        table.add_row([
-            c.name.clone(),
-            tables::number(c.rate_hz),
-            tables::number(c.jitter_ms),
-            c.gaps.to_string(),
-            tables::number(c.longest_gap_s),
-            c.duplicates.to_string(),
-            tables::number(100.0 * c.valid),
-        ]);
+/// A folder that goes when it is no longer needed.
+struct Temporary(PathBuf);
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
     }
-    tables::right(&mut table, 1..titles.len());
-    tables::lines(&table)
 }

@@ -50,7 +50,7 @@ the changes.";
 /// Key of a scenario's seeds.
 const SEEDS: &str = "seeds";
 
-/// Simulate a scenario: train, sensors, estimators and controller in closed loop.
+/// Simulate a scenario: train, instruments and estimators in closed loop.
 #[derive(Debug, clap::Parser)]
 #[command(name = "run", after_help = RUN_EXAMPLES)]
 pub struct RunArgs {
@@ -61,7 +61,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "SEEDS", value_parser = seeds)]
     pub seed: Option<String>,
     /// Call the variant that --set and --plant make this, instead of a short hash
-    #[arg(long, value_name = "NAME", value_parser = variant::parse)]
+    #[arg(long, hide_short_help = true, value_name = "NAME", value_parser = variant::parse)]
     pub name: Option<String>,
     #[command(flatten)]
     pub out: Out,
@@ -78,9 +78,9 @@ pub struct RunArgs {
     pub no_rerun: bool,
     /// Draw the lines of run.rrd through every row instead of about ten a second, and record long runs at the full rate
     /// too, instead of at half of it after two hours (360 000 rows), a quarter after four …
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub full_rate: bool,
-    /// Keep every sample with stamp and arrival in samples.parquet: `monorig export` makes a log of it
+    /// Keep every sample with stamp and arrival in samples.parquet: `monorig log export` makes a log of it
     #[arg(long)]
     pub keep_samples: bool,
     /// Move the train with this plant instead of the scenario's

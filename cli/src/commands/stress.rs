@@ -42,7 +42,7 @@ Each condition is applied by itself, and all estimators of a run see the same
 measurements: none of them is in the loop. Stopped, it goes on where it was when
 it is started again.";
 
-/// Try estimators under a battery of conditions: told values, instruments, delivery, rail, train.
+/// Try estimators under a battery of conditions.
 #[derive(Debug, clap::Parser)]
 #[command(name = "stress", after_help = STRESS_EXAMPLES)]
 pub struct StressArgs {
@@ -55,38 +55,38 @@ pub struct StressArgs {
     /// Folder of conditions beside those of monorig; may be given several times
     #[arg(long, value_name = "DIR")]
     pub conditions: Vec<PathBuf>,
-    /// Only conditions with one of these texts in their name or group
+    /// Only conditions with one of these texts in the name or group
     #[arg(long, value_name = "TEXTS", value_delimiter = ',')]
     pub only: Vec<String>,
-    /// Instead of these, draw N sensor faults, each on a drawn course
+    /// Draw N sensor faults instead, each on a drawn course
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000), conflicts_with_all = ["scenarios", "conditions", "only", "seeds"])]
     pub drawn: Option<u64>,
-    /// Seed of the first drawn fault and its course; each further one has the next
+    /// Seed of the first drawn fault; each further one has the next
     #[arg(long, value_name = "N", default_value_t = 1, requires = "drawn")]
     pub seed: u64,
     /// File of ranges that the courses are drawn from
-    #[arg(long, value_name = "FILE", default_value = RANGES, requires = "drawn")]
+    #[arg(long, hide_short_help = true, value_name = "FILE", default_value = RANGES, requires = "drawn")]
     pub ranges: PathBuf,
     #[command(flatten)]
     pub changes: Changes,
     #[command(flatten)]
     pub jobs: Jobs,
     /// Make only part K of N of the runs, for `monorig merge` to join with the others
-    #[arg(long, value_name = "K/N", value_parser = shard, requires = "json", conflicts_with_all = ["html", "against"])]
+    #[arg(long, hide_short_help = true, value_name = "K/N", value_parser = shard, requires = "json", conflicts_with_all = ["html", "against"])]
     pub shard: Option<Shard>,
     /// Write matrix and runs as JSON; `-` is standard output
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
     /// Write the matrix as a page
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, hide_short_help = true, value_name = "FILE")]
     pub html: Option<PathBuf>,
     /// Compare with what --json wrote earlier; a cell that has become worse fails
     #[arg(long, value_name = "FILE")]
     pub against: Option<PathBuf>,
     /// Share by which an error may be worse; shares of samples may be worse by 1 %
-    #[arg(long, value_name = "SHARE", value_parser = share, default_value = "5%", requires = "against")]
+    #[arg(long, hide_short_help = true, value_name = "SHARE", value_parser = share, default_value = "5%", requires = "against")]
     pub worse_than: f64,
-    /// Largest share of the valid samples that may mislead in a condition; beyond it the exit code is 1
+    /// Largest share of valid samples that may mislead; if a condition is beyond it the exit code is 1
     #[arg(long, value_name = "SHARE", value_parser = share, conflicts_with = "shard")]
     pub max_misled: Option<f64>,
     #[command(flatten)]

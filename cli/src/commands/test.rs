@@ -74,7 +74,12 @@ pub struct TestArgs {
     #[command(flatten)]
     pub changes: Changes,
     /// Run as many seeds as each scenario states, from this one on: does the verdict hold on seeds nobody chose?
-    #[arg(long, value_name = "SEED", conflicts_with = "seeds")]
+    #[arg(
+        long,
+        hide_short_help = true,
+        value_name = "SEED",
+        conflicts_with = "seeds"
+    )]
     pub seeds_from: Option<u32>,
     /// Record the worst seed of every scenario that fails into this folder, with a report
     #[arg(long, value_name = "DIR")]
@@ -83,17 +88,18 @@ pub struct TestArgs {
     #[arg(long, value_name = "FILE")]
     pub baseline: Option<PathBuf>,
     /// Share by which the mean over the seeds may be worse than in the baseline
-    #[arg(long, value_name = "SHARE", value_parser = share, default_value = "5%", requires = "baseline")]
+    #[arg(long, hide_short_help = true, value_name = "SHARE", value_parser = share, default_value = "5%", requires = "baseline")]
     pub worse_than: f64,
     /// Print these metrics of every estimator over all runs: median, 95th percentile, largest
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = metric)]
     pub metrics: Vec<String>,
     /// Make only part K of N of the runs, for `monorig merge` to judge with the others
-    #[arg(long, value_name = "K/N", value_parser = shard, requires = "json", conflicts_with_all = ["keep_failed", "baseline", "junit"])]
+    #[arg(long, hide_short_help = true, value_name = "K/N", value_parser = shard, requires = "json", conflicts_with_all = ["keep_failed", "baseline", "junit"])]
     pub shard: Option<Shard>,
     /// Who judges the expectations
     #[arg(
         long,
+        hide_short_help = true,
         value_name = "WHO",
         value_enum,
         default_value_t,

@@ -37,7 +37,7 @@ validation.json and sensitivity.json, and, with the viewer built in,
 before_after.rrd to open in Rerun: a validation run with defaults, published
 constants and winner side by side.";
 
-/// Search for the parameters of an estimator that are best over many runs.
+/// Search for the best parameters of an estimator over many runs.
 #[derive(Debug, clap::Parser)]
 #[command(name = "tune", after_help = EXAMPLES)]
 pub struct TuneArgs {

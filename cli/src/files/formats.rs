@@ -132,7 +132,7 @@ pub const KINDS: &[FileFormat] = kinds! {
     RailProfile "rail-profile" "the section of an I-beam rail";
         &["height_m", "flange_width_m", "web_m", "flange_tip_m", "flange_root_m"]; ProfileFile; &[];
         |path, _| Profile::load(path).map(drop);
-    Ranges "ranges" "what `monorig draw` draws from: trains, tracks, drives, instruments";
+    Ranges "ranges" "what `monorig new courses` draws from: trains, tracks, drives, instruments";
         &["trains", "sensors", "noise_factor", "bias_factor", "track", "drive", "estimators"]; RangesFile; &[TYPE];
         |path, registry| RangesFile::load(path)?.check(path, registry);
     Condition "condition" "changes to a scenario under which `monorig stress` tries estimators";

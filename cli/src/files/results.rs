@@ -61,7 +61,7 @@ const KINDS: &[ResultKind] = &[
     other("verdicts", ".xml", written::junit),
 ];
 
-/// A table in Parquet that is not of a run, as `monorig export` writes them.
+/// A table in Parquet that is not of a run, as `monorig log export` writes them.
 const LOG: ResultKind = other("log", "", written::log);
 
 /// Copies of the inputs of a study, which are called by their check sum.

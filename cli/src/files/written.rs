@@ -37,7 +37,7 @@ pub fn log(path: &Path) -> Result<String, Error> {
         dbc: beside(path, "dbc"),
         ..ReadOptions::default()
     };
-    // tables that `monorig export` writes have a stamp of their own
+    // tables that `monorig log export` writes have a stamp of their own
     let stamped = ReadOptions {
         time: Some("stamp_ns".into()),
         unit: Some(TimeUnit::Nanoseconds),

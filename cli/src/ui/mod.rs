@@ -1,7 +1,8 @@
-//! The terminal: progress, tables, errors, Ctrl-C.
+//! The terminal: help, progress, tables, errors, Ctrl-C.
 
 pub mod colour;
 pub mod errors;
+pub mod help;
 pub mod interrupt;
 pub mod note;
 pub mod output;

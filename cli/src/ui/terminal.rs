@@ -20,10 +20,16 @@ pub enum Color {
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct TerminalArgs {
     /// Say nothing on standard error but errors: no progress, no notes
-    #[arg(long, short, global = true)]
+    #[arg(long, short, global = true, hide_short_help = true)]
     pub quiet: bool,
     /// Say more: every check and number of a result, which files were read, what runs, and how fast
-    #[arg(long, short, global = true, conflicts_with = "quiet")]
+    #[arg(
+        long,
+        short,
+        global = true,
+        hide_short_help = true,
+        conflicts_with = "quiet"
+    )]
     pub verbose: bool,
     /// Draw errors and verdicts in colour
     #[arg(
@@ -32,6 +38,7 @@ pub struct TerminalArgs {
         global = true,
         default_value = "auto",
         hide_possible_values = true,
+        hide_short_help = true,
         long_help = "Draw errors and verdicts in colour: auto (on a terminal, unless NO_COLOR is set), always or never"
     )]
     pub color: Color,

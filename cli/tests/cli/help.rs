@@ -22,19 +22,30 @@ fn examples(help: &str) -> Vec<String> {
         .collect()
 }
 
-/// The names of all commands, from the help of the program.
-fn commands(help: &str) -> Vec<String> {
-    let list = help.split("Commands:\n").nth(1).unwrap();
-    let list = list.split("\n\n").next().unwrap();
-    let named = list
-        .lines()
-        .filter(|l| l.starts_with("  ") && !l.starts_with("   "));
-    let first = |l: &str| l.split_whitespace().next().unwrap().to_owned();
-    named.map(first).filter(|c| c != "help").collect()
+/// The words of all commands, from the help of the program and of those commands that have others.
+fn commands(help: impl Fn(&[&str]) -> String) -> Vec<Vec<String>> {
+    let of = |text: &str| -> Vec<String> {
+        let list = text.split("<COMMAND>\n\n").nth(1).unwrap_or_default();
+        let list = list.trim_start_matches("Commands:\n").split("\n\n");
+        let list = list.into_iter().next().unwrap();
+        let named = (list.lines()).filter(|l| l.starts_with("  ") && !l.starts_with("   "));
+        let first = |l: &str| l.split_whitespace().next().unwrap().to_owned();
+        named.map(first).filter(|c| c != "help").collect()
+    };
+    let text = help(&["--help"]);
+    let more = text.split("More commands: ").nth(1).unwrap();
+    let more = more.split('.').next().unwrap().split(", ");
+    let mut all = Vec::new();
+    for command in of(&text).into_iter().chain(more.map(str::to_owned)) {
+        let inner = of(&help(&[&command, "--help"]));
+        all.extend(inner.into_iter().map(|i| vec![command.clone(), i]));
+        all.push(vec![command]);
+    }
+    all
 }
 
 #[test]
-fn help_fits_80_columns() {
+fn help_fits_a_screen_of_80_columns_and_24_lines() {
     let of = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_monorig"));
         let told = command
@@ -47,19 +58,33 @@ fn help_fits_80_columns() {
         for line in help.lines() {
             assert!(line.chars().count() <= 80, "{arguments:?}: {line}");
         }
+        let lines = help.lines().count();
+        assert!(
+            arguments[0] == "help" || lines <= 24,
+            "{arguments:?}: {lines} lines"
+        );
         help
     };
-    let all = commands(&of(&["--help"]));
-    assert!(all.len() > 20, "{all:?}");
+    let all = commands(of);
+    assert!(all.len() > 24, "{all:?}");
     for command in all {
-        of(&[&command, "-h"]);
-        let help = of(&[&command, "--help"]);
+        let words: Vec<&str> = command.iter().map(String::as_str).collect();
+        let brief = of(&[&words[..], &["-h"]].concat());
+        assert_eq!(brief, of(&[&words[..], &["--help"]].concat()));
+        // what is left out has a place
+        let help = of(&[&["help"], &words[..]].concat());
+        for option in help.split_whitespace().filter(|w| w.starts_with("--")) {
+            let name = option.trim_end_matches(|c: char| !c.is_ascii_alphanumeric());
+            let of_all = ["--quiet", "--verbose", "--color"].contains(&name);
+            let whole = of_all || brief.contains(name) || brief.contains("monorig help ");
+            assert!(whole, "{command:?}: {name}");
+        }
         // an example that the terminal would break cannot be copied
         for line in help
             .lines()
             .filter(|l| l.trim_start().starts_with("monorig "))
         {
-            assert!(line.starts_with("  monorig "), "{command}: {line}");
+            assert!(line.starts_with("  monorig "), "{command:?}: {line}");
         }
     }
 }
@@ -73,14 +98,16 @@ fn every_example_is_a_command_line() {
     }
     let dir = TestFolder::new();
     let help = |arguments: &[&str]| {
-        let (code, help, err) = dir.monorig(&[arguments, &["--help"]].concat());
+        let (code, help, err) = dir.monorig(arguments);
         assert_eq!((code, err.as_str()), (Some(0), ""), "{arguments:?}");
         help
     };
-    let all = help(&[]);
-    let pages = commands(&all).into_iter().map(|command| help(&[&command]));
+    let pages = commands(help).into_iter().map(|command| {
+        let words = command.iter().map(String::as_str);
+        help(&["help"].into_iter().chain(words).collect::<Vec<_>>())
+    });
     let mut seen = 0;
-    for example in pages.chain([all.clone()]).flat_map(|page| examples(&page)) {
+    for example in pages.flat_map(|page| examples(&page)) {
         for part in example.split("&&").map(str::trim) {
             // what the shell does has no options of ours
             let part = part.split(['<', '>', '|']).next().unwrap_or_default();
@@ -119,16 +146,8 @@ fn soak_every_example_works() {
         std::env::var("PATH").unwrap_or_default()
     );
     let mut seen = 0;
-    for task in [
-        None,
-        Some("run"),
-        Some("tune"),
-        Some("report"),
-        Some("check"),
-        Some("schema"),
-    ] {
-        let mut arguments: Vec<&str> = task.into_iter().collect();
-        arguments.push("--help");
+    for task in ["run", "tune", "report", "check"] {
+        let arguments = ["help", task];
         let (code, help, err) = dir.monorig(&arguments);
         assert_eq!((code, err.as_str()), (Some(0), ""), "{arguments:?}");
         let found = examples(&help);
@@ -152,6 +171,36 @@ fn soak_every_example_works() {
     assert!(seen >= 10, "only {seen} examples");
 }
 
+/// Each old name of a command is the new one, also behind options of the program.
+#[test]
+fn old_names_of_commands_still_work() {
+    let dir = TestFolder::new();
+    for (old, new) in [
+        ("calibrate", "log calibrate"),
+        ("draw", "new courses"),
+        ("export", "log export"),
+        ("inspect", "log info"),
+        ("judge", "replay"),
+        ("map", "log track"),
+        ("new-estimator", "new estimator"),
+        ("runs", "list runs"),
+        ("schema", "check --schema"),
+        ("sensors fit", "log imu"),
+    ] {
+        for before in ["", "-q ", "--color never "] {
+            let told = |command: &str| {
+                let words = format!("{before}{command} --help");
+                dir.monorig(&words.split(' ').collect::<Vec<_>>())
+            };
+            assert_eq!(told(old), told(new), "{before}{old}");
+            assert_eq!(told(old).0, Some(0));
+        }
+    }
+    // a value that is called like an old command is none
+    let (code, _, err) = dir.monorig(&["check", "map"]);
+    assert!(code == Some(2) && err.contains("map:"), "{err}");
+}
+
 #[test]
 fn completions_know_names() {
     for shell in ["bash", "zsh", "fish"] {
@@ -159,7 +208,7 @@ fn completions_know_names() {
         let told = command.args(["completions", shell]).output().unwrap();
         assert!(told.status.success(), "{shell}");
         let script = String::from_utf8(told.stdout).unwrap();
-        for name in ["new-estimator", "rail_fusion", "slope_rmse_deg"] {
+        for name in ["calibrate", "rail_fusion", "slope_rmse_deg"] {
             assert!(script.contains(name), "{shell}: {name}");
         }
     }

@@ -1,4 +1,4 @@
-//! `monorig map`: drive, map, and drive on the map.
+//! `monorig log track`: drive, map, and drive on the map.
 
 use crate::common::{TestFolder, project};
 use monorig_sim::rail::Rail;

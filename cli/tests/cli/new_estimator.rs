@@ -1,4 +1,4 @@
-//! `monorig new-estimator`: what it makes can be built with the versions of monorig, and is made whole or not at all.
+//! `monorig new estimator`: what it makes can be built with the versions of monorig, and is made whole or not at all.
 
 use crate::common;
 use crate::common::{TestFolder, project};

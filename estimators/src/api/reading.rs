@@ -31,8 +31,6 @@ pub struct Reading {
     pub pitch_rate_radps: Option<Real>,
     /// Rate about the vertical axis, rad/s, + to the left.
     pub yaw_rate_radps: Option<Real>,
-    /// Standard deviation of the gyro's biases that are left, rad/s; 0 without conditioning.
-    pub gyro_bias_sd_radps: Real,
     /// Noise learnt from the samples.
     pub noise: LearntNoise,
     /// Steering angle of a road vehicle's front wheels, rad, + to the left.

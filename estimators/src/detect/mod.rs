@@ -13,7 +13,7 @@
 //! | [`DynamicLag`](dynamic_lag::DynamicLag) | `lag_share` | adds to the standard deviation of a grade what it moves by while its filter settles | it does not |
 //! | [`StandingLoad`](standing_load::StandingLoad) | `standing_load_s` | a standstill opens the mass | it stays |
 //! | [`Validity`](validity::Validity) | `validity_gate` | marks only values that meet the validity rule as valid | all estimated values are |
-//! | [`Conditioning`](crate::preprocess::conditioning::Conditioning) | `outlier_hold`, `gyro_calibration`, `noise` | holds out jumps, learns gyro biases and noise | samples as they come, noise of the parameters |
+//! | [`Conditioning`](crate::preprocess::conditioning::Conditioning) | `outlier_hold`, `noise` | holds out jumps, learns the noise | samples as they come, noise of the parameters |
 //!
 //! Measurements pass three layers: [`control`] (new, held, or out of use), gate (whether and with what weight it
 //! enters), and fuse (the filter's update). What became of the last one is published for each source as

@@ -33,9 +33,6 @@ const MAX_PRIOR_SD_RATIO: Real = 1e3;
 /// Number of updates the running deviation of the residual looks back on.
 const SPREAD_MEMORY: Real = 50.0;
 
-/// The same of their mean weight.
-const WEIGHT_MEMORY: Real = 1000.0;
-
 /// Results of an update.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
@@ -64,9 +61,6 @@ pub struct Rls<const N: usize> {
     tie: Real,
     last: Real,
     updates: u32,
-    /// True if samples are weighed by the residuals found. `weight` is their mean weight so far.
-    by_residuals: bool,
-    weight: Real,
 }
 
 impl<const N: usize> Rls<N> {
@@ -81,8 +75,6 @@ impl<const N: usize> Rls<N> {
             tie: 0.0,
             last: 0.0,
             updates: 0,
-            by_residuals: false,
-            weight: 1.0,
         };
         plain.in_square_root_form(true)
     }
@@ -92,14 +84,6 @@ impl<const N: usize> Rls<N> {
     pub fn in_square_root_form(mut self, wanted: bool) -> Self {
         let of_use = N > 1 && !matches!(self.policy, Forgetting::Multiple(_));
         self.factors = (wanted && of_use).then(|| Factors::of(&self.belief.P));
-        self
-    }
-
-    /// The same with samples weighed by the size of the residuals found: each enters with `r` times the a posteriori
-    /// variance factor. Errors of the model then do not outweigh the prior by the number of samples, and what samples
-    /// alone cannot separate stays where the prior has it.
-    pub(crate) fn weighed_by_residuals(mut self, wanted: bool) -> Self {
-        self.by_residuals = wanted;
         self
     }
 
@@ -134,12 +118,6 @@ impl<const N: usize> Rls<N> {
         } else {
             self.policy.lambda(size, self.updates)
         };
-        let excess = if self.by_residuals {
-            self.excess()
-        } else {
-            1.0
-        };
-        let r = r * excess;
         let (mut belief, mut factors) = (self.belief, self.factors);
         let limited = match (self.policy, &mut factors) {
             (Forgetting::Multiple(lambdas), factors) => {
@@ -171,8 +149,6 @@ impl<const N: usize> Rls<N> {
         }
         self.factors = factors;
         self.belief = belief;
-        let memory = (self.updates as Real + 1.0).min(WEIGHT_MEMORY);
-        self.weight += (1.0 / excess - self.weight) / memory;
         self.note(normalised);
         Some(Outcome {
             residual,
@@ -221,8 +197,7 @@ impl<const N: usize> Rls<N> {
     /// variance exceeds that of the start, which was known without any sample.
     pub(crate) fn widened(&self) -> SMatrix<Real, N, N> {
         let mut belief = self.belief;
-        // What the weights have in P already is not put in again.
-        belief.P *= (self.excess() * self.weight).max(1.0);
+        belief.P *= self.excess();
         belief.limit_variance(&self.prior);
         belief.P
     }
@@ -292,10 +267,8 @@ impl<const N: usize> State for Rls<N> {
             tie,
             last,
             updates,
-            weight,
             prior: _,
             policy: _,
-            by_residuals: _,
         } = self;
         belief.visit(archive);
         visit_built(factors, archive);
@@ -304,8 +277,6 @@ impl<const N: usize> State for Rls<N> {
         tie.visit(archive);
         last.visit(archive);
         updates.visit(archive);
-        weight.visit(archive);
-        archive.require(*weight >= 0.0);
     }
 }
 

@@ -23,12 +23,6 @@ pub struct Arrivals {
 }
 
 impl Arrivals {
-    /// Mean gap between arrivals, s; 0 before the second sample.
-    #[inline]
-    pub fn gap_s(&self) -> Real {
-        self.gap_s
-    }
-
     /// Time between the last two samples, s.
     #[inline]
     pub fn waited_s(&self) -> Real {

@@ -1,4 +1,4 @@
-//! Conditioning of the channels for robust estimators: outlier hold, gyro calibration, noise learning.
+//! Conditioning of the channels for robust estimators: outlier hold and noise learning.
 
 use crate::Real;
 use crate::api::params::{choices, params};
@@ -7,7 +7,6 @@ use crate::api::snapshot::state;
 use crate::api::vehicle::Vehicle;
 use crate::instruments::noise_learning::NoiseLearning;
 use crate::instruments::spike_gate::{SpikeGate, SpikeLimits};
-use crate::preprocess::gyro_calibration::GyroCalibration;
 
 choices! {
     /// Where the noise of wheel speed and accelerometer comes from.
@@ -23,13 +22,9 @@ params! {
     /// Conditioning of the channels.
     ConditioningParams {
         outlier_hold [flag] = true, "Hold out jumps of wheel speed that last for less than 0.2 s (joints, bumps).";
-        gyro_calibration [flag] = true, "Learn the biases of the gyro while the vehicle stands.";
         noise [choice NoiseSource] = NoiseSource::Learnt, "Noise of wheel speed and accelerometer: told by the parameters, or learnt from the samples where they are noisier than that (up to thirty times).";
     }
 }
-
-/// Standard deviation of a gyro's bias that neither parameter nor vehicle gives, rad/s.
-const GYRO_BIAS_SD_RADPS: Real = 0.01;
 
 /// Outlier hold of wheel speed, by the largest acceleration of wheels that roll on a rail and on a road; longest jump
 /// of a recorded drive: 0.154 s.
@@ -38,13 +33,11 @@ const SPEED_LIMITS: [SpikeLimits; 2] = [
         floor: 0.05,
         rate: 3.0,
         longest: 0.2,
-        keeps_integral: false,
     },
     SpikeLimits {
         floor: 0.05,
         rate: 12.0,
         longest: 0.2,
-        keeps_integral: false,
     },
 ];
 
@@ -55,8 +48,7 @@ const MAX_NOISE_PERIOD_S: Real = 0.3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditioning {
     params: ConditioningParams,
-    speed: SpikeGate<1>,
-    gyro: GyroCalibration<2>,
+    speed: SpikeGate,
     noise: [NoiseLearning; 2],
 }
 
@@ -65,20 +57,18 @@ impl Conditioning {
     pub fn new(vehicle: &Vehicle, params: ConditioningParams) -> Self {
         let [rail, road] = SPEED_LIMITS;
         let speed = if vehicle.road.is_some() { road } else { rail };
-        let bias_sd = vehicle.gyro_bias_sd_radps;
         Self {
             params,
             speed: SpikeGate::new(speed),
-            gyro: GyroCalibration::new(bias_sd.unwrap_or(GYRO_BIAS_SD_RADPS)),
             noise: [NoiseLearning::of_speed(), NoiseLearning::of_acceleration()],
         }
     }
 
     /// A new speed by the wheels, m/s, `period_s` after the one before; `None` if it is held out.
     pub fn speed(&mut self, speed_mps: Real, period_s: Real, standing: bool) -> Option<Real> {
-        let [passed] = match self.params.outlier_hold {
-            true => self.speed.take([speed_mps], period_s, false)?,
-            false => [speed_mps],
+        let passed = match self.params.outlier_hold {
+            true => self.speed.take(speed_mps, period_s)?,
+            false => speed_mps,
         };
         let [noise, _] = &mut self.noise;
         if !standing && period_s < MAX_NOISE_PERIOD_S {
@@ -89,7 +79,7 @@ impl Conditioning {
 
     /// The last speed that was not held out, m/s.
     pub fn last_speed(&self) -> Option<Real> {
-        self.speed.value().map(|[speed]| speed)
+        self.speed.value()
     }
 
     /// A new specific force along the train, m/s², `period_s` after the one before.
@@ -101,30 +91,6 @@ impl Conditioning {
         if !standing && period_s < MAX_NOISE_PERIOD_S {
             noise.observe(force_mps2, period_s);
         }
-    }
-
-    /// Learns the gyro's biases: one step of `dt` seconds, with new rates of pitch and yaw `period_s` after those
-    /// before.
-    pub fn calibrate(
-        &mut self,
-        standing: bool,
-        rates: Option<[Real; 2]>,
-        period_s: Real,
-        dt: Real,
-    ) {
-        if self.params.gyro_calibration {
-            self.gyro.step(standing, rates, period_s, dt);
-        }
-    }
-
-    /// Biases of pitch and yaw rate, rad/s.
-    pub fn gyro_bias_radps(&self) -> [Real; 2] {
-        self.gyro.bias_radps()
-    }
-
-    /// Their standard deviation, rad/s.
-    pub fn gyro_bias_sd_radps(&self) -> Real {
-        self.gyro.sd_radps()
     }
 
     /// The noise learnt so far.
@@ -140,7 +106,7 @@ impl Conditioning {
     }
 }
 
-state!(Conditioning { speed, gyro, noise; params });
+state!(Conditioning { speed, noise; params });
 
 #[cfg(test)]
 #[path = "conditioning_tests.rs"]

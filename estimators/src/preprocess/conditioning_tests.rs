@@ -1,7 +1,6 @@
 //! Tests of [`super`] and of the front end with it.
 
 use super::*;
-use crate::api::signals::VehicleData;
 use crate::testing::Random;
 use crate::testing::vehicles::vehicle;
 
@@ -79,33 +78,4 @@ fn noise_is_learnt_in_motion() {
         ..params
     };
     assert_eq!(learnt(told, PERIOD_S, false), none);
-}
-
-#[test]
-fn the_biases_of_the_gyro_are_learnt_at_standstill() {
-    let sheet = Vehicle::new(VehicleData {
-        gyro_bias_sd_radps: Some(0.05),
-        ..vehicle().data()
-    })
-    .unwrap();
-    let off = ConditioningParams {
-        gyro_calibration: false,
-        ..ConditioningParams::default()
-    };
-    for (vehicle, params, prior_sd, learns) in [
-        (&vehicle(), ConditioningParams::default(), 0.01, true),
-        (&sheet, ConditioningParams::default(), 0.05, true),
-        (&vehicle(), off, 0.01, false),
-    ] {
-        let mut conditioning = Conditioning::new(vehicle, params);
-        assert!((conditioning.gyro_bias_sd_radps() - prior_sd).abs() < 1e-12);
-        assert_eq!(conditioning.gyro_bias_radps(), [0.0; 2]);
-        for _ in 0..500 {
-            conditioning.calibrate(true, Some([0.004, -0.007]), PERIOD_S, PERIOD_S);
-        }
-        let [pitch, yaw] = conditioning.gyro_bias_radps();
-        let expected = if learns { [0.004, -0.007] } else { [0.0; 2] };
-        assert!((pitch - expected[0]).abs() < 1e-4 && (yaw - expected[1]).abs() < 1e-4);
-        assert_eq!(conditioning.gyro_bias_sd_radps() < 0.1 * prior_sd, learns);
-    }
 }

@@ -114,7 +114,8 @@ impl FrontEnd {
             .map_or(0.0, |last| now.since(last));
         self.output.reading.channels.since_s = before_s;
         let new = self.take_imu(z);
-        self.condition_imu(new, dt);
+        let [new_force, _] = new;
+        self.condition_imu(new_force, dt);
         self.own.steering.take(z.steering_angle_rad, now);
         let new_speed = self.take_drives(z, dt, came);
         self.read_imu(now, dt);
@@ -202,7 +203,7 @@ impl FrontEnd {
         reading.motor_torque_nm = torque_nm;
     }
 
-    /// Reads the IMU, and takes the biases learnt off.
+    /// Reads the IMU.
     #[inline]
     fn read_imu(&mut self, now: Time, dt: Real) {
         let reading = &mut self.output.reading;
@@ -217,12 +218,7 @@ impl FrontEnd {
             reading.vertical_force_mps2,
         ] = force;
         let [_, pitch_rate, yaw_rate] = rate;
-        let conditioning = self.own.conditioning.as_ref();
-        let biases = conditioning.map(Conditioning::gyro_bias_radps);
-        let [pitch_bias, yaw_bias] = biases.unwrap_or_default();
-        reading.pitch_rate_radps = pitch_rate.map(|w| w - pitch_bias);
-        reading.yaw_rate_radps = yaw_rate.map(|w| w - yaw_bias);
-        reading.gyro_bias_sd_radps = conditioning.map_or(0.0, Conditioning::gyro_bias_sd_radps);
+        (reading.pitch_rate_radps, reading.yaw_rate_radps) = (pitch_rate, yaw_rate);
     }
 
     /// The speed by the fresh wheels, or why there is none; the noise learnt.
@@ -243,9 +239,9 @@ impl FrontEnd {
         reading.noise = conditioning.map_or(LearntNoise::default(), Conditioning::learnt_noise);
     }
 
-    /// Learns noise and gyro biases from new samples of the IMU.
+    /// Learns the noise from a new sample of the accelerometer.
     #[inline]
-    fn condition_imu(&mut self, [new_force, new_rate]: [bool; 2], dt: Real) {
+    fn condition_imu(&mut self, new_force: bool, dt: Real) {
         let Some(conditioning) = &mut self.own.conditioning else {
             return;
         };
@@ -253,9 +249,6 @@ impl FrontEnd {
             let period_s = self.own.force.waited_s().max(dt);
             conditioning.force(force, period_s, self.own.standing);
         }
-        let rates = self.own.rate.value().map(|[_, pitch, yaw]| [pitch, yaw]);
-        let period_s = self.own.rate.gap_s().max(dt);
-        conditioning.calibrate(self.own.standing, rates.filter(|_| new_rate), period_s, dt);
     }
 
     /// The speed that the wheels vote for, conditioned: a new one, the one to go on with, and whether a new one was

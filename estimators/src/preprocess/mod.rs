@@ -3,7 +3,6 @@
 pub(crate) mod conditioning;
 pub(crate) mod drive_hold;
 pub(crate) mod front_end;
-pub(crate) mod gyro_calibration;
 pub(crate) mod input_check;
 pub(crate) mod resampler;
 pub(crate) mod sample_hold;

@@ -79,11 +79,6 @@ impl VectorHold {
         true
     }
 
-    /// Mean gap between arrivals, s; 0 before the second sample.
-    pub fn gap_s(&self) -> Real {
-        self.arrivals.gap_s()
-    }
-
     /// Time from the sample before to the value held, s.
     pub fn waited_s(&self) -> Real {
         self.arrivals.waited_s()
@@ -248,27 +243,20 @@ mod tests {
             stuck += u32::from(fresh[1].is_none() && fresh[0].is_some());
         }
         let [first, ..] = channels;
-        assert_eq!(vector.gap_s(), first.arrivals.gap_s());
-        assert_eq!(vector.waited_s(), first.arrivals.waited_s());
+        assert_eq!(vector.arrivals, first.arrivals);
         assert!(stuck > 500 && vector.value().is_some());
     }
 
     #[test]
     fn what_is_held_how_often_it_comes_and_what_came_late() {
         let mut held = SampleHold::default();
-        assert_eq!(
-            (held.value, held.arrivals.gap_s(), held.arrivals.waited_s()),
-            (None, 0.0, 0.0)
-        );
+        assert_eq!((held.value, held.arrivals.waited_s()), (None, 0.0));
         for k in 0..400 {
             let t_s = 0.04 * f64::from(k);
             held.take(at(t_s, 2.0), Time::from_s(t_s));
         }
         assert_eq!((held.value, held.late), (Some(2.0), 0));
-        assert!(
-            (held.arrivals.gap_s() - 0.04).abs() < 1e-6
-                && (held.arrivals.waited_s() - 0.04).abs() < 1e-6
-        );
+        assert!((held.arrivals.waited_s() - 0.04).abs() < 1e-6);
         for k in 1..=2 {
             assert!(!held.take(at(15.0, 9.0), Time::from_s(15.97)));
             assert_eq!((held.value, held.late), (Some(2.0), k));

@@ -52,7 +52,6 @@ params! {
         regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression (slow enough for their errors to be independent); λ is per such sample.";
         settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
-        weigh_by_residuals [flag] = false, "Weigh samples by the size of the residuals found: what they cannot separate stays where the priors have it.";
         sway_share ["-"] = 0.3, 0.0 => 2.0, "Share of the running deviation of v̇ that is taken for force of a swinging load, which the balance leaves out.";
         excitation_mps2 ["m/s²"] = 0.06, 0.0 => 10.0, "Running standard deviation of the regressor above which it counts as excited.";
         excitation_memory_s ["s"] = 5.0, 0.5 => 60.0, "Memory of that running standard deviation.";
@@ -120,9 +119,7 @@ impl ForceBalanceRls {
             params.curve_sd_m
         ];
         let prior = Gaussian::independent(vector![1.0, 0.0, 0.0, 0.0], sd);
-        let rls = Rls::new(prior, policy)
-            .in_square_root_form(params.square_root)
-            .weighed_by_residuals(params.weigh_by_residuals);
+        let rls = Rls::new(prior, policy).in_square_root_form(params.square_root);
         Self {
             params,
             rls,

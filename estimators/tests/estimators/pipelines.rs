@@ -156,7 +156,6 @@ mod supervised {
         let outside = [
             ("torque_monitor", Setting::Flag(false)),
             ("outlier_hold", Setting::Flag(false)),
-            ("gyro_calibration", Setting::Flag(false)),
             ("noise", Setting::Choice("told")),
         ];
         let numbers = settings

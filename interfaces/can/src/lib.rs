@@ -1,4 +1,4 @@
-//! Samples, commands and estimates as CAN frames: what `monorig export --to can` writes, and what an estimator on a
+//! Samples, commands and estimates as CAN frames: what `monorig log export --to can` writes, and what an estimator on a
 //! controller is given and answers. Plain data both ways without a heap, so that firmware is built from the same
 //! source.
 //!

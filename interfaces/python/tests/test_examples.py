@@ -40,5 +40,5 @@ def test_the_notebook(tmp_path: pathlib.Path) -> None:
 
 def test_what_is_made_in_python_runs(program: str, tmp_path: pathlib.Path) -> None:
     root = os.fspath(EXAMPLES.parents[2])
-    subprocess.run([program, "new-estimator", "python", "mine", "--monorig", root], cwd=tmp_path, check=True)
+    subprocess.run([program, "new", "estimator", "python", "mine", "--monorig", root], cwd=tmp_path, check=True)
     assert "held" in run(tmp_path / "mine", "test_climb.py")

@@ -2,21 +2,21 @@
 //!
 //! | file | what it holds |
 //! |---|---|
-//! | [`columns`] | reads columns of a CSV file, in pieces without gap |
+//! | `pieces` | columns over time, in pieces without gap |
 //! | [`allan`] | overlapping Allan deviation |
 //! | [`noise_fit`] | white noise, bias instability and random walk fitted to it |
 //! | `vibration` | what is above 2 Hz: level, band, hits |
 //! | [`page`] | the report |
 
 pub mod allan;
-pub mod columns;
 pub mod noise_fit;
 pub mod page;
+mod pieces;
 pub(crate) mod vibration;
 
 use allan::AllanPoint;
-use columns::Recording;
 use noise_fit::NoiseFit;
+pub use pieces::{RecordedRow, Recording};
 use vibration::Vibration;
 
 /// Figures of one column, in its SI unit.

@@ -164,7 +164,7 @@ impl Condition {
             }
             files.sort();
             if files.is_empty() {
-                let help = "a folder with files *.yaml; see `monorig schema condition`";
+                let help = "a folder with files *.yaml; see `monorig check --schema condition`";
                 return Err(input_error(folder, "", "there is no condition in it", help));
             }
             for path in files {

@@ -2,8 +2,7 @@
 //! them.
 
 use monorig_lab::recordings::allan::overlapping;
-use monorig_lab::recordings::columns::{Selection, Wanted, read};
-use monorig_lab::recordings::{ColumnFit, fit};
+use monorig_lab::recordings::{ColumnFit, RecordedRow, Recording, fit};
 use monorig_sim::config::checked::{NonNegative, Positive};
 use monorig_sim::config::sensor_sheet::Sheet;
 use monorig_sim::sensors::spec::InstrumentSpecs;
@@ -13,11 +12,27 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-fn selection(columns: &[&str]) -> Selection {
-    Selection {
-        columns: columns.iter().map(|c| Wanted::parse(c).unwrap()).collect(),
-        ..Selection::default()
+/// Columns of a CSV file, in SI units, over its column t; runs by its column run, if there is one.
+fn read(file: &str, columns: &[&str]) -> Recording {
+    let mut reader = csv::Reader::from_path(root().join("tests/data/real").join(file)).unwrap();
+    let header = reader.headers().unwrap().clone();
+    let place = |name: &str| header.iter().position(|h| h == name);
+    let (mut runs, mut rows) = (Vec::new(), Vec::new());
+    for record in reader.records().map(Result::unwrap) {
+        let number = |name: &str| record[place(name).unwrap()].trim().parse::<f64>().unwrap();
+        let run = place("run").map(|i| record[i].to_owned());
+        if runs.last() != Some(&run) {
+            runs.push(run);
+        }
+        let values = columns.iter().map(|c| number(c));
+        rows.push(RecordedRow {
+            run: runs.len() as u32,
+            t_s: number("t"),
+            values: values.collect(),
+        });
     }
+    let names = columns.iter().map(|c| ((*c).to_owned(), String::new()));
+    Recording::cut(names.collect(), rows).unwrap()
 }
 
 /// Columns of a table of the oracles, whose rows have no time.
@@ -51,14 +66,8 @@ fn the_allan_deviation_agrees_with_allantools() {
 }
 
 fn standstill() -> Vec<ColumnFit> {
-    let chosen = Selection {
-        pieces: Some("run".into()),
-        ..selection(&[
-            "fx=m/s2", "fy=m/s2", "fz=m/s2", "wx=rad/s", "wy=rad/s", "wz=rad/s",
-        ])
-    };
-    let file = root().join("tests/data/real/train_standstill/train_imu.csv");
-    fit(&read(&file, &chosen).unwrap())
+    let columns = ["fx", "fy", "fz", "wx", "wy", "wz"];
+    fit(&read("train_standstill/train_imu.csv", &columns))
 }
 
 fn sheet(name: &str) -> InstrumentSpecs {
@@ -113,8 +122,7 @@ fn the_switch_on_bias_of_the_sheet_covers_the_standing_gyros() {
 /// edges.
 #[test]
 fn the_vibration_of_the_harsh_sheet_is_that_of_the_robot() {
-    let file = root().join("tests/data/real/husky/imu_flooring_03.csv");
-    let fits = fit(&read(&file, &selection(&["ax", "wy"])).unwrap());
+    let fits = fit(&read("husky/imu_flooring_03.csv", &["ax", "wy"]));
     let specs = sheet("harsh.yaml");
     for (f, name) in fits.iter().zip(["accelerometer", "gyro"]) {
         let found = f.vibration.as_ref().unwrap();

@@ -272,7 +272,7 @@ impl Document {
             Ok(serde_yaml::Value::Null) => Err(document.error(
                 "",
                 "this file is empty",
-                "the first line is `version: 1`; see `monorig schema`",
+                "the first line is `version: 1`; see `monorig check --schema`",
             )),
             Ok(tree @ serde_yaml::Value::Mapping(_)) => {
                 if let Some((key, tag)) = tagged(&tree, "") {

@@ -169,7 +169,12 @@ pub(crate) struct UnitName(usize);
 impl UnitName {
     /// Its name in map files.
     pub fn as_str(&self) -> &'static str {
-        UNITS.get(self.0).map_or("", |u| u.name)
+        self.unit().name
+    }
+
+    /// The unit, for the first of the quantities that it may stand for.
+    pub fn unit(&self) -> &'static Unit {
+        UNITS.get(self.0).unwrap_or(&UNITS[0])
     }
 }
 

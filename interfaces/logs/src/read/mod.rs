@@ -11,10 +11,12 @@
 //! | `arrays` | columns of Arrow of any type |
 //! | `plausible` | the length of a log and the largest gap in it |
 //! | `merge` | rows of several files on one clock |
+//! | `columns` | columns of one table as they stand in it |
 
 mod arrays;
 #[cfg(feature = "can")]
 mod can;
+mod columns;
 mod csv;
 mod formats;
 #[cfg(feature = "mcap")]
@@ -32,6 +34,7 @@ mod time_column;
 pub use crate::notation::TimeUnit;
 #[cfg(feature = "can")]
 pub use can::dbc::Database;
+pub use columns::{ColumnsRow, WantedColumn, columns};
 pub(crate) use reader::{Asked, LogReader, Section};
 pub use reader::{ReadOptions, full_name};
 pub(crate) use rows::Out;

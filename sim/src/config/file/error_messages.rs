@@ -67,7 +67,7 @@ pub(super) fn plain(serde: &str) -> ErrorMessage {
         Some((message, help)) => told(message.to_owned(), help.to_owned()),
         None => told(
             serde.to_owned(),
-            "see `monorig schema` for what is right here".to_owned(),
+            "see `monorig check --schema` for what is right here".to_owned(),
         ),
     }
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// Columns along the rail, the last of them if it was surveyed.
 const ALONG: [&str; 3] = ["s_m", "height_m", "heading_deg"];
-/// Columns of a map, as `monorig map` writes them.
+/// Columns of a map, as `monorig log track` writes them.
 const MAP: [&str; 5] = [
     "s_m",
     "grade_deg",

@@ -206,7 +206,7 @@ mod tests {
         assert!(error(&smooth) < 0.5 * error(&rough));
     }
 
-    /// A map of grades, as `monorig map` writes it, is the rail with these grades.
+    /// A map of grades, as `monorig log track` writes it, is the rail with these grades.
     #[test]
     fn grades_of_a_map_come_back() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,6 @@
-//! `monorig inspect`: what is in a recorded log.
+//! `monorig log info`: what is in a recorded log.
 
-use crate::command::{Command, CommandOutcome, Program};
+use crate::command::CommandOutcome;
 use crate::files::folders::entries;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
@@ -12,15 +12,15 @@ use monorig_sim::error::Error;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-const INSPECT_EXAMPLES: &str = "\
+const INFO_EXAMPLES: &str = "\
 Examples:
-  monorig inspect drive.mf4
+  monorig log info drive.mf4
       channel groups, rates, jitter, gaps, ranges, and a map to begin with
-  monorig inspect drive/
+  monorig log info drive/
       all logs of a folder, and one map for them
-  monorig inspect bus.log --dbc crane.dbc
+  monorig log info bus.log --dbc crane.dbc
       a CAN log needs the database of its messages
-  monorig inspect table.csv --time Zeit --unit ms
+  monorig log info table.csv --time Zeit --unit ms
       a table whose column of time is not called like one
 
 Formats: CSV, Parquet, MCAP (JSON; ROS 2: Imu, JointState, Float64,
@@ -28,9 +28,9 @@ TwistStamped), MDF 4.10 and 4.20, candump; ASC and BLF in a program built with
 the feature `blf`.";
 
 /// Show what is in a recorded log, and propose a map file for it.
-#[derive(Debug, clap::Parser)]
-#[command(name = "inspect", after_help = INSPECT_EXAMPLES)]
-pub struct InspectArgs {
+#[derive(Debug, clap::Args)]
+#[command(after_help = INFO_EXAMPLES)]
+pub struct InfoArgs {
     /// The log, or a folder with the files of one log: one map is proposed for all of them
     pub log: PathBuf,
     /// Column of the time (CSV, Parquet), if it is not called like a time
@@ -48,14 +48,8 @@ fn time_unit(text: &str) -> Result<TimeUnit, String> {
     serde_json::from_value(text.into()).map_err(|_| "write s, ms, us, ns or iso8601".to_owned())
 }
 
-impl Command for InspectArgs {
-    fn run(&self, _: &Program<'_>) -> Result<CommandOutcome, CliError> {
-        run(self)
-    }
-}
-
 /// Show what is in the log.
-fn run(task: &InspectArgs) -> Result<CommandOutcome, CliError> {
+pub fn run(task: &InfoArgs) -> Result<CommandOutcome, CliError> {
     let options = ReadOptions {
         time: task.time.clone(),
         unit: task.unit,

@@ -1,6 +1,6 @@
-//! `monorig map`: the surveyed profile of the rail that a run has gone over.
+//! `monorig log track`: the surveyed profile of the rail that a run has gone over.
 
-use crate::command::{Command, CommandOutcome, Program};
+use crate::command::CommandOutcome;
 use crate::files::report;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
@@ -11,14 +11,14 @@ use monorig_sim::rail::Rail;
 use monorig_sim::record::manifest::Manifest;
 use std::path::{Path, PathBuf};
 
-const MAP_EXAMPLES: &str = "\
+const TRACK_EXAMPLES: &str = "\
 Examples:
   monorig run scenarios/liu2023_section1.yaml
-  monorig map runs/liu2023_section1/1 --profile assets/rails/i140e.yaml \\
+  monorig log track runs/liu2023_section1/1 --profile assets/rails/i140e.yaml \\
       --out maps/section1.yaml
   monorig run scenarios/liu2023_section1.yaml --set track=../maps/section1.yaml
       drive on it
-  monorig replay --map crane.map.yaml && monorig map runs/crane/1 --from 120 \\
+  monorig replay --map crane.map.yaml && monorig log track runs/crane/1 --from 120 \\
       --profile assets/rails/i140e.yaml
 
 Of a run or a replay that has an estimator with an attitude filter. The grade of
@@ -30,9 +30,9 @@ beyond the end goes on at the first and the last grade and heading, with a
 standard deviation of 1.1°.";
 
 /// Write the profile of the rail that a run or a recorded log went over, as a track file.
-#[derive(Debug, clap::Parser)]
-#[command(name = "map", after_help = MAP_EXAMPLES)]
-pub struct MapArgs {
+#[derive(Debug, clap::Args)]
+#[command(after_help = TRACK_EXAMPLES)]
+pub struct TrackArgs {
     /// Folder of a run or of a replay
     pub run: PathBuf,
     /// Estimator to read, by its name in the run
@@ -58,14 +58,8 @@ pub struct MapArgs {
     pub out: PathBuf,
 }
 
-impl Command for MapArgs {
-    fn run(&self, _: &Program<'_>) -> Result<CommandOutcome, CliError> {
-        map(self)
-    }
-}
-
 /// Read the run, write the map, and check that it is a track.
-fn map(task: &MapArgs) -> Result<CommandOutcome, CliError> {
+pub fn run(task: &TrackArgs) -> Result<CommandOutcome, CliError> {
     let wrong =
         |message: String, help: &str| CliError::from(input_error(&task.run, "", message, help));
     if !(task.every >= 0.05 && task.every <= 10.0) {
@@ -112,7 +106,7 @@ fn map(task: &MapArgs) -> Result<CommandOutcome, CliError> {
 }
 
 /// Writes the line of the track file for the rail profile or the width of the road.
-fn section(task: &MapArgs) -> Result<String, CliError> {
+fn section(task: &TrackArgs) -> Result<String, CliError> {
     if let Some(width) = task.road_width {
         return Ok(format!("road_width_m: {width}"));
     }

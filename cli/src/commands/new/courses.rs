@@ -1,7 +1,7 @@
-//! `monorig draw`: scenarios drawn at random.
+//! `monorig new courses`: scenarios drawn at random.
 
 use crate::arguments::RANGES;
-use crate::command::{Command, CommandOutcome, Program};
+use crate::command::CommandOutcome;
 use crate::files::{out, prepare};
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
@@ -11,22 +11,22 @@ use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::{input_error, read_bytes};
 use std::path::{Path, PathBuf};
 
-const DRAW_EXAMPLES: &str = "\
+const COURSES_EXAMPLES: &str = "\
 Examples:
-  monorig draw --seed 1 --count 5
+  monorig new courses --seed 1 --count 5
       five scenarios, drawn/drawn_1.yaml to drawn/drawn_5.yaml
   monorig test drawn   no estimator was tuned on them: does any mislead?
   monorig compare drawn/drawn_3.yaml --seeds 1..5        errors side by side
-  monorig draw assets/ranges/roadway.yaml --seed 7 --out other
+  monorig new courses assets/ranges/roadway.yaml --seed 7 --out other
       with a file of ranges of your own
 
 The same ranges and seed give the same files. Track and sensor sheet of each
 scenario are in OUT/parts.";
 
 /// Draw scenarios at random: courses that no estimator was tuned on.
-#[derive(Debug, clap::Parser)]
-#[command(name = "draw", after_help = DRAW_EXAMPLES)]
-pub struct DrawArgs {
+#[derive(Debug, clap::Args)]
+#[command(after_help = COURSES_EXAMPLES)]
+pub struct CoursesArgs {
     /// File of ranges
     #[arg(default_value = RANGES)]
     pub file: PathBuf,
@@ -41,14 +41,8 @@ pub struct DrawArgs {
     pub out: PathBuf,
 }
 
-impl Command for DrawArgs {
-    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
-        draw(self, program.registry)
-    }
-}
-
 /// Draw, write, and check what was written.
-fn draw(task: &DrawArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+pub fn run(task: &CoursesArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let ranges = RangesFile::load(&task.file)?;
     ranges.check(&task.file, registry)?;
     out::make(&task.out)?;

@@ -1,7 +1,6 @@
-//! `monorig runs`: what is in the folder for results.
+//! `monorig list runs`: what is in the folder for results.
 
-use crate::arguments::Out;
-use crate::command::{Command, CommandOutcome, Program};
+use crate::command::CommandOutcome;
 use crate::files::folders::entries;
 use crate::ui::errors::CliError;
 use crate::ui::output;
@@ -10,29 +9,6 @@ use monorig_lab::verdicts::summary::Summary;
 use monorig_sim::config::file::read_result;
 use monorig_sim::record::manifest::{self, Manifest};
 use std::path::{Path, PathBuf};
-
-const RUNS_EXAMPLES: &str = "\
-Examples:
-  monorig runs                    the runs in runs/ (or in MONORIG_OUT)
-  monorig runs old                those in the folder old
-  monorig runs --filter minimal   only those with this text in their name
-
-A name with an @ is a variant: below it stands what was changed against the
-scenario file.";
-
-/// List the runs in the folder for results, with what tells variants apart.
-#[derive(Debug, clap::Parser)]
-#[command(name = "runs", after_help = RUNS_EXAMPLES)]
-pub struct RunsArgs {
-    /// Folder to list, as --out; without it that of the results
-    #[arg(value_name = "DIR", conflicts_with = "out")]
-    pub folder: Option<PathBuf>,
-    #[command(flatten)]
-    pub out: Out,
-    /// Only runs with this text in their name
-    #[arg(long, value_name = "TEXT")]
-    pub filter: Option<String>,
-}
 
 /// A run that was found.
 struct Found {
@@ -43,24 +19,17 @@ struct Found {
     changes: Vec<String>,
 }
 
-impl Command for RunsArgs {
-    fn run(&self, _: &Program<'_>) -> Result<CommandOutcome, CliError> {
-        runs(self)
-    }
-}
-
 /// List the runs, by name and seed.
-fn runs(task: &RunsArgs) -> Result<CommandOutcome, CliError> {
-    let out = task.folder.clone().unwrap_or_else(|| task.out.get());
+pub fn list(out: &Path, filter: &str) -> Result<CommandOutcome, CliError> {
     if out.exists() && !out.is_dir() {
         let message = format!("{} is a file", out.display());
         let help = "name the folder that `monorig run --out` was given";
         return Err(CliError::refused(message, help));
     }
     let mut found = Vec::new();
-    for folder in folders(&out)? {
+    for folder in folders(out)? {
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
-        if task.filter.as_ref().is_some_and(|t| !name.contains(t)) {
+        if !name.contains(filter) {
             continue;
         }
         let mut seeds = folders(&folder)?;

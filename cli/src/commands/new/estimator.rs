@@ -1,21 +1,21 @@
-//! `monorig new-estimator`: a folder with an estimator of one's own, which builds, runs and is tested as it is.
+//! `monorig new estimator`: a folder with an estimator of one's own, which builds, runs and is tested as it is.
 
 mod copy;
 
-use crate::command::{Command, CommandOutcome, Program};
+use crate::command::CommandOutcome;
 use crate::ui::errors::CliError;
 use crate::ui::output;
 use copy::Example;
 use std::path::PathBuf;
 
-const NEW_ESTIMATOR_EXAMPLES: &str = "\
+const ESTIMATOR_EXAMPLES: &str = "\
 Examples:
-  monorig new-estimator rust my_filter
+  monorig new estimator rust my_filter
       a crate that has every command of monorig, and the estimator `mine`
-  monorig new-estimator c my_filter
+  monorig new estimator c my_filter
       a library in C; python: a class; simulink: a library around a generated
       model
-  monorig new-estimator rust ~/my_filter --monorig ~/monorig
+  monorig new estimator rust ~/my_filter --monorig ~/monorig
       away from the sources of monorig";
 
 const RUST: Example = Example {
@@ -72,9 +72,9 @@ const SIMULINK: Example = Example {
 };
 
 /// Make a folder with an estimator of your own, a scenario and a test.
-#[derive(Debug, clap::Parser)]
-#[command(name = "new-estimator", after_help = NEW_ESTIMATOR_EXAMPLES)]
-pub struct NewEstimatorArgs {
+#[derive(Debug, clap::Args)]
+#[command(after_help = ESTIMATOR_EXAMPLES)]
+pub struct EstimatorArgs {
     /// Language of the estimator
     pub language: Language,
     /// Folder to make; its name is that of a crate
@@ -98,16 +98,15 @@ pub enum Language {
     Simulink,
 }
 
-impl Command for NewEstimatorArgs {
-    fn run(&self, _: &Program<'_>) -> Result<CommandOutcome, CliError> {
-        let example = match self.language {
-            Language::Rust => &RUST,
-            Language::C => &C,
-            Language::Python => &PYTHON,
-            Language::Simulink => &SIMULINK,
-        };
-        let told = copy::make(example, &self.folder, self.monorig.as_deref())?;
-        output::print(&told)?;
-        Ok(CommandOutcome::Held)
-    }
+/// Copies the example of the language.
+pub fn run(task: &EstimatorArgs) -> Result<CommandOutcome, CliError> {
+    let example = match task.language {
+        Language::Rust => &RUST,
+        Language::C => &C,
+        Language::Python => &PYTHON,
+        Language::Simulink => &SIMULINK,
+    };
+    let told = copy::make(example, &task.folder, task.monorig.as_deref())?;
+    output::print(&told)?;
+    Ok(CommandOutcome::Held)
 }

@@ -1,7 +1,7 @@
-//! `monorig calibrate`: parameters of vehicle and instruments from a log, and into its map.
+//! `monorig log calibrate`: parameters of vehicle and instruments from a log, and into its map.
 
 use crate::arguments::{Foreign, assignment};
-use crate::command::{Command, CommandOutcome, Program};
+use crate::command::CommandOutcome;
 use crate::recording::standing_noise;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
@@ -18,12 +18,12 @@ use std::path::PathBuf;
 
 const CALIBRATE_EXAMPLES: &str = "\
 Examples:
-  monorig calibrate drive.mf4 --map crane.map.yaml --known mass,slope
-  monorig calibrate --map drive.map.yaml --known mass,slope --json found.json
-  monorig calibrate --map drive.map.yaml --known mass,slope --split 60
+  monorig log calibrate drive.mf4 --map crane.map.yaml --known mass,slope
+  monorig log calibrate --map drive.map.yaml --known mass,slope --json found.json
+  monorig log calibrate --map drive.map.yaml --known mass,slope --split 60
       found of the first 60 s, and what the estimators of the map make of the
       rest without and with it
-  monorig calibrate --map drive.map.yaml --known mass,slope --split 60 --apply
+  monorig log calibrate --map drive.map.yaml --known mass,slope --split 60 --apply
       the same, and the map with what was found
 
 Finds torque gain, running resistance, air drag of a road vehicle, lean and bias
@@ -33,8 +33,8 @@ of the wheels too; where the vehicle stands for 12 s random walk and bias
 instability of the IMU. Mass and slope are those under `reference` in the map.";
 
 /// Find parameters of vehicle and instruments from a log whose mass and slope are known.
-#[derive(Debug, clap::Parser)]
-#[command(name = "calibrate", after_help = CALIBRATE_EXAMPLES)]
+#[derive(Debug, clap::Args)]
+#[command(after_help = CALIBRATE_EXAMPLES)]
 pub struct CalibrateArgs {
     /// The log: one file, or the folder in which the files of the map are; without it where the map says
     pub log: Option<PathBuf>,
@@ -78,14 +78,8 @@ fn seconds(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "write a number of seconds above zero".to_owned())
 }
 
-impl Command for CalibrateArgs {
-    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
-        calibrate(self, &self.foreign.registry(program.registry, []))
-    }
-}
-
 /// Find the parameters.
-fn calibrate(task: &CalibrateArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
+pub fn run(task: &CalibrateArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let load = |more: &[(String, String)]| {
         let sets = [task.sets.as_slice(), more].concat();
         Map::load_with(&task.map, task.log.as_deref(), &sets)

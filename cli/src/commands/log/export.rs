@@ -1,12 +1,12 @@
-//! `monorig export`: a run as a log.
+//! `monorig log export`: a run as a log.
 
-use crate::command::{Command, CommandOutcome, Program};
+use crate::command::CommandOutcome;
 use crate::files::scenarios::of_run;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use monorig_logs::export::{ExportFormat, export as write};
+use monorig_logs::export::{ExportFormat, export};
 use monorig_sim::record::manifest::Manifest;
 use std::path::PathBuf;
 
@@ -14,9 +14,9 @@ const EXPORT_EXAMPLES: &str = "\
 Examples:
   monorig run scenarios/minimal.yaml --keep-samples
       keep every sample of the run
-  monorig export runs/minimal/1 --to csv
+  monorig log export runs/minimal/1 --to csv
       exports/minimal/1/csv/ with minimal_1_csv.map.yaml
-  monorig export runs/minimal/1 --to can --out bus       candump and DBC
+  monorig log export runs/minimal/1 --to can --out bus       candump and DBC
   monorig replay --map exports/minimal/1/csv/minimal_1_csv.map.yaml
       the estimates of the run again
 
@@ -24,8 +24,8 @@ Of csv, parquet, mcap and mf4 the replay gives the run's estimates bit for bit;
 CAN signals have steps.";
 
 /// Write a run as a recorded log, with the map that replays it.
-#[derive(Debug, clap::Parser)]
-#[command(name = "export", after_help = EXPORT_EXAMPLES)]
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXPORT_EXAMPLES)]
 pub struct ExportArgs {
     /// Folder of a run that has kept its samples
     pub run: PathBuf,
@@ -44,14 +44,8 @@ fn formats() -> impl TypedValueParser<Value = ExportFormat> {
         .try_map(|name| ExportFormat::find(&name).ok_or("there is no such format"))
 }
 
-impl Command for ExportArgs {
-    fn run(&self, _: &Program<'_>) -> Result<CommandOutcome, CliError> {
-        export(self)
-    }
-}
-
 /// Write the log.
-fn export(task: &ExportArgs) -> Result<CommandOutcome, CliError> {
+pub fn run(task: &ExportArgs) -> Result<CommandOutcome, CliError> {
     let format = task.to;
     let out = task.out.clone().unwrap_or_else(|| {
         let mut last = task
@@ -67,7 +61,7 @@ fn export(task: &ExportArgs) -> Result<CommandOutcome, CliError> {
             .join(format.name())
     });
     let scenario = of_run(&Manifest::of_run(&task.run)?);
-    let done = write(&task.run, format, &out, scenario.as_deref())?;
+    let done = export(&task.run, format, &out, scenario.as_deref())?;
     if done.clipped > 0 {
         note(&format!(
             "{} values are beyond the range of their CAN signal and were written as its end",

@@ -1,0 +1,31 @@
+//! `monorig new`: files to begin with.
+
+mod courses;
+mod estimator;
+
+use crate::command::{Command, CommandOutcome, Program};
+use crate::ui::errors::CliError;
+
+/// Make an estimator of your own to begin with, or draw courses
+#[derive(Debug, clap::Parser)]
+#[command(name = "new")]
+pub struct NewArgs {
+    #[command(subcommand)]
+    task: NewTask,
+}
+
+/// New things.
+#[derive(Debug, clap::Subcommand)]
+enum NewTask {
+    Estimator(estimator::EstimatorArgs),
+    Courses(courses::CoursesArgs),
+}
+
+impl Command for NewArgs {
+    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        match &self.task {
+            NewTask::Estimator(task) => estimator::run(task),
+            NewTask::Courses(task) => courses::run(task, program.registry),
+        }
+    }
+}
