@@ -83,7 +83,7 @@ pub fn wrong(
 
 /// A mistake in an input: its place, the message and the remedy.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{place}: {message}\n  help: {help}", place = self.place())]
+#[error("{place}{message}\n  help: {help}", place = self.place())]
 pub struct InputError {
     /// The file.
     pub file: PathBuf,
@@ -100,7 +100,16 @@ pub struct InputError {
 }
 
 impl InputError {
+    /// The place with a colon behind it; nothing where there is none.
     fn place(&self) -> String {
+        let place = self.file_and_key();
+        match place.is_empty() {
+            true => place,
+            false => place + ": ",
+        }
+    }
+
+    fn file_and_key(&self) -> String {
         let mut s = self.file.display().to_string();
         if let (Some(l), Some(c)) = (self.line, self.column) {
             s += &format!(":{l}:{c}");

@@ -6,7 +6,6 @@ use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
 use monorig_estimators::api::signals::MAX_DRIVES;
-use monorig_sim::record::whole;
 use monorig_wire::dbc;
 use monorig_wire::message::Message;
 use std::path::PathBuf;
@@ -41,7 +40,7 @@ impl Command for DbcArgs {
         );
         match &self.out {
             Some(out) => {
-                whole::write(out, text.as_bytes())?;
+                output::write(out, &text)?;
                 note(&format!("the messages are in {}", out.display()));
             }
             None => output::print(&text)?,

@@ -87,10 +87,19 @@ pub struct StressArgs {
     #[arg(long, hide_short_help = true, value_name = "SHARE", value_parser = share, default_value = "5%", requires = "against")]
     pub worse_than: f64,
     /// Largest share of valid samples that may mislead; if a condition is beyond it the exit code is 1
-    #[arg(long, value_name = "SHARE", value_parser = share, conflicts_with = "shard")]
+    #[arg(long, value_name = "SHARE", value_parser = part, conflicts_with = "shard")]
     pub max_misled: Option<f64>,
     #[command(flatten)]
     pub out: Out,
+}
+
+/// Reads a share that a gate may let pass: one of more than a half is no gate.
+fn part(text: &str) -> Result<f64, String> {
+    let share = share(text)?;
+    let wrong = "write at most 50%: beyond it nothing is judged";
+    (share <= 0.5)
+        .then_some(share)
+        .ok_or_else(|| wrong.to_owned())
 }
 
 /// Folder of monorig's conditions.

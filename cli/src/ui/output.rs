@@ -3,6 +3,7 @@
 use crate::ui::errors::CliError;
 use crate::ui::{colour, interrupt, note, terminal};
 use clap::ArgMatches;
+use clap::parser::ValueSource;
 use monorig_lab::text::spelled_out;
 use monorig_sim::config::input_files;
 use monorig_sim::error::Error;
@@ -73,6 +74,8 @@ pub fn write_in(folder: &Path, name: impl AsRef<Path>, text: &str) -> Result<(),
 /// Arguments that name a file for results; `OUT` names a file or a folder for them.
 const WRITTEN: [&str; 5] = ["csv", "html", "into", "json", "junit"];
 const OUT: &str = "out";
+/// Arguments that name a folder for results, which is made; the folder that it is in must be there.
+const FOLDERS: [&str; 3] = [OUT, "folder", "keep_failed"];
 /// The files for results that the words of the command name.
 static RESULTS: OnceLock<Vec<PathBuf>> = OnceLock::new();
 
@@ -80,6 +83,13 @@ static RESULTS: OnceLock<Vec<PathBuf>> = OnceLock::new();
 /// an input. The other files that the words name are inputs from now on.
 pub fn check(words: &ArgMatches) -> Result<(), CliError> {
     input_files::guard_inputs();
+    for folder in FOLDERS {
+        let told = words.try_get_one::<PathBuf>(folder).ok().flatten();
+        let typed = words.try_contains_id(folder).unwrap_or_default()
+            && words.value_source(folder) == Some(ValueSource::CommandLine);
+        told.filter(|_| typed)
+            .map_or(Ok(()), |path| folder_of(path).map(|_| ()))?;
+    }
     let (results, others): (Vec<_>, Vec<_>) = (words.ids().map(clap::Id::as_str))
         .filter(|id| *id != OUT)
         .filter_map(|id| Some((id, words.try_get_many::<PathBuf>(id).ok()??)))

@@ -72,7 +72,14 @@ pub(crate) fn judge_matrix(
     silent: bool,
 ) -> Result<bool, CliError> {
     let misled = |c: &MatrixCell| c.misled().unwrap_or(0.0);
-    let mut text = String::new();
+    let (mut text, mut unjudged) = (String::new(), 0);
+    for name in &file.estimators {
+        let mut cells = file.cells.iter().filter(|c| c.estimator == *name);
+        if cells.all(|c| c.misled().is_none()) {
+            text += &format!("FAILED: {name} has no valid sample to judge in any run\n");
+            unjudged += 1;
+        }
+    }
     // a summary says it before
     let names = file.estimators.iter().filter(|_| file.summary.is_none());
     for name in names {
@@ -80,6 +87,7 @@ pub(crate) fn judge_matrix(
         let of = counted(cells().count(), "condition");
         let worst = cells().max_by(|a, b| misled(a).total_cmp(&misled(b)));
         text += &match worst.filter(|c| misled(c) > 0.0) {
+            None if cells().all(|c| c.misled().is_none()) => String::new(),
             None => format!("{name}: misled in none of {of}\n"),
             Some(worst) => format!(
                 "{name}: misled in {} of {of}, at most {} % of its valid samples ({})\n",
@@ -98,6 +106,7 @@ pub(crate) fn judge_matrix(
     if let Some(most) = most {
         let limit = (1e5 * most).round() / 1e3; // 7 % is not 7.000000000000001 %
         text += &match beyond {
+            0 if unjudged > 0 => String::new(),
             0 => format!("held: misled at most {limit} %\n"),
             n => format!(
                 "FAILED: {} misled more than {limit} % or broke down\n",
@@ -108,7 +117,7 @@ pub(crate) fn judge_matrix(
     if !silent && !text.is_empty() {
         output::print(&text)?;
     }
-    Ok(beyond == 0)
+    Ok(beyond + unjudged == 0)
 }
 
 /// Prints all figures of all conditions.

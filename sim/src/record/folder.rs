@@ -1,6 +1,7 @@
 //! The folder of one run, `<root>/<scenario>/<seed>/`: filled under a temporary name, moved into place when whole.
 
 use super::whole;
+use crate::config::file::input_error;
 use crate::error::Error;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -17,6 +18,7 @@ impl RunFolder {
     /// An empty temporary folder beside the place of the run. An older run of the same seed stays until `commit`.
     pub fn create(root: &Path, scenario: &str, seed: u64) -> Result<Self, Error> {
         let parent = parent(root, scenario)?;
+        only_results(&parent.join(seed.to_string()))?;
         fs::create_dir_all(&parent).map_err(|e| at(&parent, e))?;
         clear_orphans(&parent, seed);
         let partial = parent.join(format!("{}{}", prefix(seed), whole::unique()));
@@ -107,6 +109,30 @@ fn parent(root: &Path, scenario: &str) -> Result<PathBuf, Error> {
             ),
         )),
     }
+}
+
+/// Files that commands leave in the folder of a run, beside pages.
+const RESULTS: [&str; 6] = [
+    "channels.parquet",
+    "explain.json",
+    "manifest.json",
+    "metrics.json",
+    "run.rrd",
+    "samples.parquet",
+];
+
+/// Refuses a place with anything in it that is no result of a run: a new run takes the place whole.
+fn only_results(place: &Path) -> Result<(), Error> {
+    for entry in fs::read_dir(place).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if !(RESULTS.contains(&&*name) || name.ends_with(".html")) {
+            let message = "this is in the folder of a run, which a new run takes the place of";
+            let help = "move it elsewhere, or name another folder for results with --out";
+            return Err(input_error(&entry.path(), "", message, help));
+        }
+    }
+    Ok(())
 }
 
 /// Swap a new folder with the one in its place.

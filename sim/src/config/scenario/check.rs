@@ -172,13 +172,20 @@ fn stop(file: &ScenarioFile) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// Nothing is recorded more often than it is computed.
+/// Lowest rate of a record, Hz: a row in 100 s.
+const MIN_RATE_HZ: f64 = 0.01;
+
+/// Nothing is recorded more often than it is computed, or so seldom that nothing is there to judge.
 fn rates(file: &ScenarioFile) -> Result<(), Wrong> {
     let most = 1e3 / file.physics.dt_ms.get();
     for (key, rate) in [
         ("record.rate_hz", file.record.rate_hz),
         ("record.pose_rate_hz", file.record.pose_rate_hz),
     ] {
+        if rate.get() < MIN_RATE_HZ {
+            let message = format!("{} Hz is less than a row in 100 s", rate.get());
+            return wrong(key, message, format!("write at least {MIN_RATE_HZ}"));
+        }
         if rate.get() > most * (1.0 + 1e-9) {
             return wrong(
                 key,
