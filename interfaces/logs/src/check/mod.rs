@@ -7,6 +7,7 @@
 //! | `lag` | the lag of a channel against the wheels |
 //! | `rules` | the checks of values |
 //! | `channels` | the checks of each channel by itself: rate, gaps, share that counts, values that stay |
+//! | `reference` | the checks of the reference slope: time, sign, unit |
 //! | `mounting` | the checks of how the IMU is built in: box, axes, drift |
 //! | `verdict` | a check and its verdict |
 //! | `inspect` | the contents of a log |
@@ -17,6 +18,7 @@ mod inspect;
 mod lag;
 mod mounting;
 mod proposal;
+mod reference;
 mod rules;
 mod series;
 mod statistics;
@@ -25,6 +27,8 @@ mod verdict;
 pub use inspect::{Inspection, TableReport, inspect};
 pub use proposal::{InspectedFile, proposed_map};
 pub use verdict::{ChannelReport, Check, Verdict};
+
+pub(crate) use reference::{diluted, reference};
 
 use crate::drive::{Plan, calibrate};
 use crate::map::Map;
@@ -52,6 +56,7 @@ pub fn report(map: &Map) -> Result<(Vec<Check>, Vec<ChannelReport>), Error> {
     }
     let series = series::Series::read(map, &plan)?;
     all.extend(rules::all(map, &plan, &series));
+    all.extend(reference(&series.balance, series.slope_sd));
     all.extend(mounting::all(map, &plan, &series));
     all.extend(channels::all(&series));
     Ok((all, channels::reports(&series)))

@@ -5,7 +5,7 @@ use super::series::Series;
 use super::statistics::{FittedLine, line};
 use super::verdict::{Check, Verdict, check, norm};
 use crate::drive::Plan;
-use crate::identify::{ForceWindow, MIN_WINDOWS, OVERLAP};
+use crate::identify::{ForceWindow, MIN_WINDOWS, OVERLAP, STRAIGHT_RADPS};
 use crate::map::Map;
 use crate::notation::STANDARD_GRAVITY_MPS2 as G;
 use monorig_estimators::api::signals::Measurand;
@@ -17,8 +17,6 @@ const MIN_OFF_MPS2: f64 = 0.3;
 const BIAS_SDS: f64 = 3.0;
 /// Largest drift from the first third of a log to the last, m/s².
 const MAX_DRIFT_MPS2: f64 = 0.15;
-/// Turning faster than this is no straight, rad/s.
-const STRAIGHT_RADPS: f64 = 0.05;
 /// Correlation with which another axis of the gyro shows the change of the slope.
 const CLEAR: f64 = 0.8;
 /// Fewest seconds of |f|.
@@ -41,7 +39,7 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
     let limit = plan.vehicle.accel_bias_sd_mps2.unwrap_or(0.0) * BIAS_SDS;
     let limit = limit.max(MIN_OFF_MPS2);
     let off = |w: &ForceWindow| w.specific_force[0] - w.acceleration - G * w.sin;
-    let slopes = series.balance.iter().filter(|w| off(w).is_finite());
+    let slopes = series.balance.windows.iter().filter(|w| off(w).is_finite());
     let pitched: Vec<&ForceWindow> = slopes.collect();
     if pitched.len() >= MIN_WINDOWS && there(0) {
         let bad = "the box is pitched against the vehicle, or its bias is larger than told: `mount_deg`, or `monorig calibrate --apply`";
@@ -60,6 +58,7 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
     let straight = |w: &&ForceWindow| w.rate[2].is_nan() || w.rate[2].abs() <= STRAIGHT_RADPS;
     let rolled: Vec<f64> = series
         .balance
+        .windows
         .iter()
         .filter(straight)
         .map(|w| w.specific_force[1])
@@ -83,7 +82,7 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
         }
     }
     if has(Measurand::AngularRate) {
-        all.extend(exchanged(&series.balance));
+        all.extend(exchanged(&series.balance.windows));
     }
     all
 }

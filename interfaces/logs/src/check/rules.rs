@@ -66,42 +66,6 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
     if traction && force && wheels {
         all.push(implied_mass(plan, series));
     }
-    let there = |s: &&super::series::Spread| {
-        let of = |m: Measurand, i: usize| {
-            format!(
-                "{} {}",
-                m.name().replace('_', " "),
-                ["x", "y", "z"][i.min(2)]
-            )
-        };
-        !plan.absent.iter().any(|(m, i)| of(*m, *i) == s.name)
-    };
-    all.extend(series.spreads.iter().filter(there).map(|s| {
-        let (value, constant) = (s.at_an_end(), s.is_constant());
-        let verdict = match (constant, value > 0.02 && s.n > 100 && s.clips) {
-            _ if s.n <= 100 && s.clips => Verdict::Unknown(format!("only {} samples", s.n)),
-            (true, _) if value == 0.0 => Verdict::Unknown(
-                "it is zero all the time: the vehicle stands, or nothing is connected".into(),
-            ),
-            (true, _) => Verdict::Bad(
-                "it never changes: a channel that is not connected, or the wrong column".into(),
-            ),
-            (_, true) => Verdict::Bad("it stays at an end of its range: clipped".into()),
-            _ => Verdict::Good,
-        };
-        check(
-            format!("{}: share at an end of its range", s.name),
-            value,
-            "",
-            // wheels that stand are at an end of their range
-            if s.clips {
-                "below 0.02"
-            } else {
-                "not constant"
-            },
-            verdict,
-        )
-    }));
     all.push(lacking(map, force, rate, wheels, traction));
     all
 }
@@ -273,7 +237,7 @@ fn gyro_bias(series: &Series) -> Vec<Check> {
 /// Gain of the gyro on the change of the slope over 5 s: 1.
 fn gyro_gain(series: &Series) -> Check {
     let over = |step: usize| {
-        let line = slope_change(&series.balance, 1, step);
+        let line = slope_change(&series.balance.windows, 1, step);
         // nose up is against the axis to the left
         FittedLine {
             gain: -line.gain,
@@ -353,7 +317,7 @@ fn implied_mass(plan: &Plan, series: &Series) -> Check {
     let drag_m2 = v.road.map_or(0.0, |r| r.drag_area_m2);
     let known =
         |w: &&ForceWindow| w.moves && w.force_n.is_finite() && w.specific_force[0].is_finite();
-    let moving: Vec<&ForceWindow> = series.balance.iter().filter(known).collect();
+    let moving: Vec<&ForceWindow> = series.balance.windows.iter().filter(known).collect();
     let force = |w: &ForceWindow| w.force_n - drag_m2 * drag_pressure(w, v);
     let alike = line(moving.iter().map(|w| (w.specific_force[0], force(w))));
     let rows: Vec<_> = moving
@@ -368,7 +332,7 @@ fn implied_mass(plan: &Plan, series: &Series) -> Check {
     if let Some(verdict) = too_little(&alike, MIN_ACCEL_SD, "the force on the vehicle") {
         return check(title.0, alike.gain, title.1, title.2, verdict);
     }
-    let fit = regression(&rows, MIN_FORCE_WINDOWS);
+    let fit = regression(&rows, MIN_FORCE_WINDOWS, series.balance.longest_s);
     let mass = fit.map_or(alike.gain, |fit| fit.value[0]);
     let missing = Verdict::Bad(
         "traction and motion do not go together: sign, time, or the wrong columns".into(),

@@ -2,7 +2,7 @@
 
 use super::lag::Lags;
 use crate::drive::{Drive, Plan, Rate, Reference, Stamps, Target};
-use crate::identify::{ForceWindow, Windows, known};
+use crate::identify::{Windows, known};
 use crate::map::Map;
 use monorig_sim::error::Error;
 
@@ -35,46 +35,6 @@ impl Window {
     }
 }
 
-/// The range of one channel, for clipping.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Spread {
-    pub name: String,
-    /// True if it can clip. Wheel speeds come in coarse steps and stay at one for long: an end of their range is none
-    /// of the instrument.
-    pub clips: bool,
-    pub n: u64,
-    min: f64,
-    max: f64,
-    at_min: u64,
-    at_max: u64,
-}
-
-impl Spread {
-    fn push(&mut self, x: f64) {
-        if self.n == 0 || x < self.min {
-            (self.min, self.at_min) = (x, 0);
-        }
-        if self.n == 0 || x > self.max {
-            (self.max, self.at_max) = (x, 0);
-        }
-        self.n += 1;
-        self.at_min += u64::from(x == self.min);
-        self.at_max += u64::from(x == self.max);
-    }
-
-    /// True if it never changes.
-    pub fn is_constant(&self) -> bool {
-        self.n > 1 && self.min == self.max
-    }
-
-    /// Share of the samples that are exactly at one end of the range, the larger of the two; of an end that is zero (a
-    /// vehicle that stands) none.
-    pub fn at_an_end(&self) -> f64 {
-        let of = |end: f64, count: u64| if end == 0.0 { 0 } else { count };
-        of(self.min, self.at_min).max(of(self.max, self.at_max)) as f64 / self.n.max(1) as f64
-    }
-}
-
 /// Figures of a channel.
 #[derive(Clone, Debug)]
 pub(super) struct ChannelFigures {
@@ -87,12 +47,13 @@ pub(super) struct ChannelFigures {
 #[derive(Debug, Default)]
 pub(super) struct Series {
     pub windows: Vec<Window>,
-    pub spreads: Vec<Spread>,
     pub missing: Vec<(String, String)>,
     /// Figures of each channel.
     pub channels: Vec<ChannelFigures>,
     /// Windows with equal weights of force and acceleration; with the slope where the map has a reference of it.
-    pub balance: Vec<ForceWindow>,
+    pub balance: Windows,
+    /// Standard deviation of that reference, rad.
+    pub slope_sd: f64,
     pub lags: Lags,
     pub segments: u32,
     pub seconds: f64,
@@ -115,27 +76,6 @@ impl Series {
         let mut reference = Reference::load(map, drive.origin_ns())?;
         let mut series = Self::default();
         let (mut balance, vehicle) = (Windows::default(), &plan.vehicle);
-        let names = [
-            "specific force x",
-            "specific force y",
-            "specific force z",
-            "angular rate x",
-            "angular rate y",
-            "angular rate z",
-        ];
-        let wheels = (1..=plan.wheels).map(|i| format!("wheel speed {i}"));
-        let names = names
-            .iter()
-            .map(|n| (*n).to_owned())
-            .chain(wheels)
-            .chain(["motor torque".to_owned()]);
-        series.spreads = names
-            .map(|name| Spread {
-                clips: !name.starts_with("wheel"),
-                name,
-                ..Spread::default()
-            })
-            .collect();
         let mut sums = WindowMeans {
             wheels: vec![(0, 0.0); plan.wheels],
             ..WindowMeans::default()
@@ -156,34 +96,24 @@ impl Series {
                 end = Some((step.t_ns + window_ns, step.segment));
             }
             let z = &step.z;
-            let mut see = |i: usize, x: f64| {
-                if let Some(s) = series.spreads.get_mut(i) {
-                    s.push(x);
-                }
-            };
             for (first, sample) in [(0, z.specific_force_mps2), (3, z.angular_rate_radps)] {
                 for (i, x) in (first..).zip(sample.iter().flat_map(|s| s.value)) {
-                    see(i, x);
                     sums.add(i, x);
                 }
             }
             for (i, sample) in z.wheel_speed_mps.iter().take(plan.wheels).enumerate() {
                 if let (Some(s), Some(wheel)) = (sample, sums.wheels.get_mut(i)) {
-                    see(6 + i, s.value);
                     *wheel = (wheel.0 + 1, wheel.1 + s.value);
                     sums.fastest = sums.fastest.max(s.value.abs());
                 }
-            }
-            let torques = z.motor_torque_nm.iter().flatten().map(|s| s.value);
-            if let Some(sum) = torques.reduce(|a, b| a + b) {
-                see(6 + plan.wheels, sum);
             }
             series.segments = step.segment + 1;
             series.seconds = step.t_ns as f64 * 1e-9;
         }
         let lags = &mut series.lags;
         balance.finish(vehicle, &mut |tracks: &mut _| lags.add(tracks, vehicle));
-        series.balance = balance.windows;
+        series.balance = balance;
+        series.slope_sd = reference.slope_sd_rad;
         let figures = drive.watched().map(|(target, stamps)| {
             let rate = stamps.rate();
             ChannelFigures {
@@ -195,7 +125,6 @@ impl Series {
         series.channels = figures.collect();
         series.samples = drive.samples();
         series.missing = drive.missing();
-        series.spreads.retain(|s| s.n > 0);
         Ok(series)
     }
 }

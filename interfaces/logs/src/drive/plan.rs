@@ -374,7 +374,7 @@ pub(crate) fn mount(m: &Mount) -> Rotation3<f64> {
 }
 
 /// From a box rolled right side down, then pitched nose up, then yawed to the left (rad) to the vehicle.
-pub(super) fn turned(roll: f64, pitch: f64, yaw: f64) -> Rotation3<f64> {
+pub(crate) fn turned(roll: f64, pitch: f64, yaw: f64) -> Rotation3<f64> {
     let about = |axis: Vector3<f64>, angle: f64| Rotation3::from_scaled_axis(axis * angle);
     about(Vector3::z(), yaw) * about(Vector3::y(), -pitch) * about(Vector3::x(), roll)
 }

@@ -267,7 +267,8 @@ impl Drive {
                 left = faults.apply(stamp_ns, value, channel.vector.is_some());
             }
             let stamp = left.map_or(stamp_ns, |(stamp, ..)| stamp);
-            channel.watch(stamp, left.map(|(.., value)| value));
+            let value = left.map(|(.., value)| value);
+            channel.watch(binding, &row.values, stamp, value);
             let Some((stamp_ns, late_ns, value)) = left else {
                 continue;
             };

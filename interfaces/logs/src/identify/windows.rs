@@ -10,9 +10,11 @@ use crate::drive::{Reference, Step};
 use crate::notation::STANDARD_GRAVITY_MPS2 as G;
 use monorig_estimators::api::signals::Vehicle;
 
-/// Length of a window, s.
+/// Least length of a window, s.
 pub(crate) const WINDOW_S: f64 = 0.5;
-/// Windows begin so often in the length of one.
+/// A window is so many intervals of the slowest channel long, or longer.
+const INTERVALS: f64 = 8.0;
+/// Windows begin so often in the least length of one.
 pub(crate) const OVERLAP: usize = 4;
 /// Fewest steps of a window.
 const MIN_STEPS: usize = 8;
@@ -66,8 +68,9 @@ pub(crate) struct Windows {
     tracks: Tracks,
     references: Vec<[f64; 3]>,
     segment: u32,
-    /// The windows so far.
+    /// The windows so far, and the length of the longest, s.
     pub windows: Vec<ForceWindow>,
+    pub longest_s: f64,
 }
 
 impl Windows {
@@ -96,14 +99,16 @@ impl Windows {
         let references = std::mem::take(&mut self.references);
         tracks.settle();
         let points = points(&mut tracks.clone(), &references, vehicle);
+        let length_s = WINDOW_S.max(INTERVALS * tracks.slowest_s());
         over(&mut tracks);
         let step_s = match points.as_slice() {
             [a, .., b] => (b.t_s - a.t_s) / (points.len() - 1) as f64,
             _ => return,
         };
-        let steps = ((WINDOW_S / step_s).round() as usize).max(MIN_STEPS);
-        let hop = (steps / OVERLAP).max(1);
-        let windows = points.windows(steps + 1).step_by(hop);
+        let steps = |s: f64| ((s / step_s).round() as usize).max(MIN_STEPS);
+        let hop = (steps(WINDOW_S) / OVERLAP).max(1);
+        self.longest_s = self.longest_s.max(length_s);
+        let windows = points.windows(steps(length_s) + 1).step_by(hop);
         self.windows.extend(windows.filter_map(window));
     }
 }

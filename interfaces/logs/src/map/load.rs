@@ -166,12 +166,6 @@ impl Map {
         self.file.reference.mass.is_some()
     }
 
-    /// The mass of the reference, kg, where it is one of the whole drive.
-    pub fn constant_mass_kg(&self) -> Option<f64> {
-        let mass = self.file.reference.mass.as_ref()?;
-        mass.kg.map(Positive::get)
-    }
-
     /// True if there is a reference of the slope.
     pub fn has_slope(&self) -> bool {
         self.file.reference.slope.is_some()

@@ -187,7 +187,8 @@ fn planted(p: &Planted) -> [(&'static str, f64); 7] {
         ("torque gain", p.gain),
         ("running resistance", p.resistance),
         ("drag area", p.drag_m2),
-        ("lean", p.scale * to_deg),
+        // the share of what was measured
+        ("lean", p.scale / (1.0 + p.scale) * to_deg),
         ("accelerometer bias", p.bias),
         ("gyro bias left", p.gyro_bias),
     ]
@@ -210,7 +211,7 @@ fn what_was_planted_is_found_on_twenty_seeds() {
     let mut errors: BTreeMap<&str, Vec<(f64, f64)>> = BTreeMap::new();
     for seed in 0..20 {
         let log = Log::of(&drive(seed, 60.0, &PLANTED, true));
-        let found = identify(&log.map(&[])).unwrap();
+        let found = identify(&log.map(&[])).unwrap().0;
         for (name, value) in planted(&PLANTED) {
             let p = of(&found, name);
             let sds = (p.value - value) / p.sd;
@@ -254,7 +255,7 @@ fn the_lean_does_not_depend_on_where_windows_begin() {
     let log = Log::of(&drive(3, 60.0, &PLANTED, false));
     let lean = |from: &str| {
         of(
-            &identify(&log.map(&[("trim.from_s", from)])).unwrap(),
+            &identify(&log.map(&[("trim.from_s", from)])).unwrap().0,
             "lean",
         )
         .clone()
@@ -298,7 +299,7 @@ fn what_was_found_is_applied_and_judged_on_the_rest() {
     };
     let before = rmse();
     let map = log.map(&[("trim.until_s", "60")]);
-    let applied = apply(&map, &identify(&map).unwrap());
+    let applied = apply(&map, &identify(&map).unwrap().0);
     write(&log.map(&[]), &applied, "imu.csv").unwrap();
     let text = std::fs::read_to_string(log.path("drive.map.yaml")).unwrap();
     for comment in [
@@ -314,8 +315,9 @@ fn what_was_found_is_applied_and_judged_on_the_rest() {
         after < 0.7 * before,
         "{before}° before, {after}° after\n{text}"
     );
-    let again =
-        identify(&log.map(&[("trim.until_s", "60"), ("nominal.running_resistance", "0")])).unwrap();
+    let again = identify(&log.map(&[("trim.until_s", "60"), ("nominal.running_resistance", "0")]))
+        .unwrap()
+        .0;
     for (name, value) in [
         ("torque gain", 1.0),
         ("wheel radius", PLANTED.radius),
