@@ -2,7 +2,7 @@
 //! its lag against the wheels.
 
 use super::lag::Lag;
-use super::series::{ChannelFigures, Series};
+use super::series::{ChannelFigures, MOVING_MPS, Series};
 use super::verdict::{ChannelReport, Check, Verdict, check};
 use crate::drive::{ColumnRange, Target};
 use monorig_estimators::api::signals::{Measurand, Shape};
@@ -27,8 +27,6 @@ const FROZEN_TORQUE_S: f64 = 10.0;
 const FROZEN_TIMES: f64 = 5.0;
 /// Largest share of samples at an end of the range.
 const MAX_CLIPPED: f64 = 0.02;
-/// Slower than this the vehicle may stand, m/s.
-const MOVING_MPS: f64 = 0.1;
 /// Largest lag, s, least correlation that shows one, and how much more must be unexplained without it.
 const MAX_LAG_S: f64 = 0.05;
 const MIN_CORRELATION: f64 = 0.6;

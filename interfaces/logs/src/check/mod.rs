@@ -33,10 +33,22 @@ pub(crate) use reference::{diluted, reference};
 use crate::drive::{Plan, calibrate};
 use crate::map::Map;
 use monorig_sim::error::Error;
+use std::path::Path;
 
 /// Checks a log with its map: the whole log is read once.
 pub fn check(map: &Map) -> Result<Vec<Check>, Error> {
     report(map).map(|(checks, _)| checks)
+}
+
+/// A map proposed for a log, with the axes that the log shows where it can be read with that map.
+pub fn with_axes(text: String, log: &Path) -> String {
+    let shown = || {
+        let map = Map::of_text(text.replace("???", "1"), log).ok()?;
+        let series = series::Series::read(&map, &Plan::new(&map).ok()?).ok()?;
+        let (axes, _) = mounting::axes_by_log(&map, &series)?;
+        Some(text.replace(proposal::AXES, &format!("axes: [{axes}]")))
+    };
+    shown().unwrap_or(text.clone())
 }
 
 /// The checks of a log with its map, and the figures of each channel.

@@ -56,7 +56,7 @@ pub(crate) fn reference(balance: &Windows, slope_sd: f64) -> Vec<Check> {
     let fit = regression(&rows, MIN_WINDOWS, balance.longest_s);
     let diluted = diluted(known.iter().map(|w| w.sin), slope_sd);
     let Some((gain, sd)) = fit
-        .map(|f| (f.value[0], f.sd[0]))
+        .map(|f| (f.value[0], f.sd[0].hypot(diluted)))
         .filter(|g| g.1 < MAX_GAIN_SD)
     else {
         return all;

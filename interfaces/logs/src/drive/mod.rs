@@ -26,7 +26,7 @@ mod way;
 
 pub use calibrate::{Found, calibrate};
 pub use plan::Plan;
-pub(crate) use plan::{axes, mount, turned};
+pub(crate) use plan::{axes, mount, tells_mount, turned};
 pub use steps::{Drive, Step};
 pub use vehicle_file::VehicleFile;
 

@@ -30,7 +30,7 @@ const STRETCH_NS: i64 = 600_000_000_000;
 pub(crate) struct ForceWindow {
     /// Its middle, s of the replay.
     pub t_s: f64,
-    /// Acceleration by the regression of the speed, m/s².
+    /// Acceleration by the regression of the speed, m/s²; not a number where that is not known.
     pub acceleration: f64,
     /// Speed, m/s; its sign, and its square with the sign.
     pub speed: f64,
@@ -152,7 +152,7 @@ fn points(tracks: &mut Tracks, references: &[[f64; 3]], vehicle: &Vehicle) -> Ve
         .collect()
 }
 
-/// The means of a window; none without a speed.
+/// The means of a window; none of one that begins and ends at once.
 fn window(points: &[Point]) -> Option<ForceWindow> {
     let n = points.len() as f64;
     let middle = points.iter().map(|p| p.t_s).sum::<f64>() / n;
@@ -160,7 +160,8 @@ fn window(points: &[Point]) -> Option<ForceWindow> {
     let c = |p: &Point| (p.t_s - middle) / squares;
     let slope_of = |of: fn(&Point) -> f64| points.iter().map(|p| c(p) * of(p)).sum::<f64>();
     let acceleration = slope_of(|p| p.speed);
-    if !acceleration.is_finite() {
+    let is_known = acceleration.is_finite();
+    if squares == 0.0 {
         return None;
     }
     // the weight of an interval: the sum of c behind it, times its length
@@ -205,8 +206,8 @@ fn window(points: &[Point]) -> Option<ForceWindow> {
         against,
         slope_rate: slope_of(|p| p.slope),
         mass_kg,
-        moves: least > MIN_SPEED_MPS || most < -MIN_SPEED_MPS,
-        stands: most.max(-least) < STANDING_MPS,
+        moves: is_known && (least > MIN_SPEED_MPS || most < -MIN_SPEED_MPS),
+        stands: is_known && most.max(-least) < STANDING_MPS,
     })
 }
 

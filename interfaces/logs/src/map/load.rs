@@ -61,11 +61,27 @@ impl Map {
         changes: &[(String, String)],
     ) -> Result<Self, Error> {
         let inputs = InputFiles::default();
-        let (document, file) = inputs.during(|| {
-            let mut document = Document::read(path)?;
+        let document = inputs.during(|| Document::read(path))?;
+        Self::of(document, inputs, log, changes)
+    }
+
+    /// The same of a map file that is nowhere yet, of this text.
+    pub(crate) fn of_text(text: String, log: &Path) -> Result<Self, Error> {
+        let document = Document::of(Path::new("proposed.map.yaml"), text)?;
+        Self::of(document, InputFiles::default(), Some(log), &[])
+    }
+
+    fn of(
+        mut document: Document,
+        inputs: InputFiles,
+        log: Option<&Path>,
+        changes: &[(String, String)],
+    ) -> Result<Self, Error> {
+        let path = document.path().to_owned();
+        let path = path.as_path();
+        let file = inputs.during(|| {
             document.apply(&Sets::new(changes))?;
-            let file: MapFile = document.parse()?;
-            Ok::<_, Error>((document, file))
+            document.parse::<MapFile>()
         })?;
         check::check(&file).map_err(|w| document.error(w.0, w.1, w.2))?;
         let stem = name_of(path)?;
