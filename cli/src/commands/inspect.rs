@@ -25,7 +25,7 @@ Examples:
   monorig inspect table.csv --time Zeit --unit ms
       a table whose column of time is not called like one
 
-Formats: CSV, Parquet, MCAP (JSON; ROS 2: Imu, JointState, Float64,
+Formats: CSV, Parquet, MCAP (JSON; ROS 2: Imu, JointState, Float64, Odometry,
 TwistStamped), MDF 4.10 and 4.20, candump; ASC and BLF in a program built with
 the feature `blf`.";
 

@@ -110,7 +110,7 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
 
 /// The checks of a log, each with what was found and what would be good.
 fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
-    let (mut text, mut bad, mut unknown) = (String::new(), 0, 0);
+    let (mut text, mut good, mut bad, mut unknown) = (String::new(), 0, 0, 0);
     let (checks, channels) = report(map)?;
     for c in checks {
         let (word, why) = match &c.verdict {
@@ -118,6 +118,7 @@ fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
             Verdict::Bad(why) => ("BAD", why.clone()),
             Verdict::Unknown(why) => ("?", why.clone()),
         };
+        good += usize::from(word == "good");
         bad += usize::from(word == "BAD");
         unknown += usize::from(word == "?");
         let value = match c.value.is_nan() {
@@ -138,7 +139,7 @@ fn check_log(map: &Map) -> Result<CommandOutcome, CliError> {
     let end = match (bad, unknown) {
         (0, 0) => "held: nothing wrong was found".to_owned(),
         (0, n) => {
-            format!("held but for {n} not judged: nothing wrong was found in what could be checked")
+            format!("held but for {n} not judged: nothing wrong was found in the other {good}")
         }
         (n, _) => format!("FAILED: {n} checks say that something is wrong"),
     };

@@ -117,7 +117,7 @@ fn estimators(summary: &Summary) -> String {
         let row = |(what, quantity, [rmse, bias, max], factor): &Row| {
             let of = |metric: &str| of(&format!("{quantity}_{metric}"));
             let reference = of("reference_share").unwrap_or(0.0);
-            (reference > 0.0).then(|| {
+            (reference > 0.0 && of(rmse).is_some()).then(|| {
                 vec![
                     (*what).to_owned(),
                     shown(of(rmse), *factor),

@@ -35,7 +35,7 @@ use crate::map::Map;
 use crate::notation::STANDARD_GRAVITY_MPS2 as G;
 use monorig_estimators::api::signals::Measurand;
 use monorig_sim::error::Error;
-use nalgebra::{Vector1, Vector2, Vector3};
+use nalgebra::{Vector1, Vector2};
 use serde::Serialize;
 use wheel_radius::Rolled;
 
@@ -97,16 +97,45 @@ pub enum ParameterKind {
     Figure,
 }
 
-impl Parameter {
-    /// The values that vehicles and instruments have.
-    fn limits(&self) -> [f64; 2] {
-        match self.kind {
-            ParameterKind::TorqueGain => [0.5, 2.0],
-            ParameterKind::RunningResistance => [0.0, 0.3],
-            ParameterKind::DragArea => [0.0, 20.0],
-            ParameterKind::Lean => [-MAX_LEAN, MAX_LEAN],
-            ParameterKind::Pitch | ParameterKind::Roll => [-20.0, 20.0],
-            _ => [f64::NEG_INFINITY, f64::INFINITY],
+/// Name, unit, key in a map or meaning for the vehicle, and the values that there are, of a kind of parameter.
+type Told = (&'static str, &'static str, &'static str, [f64; 2]);
+
+impl ParameterKind {
+    #[rustfmt::skip]
+    fn told(self) -> Told {
+        let any = [f64::NEG_INFINITY, f64::INFINITY];
+        let mount = "channels.specific_force.mount_deg and that of the angular rate";
+        match self {
+            Self::WheelRadius => ("wheel radius", "m",
+                "nominal.wheel_radius_m, where the wheel speeds of the log were made with the nominal one", any),
+            Self::TorqueGain => ("torque gain", "1",
+                "channels.traction.gain: force at the rims over that of gear, efficiency and radius of the map, or of the \
+                 radius found", [0.5, 2.0]),
+            Self::RunningResistance => ("running resistance", "1", "nominal.running_resistance", [0.0, 0.3]),
+            Self::DragArea => ("drag area", "m2", "nominal.drag_area_m2", [0.0, 20.0]),
+            Self::Lean => ("lean", "deg/g",
+                "channels.specific_force.lean_deg_per_g; an error of scale shows as the same", [-MAX_LEAN, MAX_LEAN]),
+            Self::AccelerometerBias => ("accelerometer bias", "m/s2",
+                "channels.specific_force.bias forward; with the pitch of its mount times g", any),
+            Self::Pitch => ("pitch of the box", "deg", mount, [-20.0, 20.0]),
+            Self::Roll => ("roll of the box", "deg", mount, [-20.0, 20.0]),
+            Self::GyroBias(axis) => (
+                ["gyro bias forward", "gyro bias left", "gyro bias up"].get(axis).copied().unwrap_or_default(), "rad/s",
+                "channels.angular_rate.bias: while the vehicle stands, else against the change of the slope", any),
+            Self::Figure => ("", "", "standard deviation of a sample", any),
+        }
+    }
+
+    /// A parameter of this kind.
+    fn is(self, value: f64, sd: f64) -> Parameter {
+        let (name, unit, meaning, _) = self.told();
+        Parameter {
+            name: name.into(),
+            value,
+            sd,
+            unit,
+            meaning,
+            kind: self,
         }
     }
 }
@@ -131,14 +160,7 @@ pub fn identify(map: &Map) -> Result<(Vec<Parameter>, Vec<String>), Error> {
     let radius = radius_ratio(map, &seen)?;
     if let Some((ratio, sd)) = radius {
         let nominal_m = plan.vehicle.wheel_radius_m;
-        found.push(Parameter {
-            name: "wheel radius".into(),
-            value: ratio * nominal_m,
-            sd: sd * nominal_m,
-            unit: "m",
-            meaning: "nominal.wheel_radius_m, where the wheel speeds of the log were made with the nominal one",
-            kind: ParameterKind::WheelRadius,
-        });
+        found.push(ParameterKind::WheelRadius.is(ratio * nominal_m, sd * nominal_m));
         // what follows is with this radius: speeds are larger by it, and the force of the same torque smaller
         for w in &mut balance.windows {
             w.acceleration *= ratio;
@@ -170,7 +192,7 @@ pub fn identify(map: &Map) -> Result<(Vec<Parameter>, Vec<String>), Error> {
         ));
     }
     for p in &mut found {
-        let [low, high] = p.limits();
+        let (.., [low, high]) = p.kind.told();
         let nearest = p.value.clamp(low, high);
         if (p.value - nearest).abs() > 2.0 * p.sd {
             let what = format!(
@@ -227,31 +249,22 @@ fn drive_parameters(
     };
     let weight = |w: &ForceWindow| -w.mass_kg * G * w.against;
     let nominal_m2 = vehicle.road.map_or(0.0, |r| r.drag_area_m2);
-    let with_drag = || {
-        let rows: Vec<_> = moving
-            .iter()
-            .map(|w| {
-                let columns = Vector3::new(w.force_n, weight(w), -drag_pressure(w, vehicle));
-                (w.t_s, columns, needed(w))
-            })
-            .collect();
-        let fit = regression(&rows, MIN_WINDOWS, length_s)?;
-        (fit.sd[2] < MAX_DRAG_SD * nominal_m2).then_some(fit)
+    let fit = |drag_m2: f64| {
+        let row = move |w: &&ForceWindow| {
+            let drag = drag_pressure(w, vehicle);
+            let columns = Vector2::new(w.force_n, weight(w));
+            (w.t_s, columns, needed(w) + drag_m2 * drag, -drag)
+        };
+        moving.iter().map(row)
     };
-    let (gain, resistance, drag) = match vehicle.road.and_then(|_| with_drag()) {
-        Some(fit) => {
-            let [gain, resistance, drag] = [0, 1, 2].map(|i: usize| (fit.value[i], fit.sd[i]));
-            (gain, resistance, Some(drag))
-        }
+    let drag = fit(0.0).map(|(t, h, y, drag)| (t, h.push(drag), y));
+    let drag = regression(&drag.collect::<Vec<_>>(), MIN_WINDOWS, length_s);
+    let drag = drag.filter(|f| vehicle.road.is_some() && f.sd[2] < MAX_DRAG_SD * nominal_m2);
+    let all = match drag {
+        Some(f) => [0, 1, 2].map(|i: usize| (f.value[i], f.sd[i])).to_vec(),
         None => {
-            let rows: Vec<_> = moving
-                .iter()
-                .map(|w| {
-                    let drag = nominal_m2 * drag_pressure(w, vehicle);
-                    (w.t_s, Vector2::new(w.force_n, weight(w)), needed(w) + drag)
-                })
-                .collect();
-            let fit = regression(&rows, MIN_WINDOWS, length_s).ok_or_else(|| {
+            let rows: Vec<_> = fit(nominal_m2).map(|(t, h, y, _)| (t, h, y)).collect();
+            let f = regression(&rows, MIN_WINDOWS, length_s).ok_or_else(|| {
                 let lacks = |what| format!("they need {what}");
                 match () {
                     () if !plan.targets().any(Target::is_traction) => lacks("`channels.traction`"),
@@ -259,47 +272,23 @@ fn drive_parameters(
                     () => too_few(moving.len(), "speed, traction, mass and slope while the vehicle moves one way and does not brake"),
                 }
             })?;
-            ((fit.value[0], fit.sd[0]), (fit.value[1], fit.sd[1]), None)
+            [0, 1].map(|i: usize| (f.value[i], f.sd[i])).to_vec()
         }
     };
     let mean_mass = moving.iter().map(|w| w.mass_kg).sum::<f64>() / moving.len() as f64;
-    let mut found = vec![
-        Parameter {
-            name: "torque gain".into(),
-            value: gain.0,
-            sd: gain
-                .1
-                .hypot(gain.0 * seen.mass_sd / mean_mass)
-                .hypot(gain.0 * radius.map_or(0.0, |(ratio, sd)| sd / ratio)),
-            unit: "1",
-            meaning: match radius {
-                Some(_) => {
-                    "channels.traction.gain: force at the rims over that of the radius found and the nominal gear and efficiency"
-                }
-                None => {
-                    "channels.traction.gain: force at the rims over that of the nominal radius, gear and efficiency"
-                }
-            },
-            kind: ParameterKind::TorqueGain,
-        },
-        Parameter {
-            name: "running resistance".into(),
-            value: resistance.0,
-            sd: resistance.1.hypot(seen.slope_sd),
-            unit: "1",
-            meaning: "nominal.running_resistance",
-            kind: ParameterKind::RunningResistance,
-        },
+    let mass_sd = seen.mass_sd / mean_mass;
+    let radius_sd = radius.map_or(0.0, |(ratio, sd)| sd / ratio);
+    let kinds = [
+        (ParameterKind::TorqueGain, mass_sd.hypot(radius_sd), 0.0),
+        (ParameterKind::RunningResistance, 0.0, seen.slope_sd),
+        (ParameterKind::DragArea, mass_sd, 0.0),
     ];
-    found.extend(drag.map(|(value, sd)| Parameter {
-        name: "drag area".into(),
-        value,
-        sd: sd.hypot(value * seen.mass_sd / mean_mass),
-        unit: "m2",
-        meaning: "nominal.drag_area_m2",
-        kind: ParameterKind::DragArea,
-    }));
-    Ok(found)
+    let each = kinds.into_iter().zip(all);
+    Ok(each
+        .map(|((kind, share, more), (value, sd))| {
+            kind.is(value, sd.hypot(value * share).hypot(more))
+        })
+        .collect())
 }
 
 /// Time that so many windows cover, s.
@@ -351,14 +340,7 @@ fn accelerometer_parameters(
     let lean = lean.filter(|(_, sd, _)| *sd < 0.5 * MAX_LEAN);
     let (bias, sd) = match lean {
         Some((value, sd, fit)) => {
-            found.push(Parameter {
-                name: "lean".into(),
-                value,
-                sd,
-                unit: "deg/g",
-                meaning: "channels.specific_force.lean_deg_per_g; an error of scale shows as the same",
-                kind: ParameterKind::Lean,
-            });
+            found.push(ParameterKind::Lean.is(value, sd));
             (fit.value[1], fit.sd[1])
         }
         None => {
@@ -370,28 +352,14 @@ fn accelerometer_parameters(
     let straight = windows.filter(|w| w.rate[2].abs() < STRAIGHT_RADPS);
     let left = straight.map(|w| (w.t_s, w.specific_force[1]));
     let left = mean(left.filter(|(_, f)| f.is_finite()).collect());
-    let turn = |name: &str, (mean, sd): (f64, f64), least: f64, kind| {
+    let turn = |(mean, sd): (f64, f64), least: f64, kind: ParameterKind| {
         let is_seen = !is_turned && mean.abs() > least + 2.0 * sd;
-        is_seen.then(|| Parameter {
-            name: format!("{name} of the box"),
-            value: (mean / G).clamp(-1.0, 1.0).asin() * to_deg,
-            sd: sd / G * to_deg,
-            unit: "deg",
-            meaning: "channels.specific_force.mount_deg and that of the angular rate",
-            kind,
-        })
+        let angle = (mean / G).clamp(-1.0, 1.0).asin();
+        is_seen.then(|| kind.is(angle * to_deg, sd / G * to_deg))
     };
-    let pitch = turn("pitch", (bias, sd), MAX_BIAS_MPS2, ParameterKind::Pitch);
-    found.push(pitch.unwrap_or_else(|| Parameter {
-        name: "accelerometer bias".into(),
-        value: bias,
-        sd,
-        unit: "m/s2",
-        meaning: "channels.specific_force.bias forward; with the pitch of its mount times g",
-        kind: ParameterKind::AccelerometerBias,
-    }));
-    found
-        .extend(left.and_then(|left| turn("roll", left, 2.0 * MAX_BIAS_MPS2, ParameterKind::Roll)));
+    let pitch = turn((bias, sd), MAX_BIAS_MPS2, ParameterKind::Pitch);
+    found.push(pitch.unwrap_or_else(|| ParameterKind::AccelerometerBias.is(bias, sd)));
+    found.extend(left.and_then(|left| turn(left, 2.0 * MAX_BIAS_MPS2, ParameterKind::Roll)));
     Ok(found)
 }
 
@@ -399,16 +367,9 @@ fn accelerometer_parameters(
 /// the change of the reference slope. None of a log that shows neither.
 fn gyro_parameters(balance: &Windows) -> Vec<Parameter> {
     let windows = &balance.windows;
-    let of = |i: usize, name: &str, rows: Vec<RegressionRow<1>>, meaning, least: usize| {
+    let of = |i: usize, rows: Vec<RegressionRow<1>>, least: usize| {
         let fit = regression(&rows, least, balance.longest_s)?;
-        Some(Parameter {
-            name: format!("gyro bias {name}"),
-            value: fit.value[0],
-            sd: fit.sd[0],
-            unit: "rad/s",
-            meaning,
-            kind: ParameterKind::GyroBias(i),
-        })
+        Some(ParameterKind::GyroBias(i).is(fit.value[0], fit.sd[0]))
     };
     let rows = |i: usize, of: &dyn Fn(&ForceWindow, f64) -> Option<f64>| -> Vec<_> {
         let rate = |w: &ForceWindow| w.rate.get(i).copied().unwrap_or(f64::NAN);
@@ -420,24 +381,20 @@ fn gyro_parameters(balance: &Windows) -> Vec<Parameter> {
             .map(|(t, y)| (t, Vector1::new(1.0), y))
             .collect()
     };
-    let standing: Vec<Parameter> = ["forward", "left", "up"]
-        .iter()
-        .enumerate()
-        .filter_map(|(i, name)| {
-            let rows = rows(i, &|w, rate| w.stands.then_some(rate));
-            let meaning = "channels.angular_rate.bias: the mean while the vehicle stands";
-            of(i, name, rows, meaning, MIN_STANDING)
-        })
-        .collect();
+    let at_rest = |i| {
+        of(
+            i,
+            rows(i, &|w, rate| w.stands.then_some(rate)),
+            MIN_STANDING,
+        )
+    };
+    let standing: Vec<Parameter> = (0..3).filter_map(at_rest).collect();
     if !standing.is_empty() {
         return standing;
     }
     // the nose goes up against the axis to the left
     let rows = rows(1, &|w, rate| Some(rate + w.slope_rate));
-    let meaning = "channels.angular_rate.bias: against the change of the reference slope";
-    of(1, "left", rows, meaning, MIN_WINDOWS)
-        .into_iter()
-        .collect()
+    of(1, rows, MIN_WINDOWS).into_iter().collect()
 }
 
 /// Figures of a log beside its windows.

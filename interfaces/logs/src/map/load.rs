@@ -240,6 +240,7 @@ impl Map {
                         .and_then(|c| c.column.clone())
                         .or_else(|| time.column.clone()),
                     unit: clock.and_then(|c| c.unit).or(time.unit),
+                    wraps: clock.and_then(|c| c.wraps).or(time.wraps),
                     pieces: time.pieces.clone(),
                     wanted: Some(wanted.iter().chain(&time.stamp).cloned().collect()),
                     dbc: self.dbc.clone(),
