@@ -31,6 +31,8 @@ pub(super) struct Shifted {
 pub(super) struct Lag {
     /// By so much the channel comes after the wheels, s.
     pub lag_s: f64,
+    /// Time that both cover, s.
+    pub covered_s: f64,
     /// Correlation at this lag, and at none.
     pub correlation: f64,
     pub at_none: f64,
@@ -88,6 +90,7 @@ impl Shifted {
         };
         Some(Lag {
             lag_s: (best as f64 + off - SHIFTS as f64) * self.step_s,
+            covered_s: n * self.step_s,
             correlation: peak,
             at_none: self.correlation(SHIFTS),
         })

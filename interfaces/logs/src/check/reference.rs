@@ -6,9 +6,12 @@ use crate::identify::{ForceWindow, MIN_WINDOWS, Windows, regression};
 use crate::notation::STANDARD_GRAVITY_MPS2 as G;
 use nalgebra::Vector2;
 
-/// Largest lag, s, and how much more must be unexplained without it.
+/// Largest lag, s; how much more must be unexplained without it, and by how many standard deviations that must be more
+/// than chance, of values that are independent after so long, s.
 const MAX_LAG_S: f64 = 0.5;
 const MIN_RATIO: f64 = 1.2;
+const SDS: f64 = 3.0;
+const INDEPENDENT_S: f64 = 3.0;
 /// Least correlation at the lag.
 const MIN_CORRELATION: f64 = 0.6;
 /// Gain of the slope by the instruments on the reference; a lean of the box is a part of it.
@@ -23,8 +26,10 @@ pub(crate) fn reference(balance: &Windows, slope_sd: f64) -> Vec<Check> {
     let known: Vec<&ForceWindow> = windows
         .filter(|w| by_force(w).is_finite() && w.sin.is_finite())
         .collect();
-    let hops = known.windows(2).map(|w| w[1].t_s - w[0].t_s);
-    let hop_s = hops.fold(f64::INFINITY, f64::min);
+    let hops = known.iter().zip(known.iter().skip(1));
+    let hop_s = hops
+        .map(|(a, b)| b.t_s - a.t_s)
+        .fold(f64::INFINITY, f64::min);
     let mut shifted = Shifted::new(hop_s);
     for piece in known.chunk_by(|a, b| b.t_s - a.t_s < 1.5 * hop_s) {
         let of = |f: &dyn Fn(&ForceWindow) -> f64| piece.iter().map(|w| f(w)).collect::<Vec<_>>();
@@ -32,7 +37,11 @@ pub(crate) fn reference(balance: &Windows, slope_sd: f64) -> Vec<Check> {
     }
     let mut all = Vec::new();
     let lag = shifted.lag().filter(|l| l.correlation >= MIN_CORRELATION);
-    let late = lag.filter(|l| l.lag_s.abs() > MAX_LAG_S && l.unexplained_ratio() > MIN_RATIO);
+    let late = lag.filter(|l| {
+        let ratio = l.unexplained_ratio();
+        let chance = ratio.ln() * l.covered_s / INDEPENDENT_S;
+        l.lag_s.abs() > MAX_LAG_S && ratio > MIN_RATIO && chance > SDS * SDS
+    });
     let what = "lag of the reference slope against specific force and wheels";
     let range = format!("-{MAX_LAG_S} to {MAX_LAG_S}");
     match (late, lag) {

@@ -356,11 +356,28 @@ fn a_wrong_reference_is_refused_first() {
             "{value}"
         );
     }
-    assert!(
-        !bad(&log.map(&[]))
-            .iter()
-            .any(|w| w.contains("reference slope"))
+    // parts of sound drives, however short, are not
+    let example = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../examples/car_drive/drive.map.yaml"
     );
+    let logs: Vec<Log> = (5..9)
+        .map(|seed| Log::of(&drive(seed, 120.0, &PLANTED, seed % 2 == 0)))
+        .collect();
+    let own = logs.iter().map(|log| log.path("drive.map.yaml"));
+    for path in own.chain([PathBuf::from(example)]) {
+        for (from, until) in [(0, 25), (0, 30), (20, 50), (40, 70), (10, 110), (0, 120)] {
+            let trim = (
+                "trim".to_owned(),
+                format!("{{from_s: {from}, until_s: {until}}}"),
+            );
+            let told = bad(&Map::load_with(&path, None, &[trim]).unwrap());
+            let wrong = told.iter().any(|w| {
+                w.contains("lag of the reference") || w.contains("on the reference slope")
+            });
+            assert!(!wrong, "{} {from} {until}: {told:?}", path.display());
+        }
+    }
 }
 
 /// Where windows begin changes nothing: with the log cut off at its front by parts of a second the lean stays within
