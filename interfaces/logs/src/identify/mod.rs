@@ -111,7 +111,7 @@ impl ParameterKind {
             Self::TorqueGain => ("torque gain", "1",
                 "channels.traction.gain: force at the rims over that of gear, efficiency and radius of the map, or of the \
                  radius found", [0.5, 2.0]),
-            Self::RunningResistance => ("running resistance", "1", "nominal.running_resistance", [0.0, 0.3]),
+            Self::RunningResistance => ("running resistance", "1", "nominal.running_resistance", [0.0, 1.0]),
             Self::DragArea => ("drag area", "m2", "nominal.drag_area_m2", [0.0, 20.0]),
             Self::Lean => ("lean", "deg/g",
                 "channels.specific_force.lean_deg_per_g; an error of scale shows as the same", [-MAX_LEAN, MAX_LEAN]),

@@ -12,8 +12,10 @@ use monorig_estimators::api::signals::Vehicle;
 
 /// Least length of a window, s.
 pub(crate) const WINDOW_S: f64 = 0.5;
-/// A window is so many intervals of the slowest channel long, or longer.
+/// A window is so many intervals of the slowest channel long, or longer; one that would be longer than this, s, shows
+/// no change of the speed, and such a channel is not followed.
 const INTERVALS: f64 = 8.0;
+const MAX_WINDOW_S: f64 = 10.0;
 /// Windows begin so often in the least length of one.
 pub(crate) const OVERLAP: usize = 4;
 /// Fewest steps of a window.
@@ -99,7 +101,10 @@ impl Windows {
         let references = std::mem::take(&mut self.references);
         tracks.settle();
         let points = points(&mut tracks.clone(), &references, vehicle);
-        let length_s = WINDOW_S.max(INTERVALS * tracks.slowest_s());
+        let length_s = match INTERVALS * tracks.slowest_s() {
+            s if s > MAX_WINDOW_S => WINDOW_S,
+            s => s.max(WINDOW_S),
+        };
         over(&mut tracks);
         let step_s = match points.as_slice() {
             [a, .., b] => (b.t_s - a.t_s) / (points.len() - 1) as f64,
