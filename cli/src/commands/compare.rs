@@ -68,25 +68,8 @@ pub struct CompareArgs {
 }
 
 /// Columns of the table as CSV.
-const CSV_TITLES: &[&str] = &[
-    "estimator",
-    "metric",
-    "measured",
-    "runs",
-    "mean",
-    "mean_low",
-    "mean_high",
-    "median",
-    "valid_mean",
-    "valid_share",
-    "common_mean",
-    "common_share",
-    "difference",
-    "difference_low",
-    "difference_high",
-    "published",
-    "source",
-];
+const CSV_TITLES: &str = "estimator metric measured runs mean mean_low mean_high median valid_mean valid_share common_mean \
+    common_share difference difference_low difference_high published source";
 
 /// Help of `--metrics`.
 const METRICS: &str = "Metrics to compare; without it mass_rmse_kg, mass_error_converged_rel_max, slope_rmse_deg, slope_mae_deg, mass_misleading_share, \
@@ -490,5 +473,5 @@ fn csv_text(cells: &[ComparedMetric]) -> Result<String, CliError> {
         row.push(published.map_or(String::new(), |p| p.source.clone()));
         row
     });
-    csv::text(CSV_TITLES, rows)
+    csv::text(&CSV_TITLES.split(' ').collect::<Vec<_>>(), rows)
 }

@@ -17,7 +17,7 @@ pub struct NewArgs {
 /// New things.
 #[derive(Debug, clap::Subcommand)]
 enum NewTask {
-    Estimator(estimator::EstimatorArgs),
+    Estimator(estimator::NewEstimatorArgs),
     Courses(courses::CoursesArgs),
 }
 

@@ -112,7 +112,7 @@ pub(crate) fn play(
     drop(progress);
     note(&format!("results in {}", run.folder.display()));
     let about = run.about(map.name.clone(), "replayed");
-    let text = replayed::text(&run.summary, map.constant_mass_kg(), &about);
+    let text = replayed::text(&run.summary, &about);
     output::result(&text, &[args.json.path(), junit])?;
     if run.interrupted {
         return Err(CliError::Interrupted);

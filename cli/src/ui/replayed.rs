@@ -11,19 +11,24 @@ use std::collections::BTreeMap;
 type Row = (&'static str, &'static str, [&'static str; 3], f64);
 
 const ROWS: [Row; 3] = [
-    ("mass %", "mass", ["", "bias", "error_rel_max"], 100.0),
+    (
+        "mass %",
+        "mass",
+        ["rmse_rel", "bias", "error_rel_max"],
+        100.0,
+    ),
     ("slope °", "slope", DEGREES, 1.0),
     ("effective °", "effective_slope", DEGREES, 1.0),
 ];
 const DEGREES: [&str; 3] = ["rmse_deg", "bias_deg", "error_max_deg"];
 
 /// Writes a replay: its estimators, what did not hold, and the verdict.
-pub(crate) fn text(summary: &Summary, mass_kg: Option<f64>, about: &About) -> String {
+pub(crate) fn text(summary: &Summary, about: &About) -> String {
     let mut parts = Vec::new();
     if !summary.estimators.is_empty() {
-        parts.push(overview(summary, mass_kg, about));
+        parts.push(overview(summary, about));
         if terminal::verbose() {
-            parts.push(estimators(summary, mass_kg));
+            parts.push(estimators(summary));
         }
     }
     parts.extend(tail(summary, about));
@@ -31,7 +36,7 @@ pub(crate) fn text(summary: &Summary, mass_kg: Option<f64>, about: &About) -> St
 }
 
 /// A row for each estimator; a quantity without a reference has no column of errors.
-fn overview(summary: &Summary, mass_kg: Option<f64>, about: &About) -> String {
+fn overview(summary: &Summary, about: &About) -> String {
     let of = |values: &BTreeMap<String, Option<f64>>, metric: &str| {
         values.get(metric).copied().flatten()
     };
@@ -40,12 +45,23 @@ fn overview(summary: &Summary, mass_kg: Option<f64>, about: &About) -> String {
         all.any(|values| of(values, metric).is_some_and(|x| x > 0.0))
     };
     let titles = [
-        ("mass %\nRMSE", "mass_rmse_kg", "mass_reference_share"),
-        ("slope °\nRMSE", "slope_rmse_deg", "slope_reference_share"),
+        (
+            "mass %\nRMSE",
+            "mass_rmse_rel",
+            "mass_reference_share",
+            100.0,
+        ),
+        (
+            "slope °\nRMSE",
+            "slope_rmse_deg",
+            "slope_reference_share",
+            1.0,
+        ),
         (
             "effective °\nRMSE",
             "effective_slope_rmse_deg",
             "effective_slope_reference_share",
+            1.0,
         ),
     ];
     let errors: Vec<_> = titles.into_iter().filter(|t| known(t.2)).collect();
@@ -59,11 +75,11 @@ fn overview(summary: &Summary, mass_kg: Option<f64>, about: &About) -> String {
             of(values, metric).map_or("-".to_owned(), |x| format!("{:.0}", 100.0 * x))
         };
         let mut row = vec![marked(summary, name, about.in_loop.as_deref())];
-        row.extend(errors.iter().map(|(_, metric, _)| match *metric {
-            // over the mass that the reference has; of one that changes there is none
-            "mass_rmse_kg" => shown(mass_kg.and_then(|kg| Some(100.0 * of(values, metric)? / kg))),
-            metric => shown(of(values, metric)),
-        }));
+        row.extend(
+            errors
+                .iter()
+                .map(|(_, metric, _, factor)| shown(of(values, metric).map(|x| x * factor))),
+        );
         row.push(format!(
             "{}/{}",
             share("mass_availability"),
@@ -83,7 +99,7 @@ fn overview(summary: &Summary, mass_kg: Option<f64>, about: &About) -> String {
     format!("{}\n{}{legend}{without}", about.title, lines(&table))
 }
 
-fn estimators(summary: &Summary, mass_kg: Option<f64>) -> String {
+fn estimators(summary: &Summary) -> String {
     let title = format!("from {} s on", summary.after_s);
     let titles = [
         title.as_str(),
@@ -100,16 +116,11 @@ fn estimators(summary: &Summary, mass_kg: Option<f64>) -> String {
         let shown = |x: Option<f64>, factor: f64| x.map_or("-".to_owned(), |x| number(x * factor));
         let row = |(what, quantity, [rmse, bias, max], factor): &Row| {
             let of = |metric: &str| of(&format!("{quantity}_{metric}"));
-            // the error of the mass over the mass that the reference has; of one that changes there is none
-            let rms = match rmse.is_empty() {
-                true => mass_kg.and_then(|kg| Some(of("rmse_kg")? / kg)),
-                false => of(rmse),
-            };
             let reference = of("reference_share").unwrap_or(0.0);
-            (reference > 0.0).then(|| {
+            (reference > 0.0 && of(rmse).is_some()).then(|| {
                 vec![
                     (*what).to_owned(),
-                    shown(rms, *factor),
+                    shown(of(rmse), *factor),
                     shown(of(bias), *factor),
                     shown(of(max), *factor),
                     shown(of("nees_mean"), 1.0),
@@ -176,11 +187,11 @@ mod tests {
             hints: Vec::new(),
             interrupted: false,
         };
-        let short = text(&summary, None, &about);
+        let short = text(&summary, &about);
         let row = short.lines().find(|l| l.contains("attitude")).unwrap();
         let words: Vec<&str> = row.split_whitespace().collect();
         assert_eq!(words, ["attitude", "0.250", "-/90", "-"], "{short}");
-        let text = estimators(&summary, None) + "\n" + &short;
+        let text = estimators(&summary) + "\n" + &short;
         let row = text.lines().find(|l| l.contains("slope °")).unwrap();
         let words: Vec<&str> = row.split_whitespace().collect();
         let expected = [

@@ -350,7 +350,7 @@ fn help_and_version_are_no_errors() {
         assert!(!out.is_empty());
     }
     assert!(
-        dir.monorig(&["--help"])
+        dir.monorig(&["help", "run"])
             .1
             .contains("monorig run scenarios/")
     );

@@ -38,6 +38,7 @@ fn every_file_that_is_written_is_known() {
         .collect();
     dir.write("scenario.yaml", short.as_bytes());
     dir.write("study.yaml", STUDY.as_bytes());
+    std::fs::create_dir(dir.path("out")).unwrap();
     for task in [
         &[
             "run",

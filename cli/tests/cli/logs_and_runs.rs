@@ -58,6 +58,7 @@ fn estimates_of_the_run_are_judged_as_the_run_judged_them() {
         }
         dir.write(file, text.replace("NaN", "").as_bytes());
     }
+    let printed = std::cell::Cell::new(String::new());
     let judged = |file: &str| -> serde_json::Value {
         let (code, out, err) = dir.monorig(&[
             "judge",
@@ -69,6 +70,7 @@ fn estimates_of_the_run_are_judged_as_the_run_judged_them() {
             "judged",
         ]);
         assert!(matches!(code, Some(0 | 1)), "{out}{err}");
+        printed.set(out);
         let folder = std::fs::read_dir(dir.path("judged")).unwrap();
         let mut names = folder.map(|e| e.unwrap().file_name().into_string().unwrap());
         let name = names.next().unwrap();
@@ -92,6 +94,20 @@ fn estimates_of_the_run_are_judged_as_the_run_judged_them() {
             "{metric}: {ours} {theirs}"
         );
     }
+    // the mass is printed over that of the run, which stays
+    let printed = printed.take();
+    let row = printed
+        .lines()
+        .find(|l| l.trim_start().starts_with("judged"));
+    let shown: f64 = row
+        .unwrap()
+        .split_whitespace()
+        .nth(1)
+        .unwrap()
+        .parse()
+        .unwrap();
+    let share = 100.0 * of("judged", "mass_rmse_kg") / all["truth/total_mass"][10];
+    assert!((shown / share - 1.0).abs() < 0.01, "{share} in\n{printed}");
     // |mean |e + 1000| − 1000| is at most mean |e|
     let mae = |metrics: &serde_json::Value| {
         metrics["estimators"]["judged"]["mass_mae_kg"]

@@ -20,9 +20,10 @@ fn a_crate_has_the_versions_of_the_workspace() {
     let dir = TestFolder::new();
     let sources = project().canonicalize().unwrap();
     let sources = sources.to_str().unwrap();
+    std::fs::create_dir(dir.path("below")).unwrap();
     for name in ["my_filter", "a-filter"] {
         let folder = format!("below/{name}");
-        let task = ["new-estimator", "rust", &folder, "--monorig", sources];
+        let task = ["new", "estimator", "rust", &folder, "--monorig", sources];
         let (code, out, err) = dir.monorig(&task);
         assert_eq!((code, err.as_str()), (Some(0), ""), "{out}");
         assert!(out.lines().last().unwrap().starts_with("next: "), "{out}");

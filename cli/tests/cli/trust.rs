@@ -202,6 +202,8 @@ fn a_program_that_was_edited_begins_anew() {
         "[./ecu.sh]",
         "[sh, -c, \"sh ecu.sh\"]",
         "[sh, -c, \"exec sh ./ecu.sh; true\"]",
+        "[sh, -c, 'exec sh \"ecu.sh\"']",
+        "[sh, start.sh]",
     ];
     for way in ways {
         let dir = folder(&format!("ecu: {{external: {{process: {way}}}}}"));
@@ -219,6 +221,7 @@ fn a_program_that_was_edited_begins_anew() {
                 .unwrap();
         };
         program("dffrls_aekf");
+        dir.write("start.sh", b". ./ecu.sh\n");
         dir.write("study.yaml", b"version: 1\nwhy: a test\nscenario: quick.yaml\nruns: 2\nvary: [{path: load.mass_kg, uniform: [1000, 2000]}]\n");
         std::fs::create_dir(dir.path("bad")).unwrap();
         let condition = b"version: 1\ncondition: a test\ngroup: train\nset: {load.mass_kg: 2000}\n";

@@ -180,7 +180,7 @@ pub(crate) struct ErrorSampler {
     /// The mass at the start, kg.
     start_kg: Option<f64>,
     /// True once it has become another.
-    mass_estimated: bool,
+    pub(crate) mass_estimated: bool,
 }
 
 impl ErrorSampler {

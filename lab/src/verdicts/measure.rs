@@ -4,7 +4,8 @@ use crate::bound::RunningBound;
 use crate::metrics::lagged::GradeAtMiddle;
 use crate::metrics::series::{ErrorSample, ErrorSampler, Geometry, Target, Tracking};
 use crate::metrics::{
-    End, Metric, Pace, WantedMetric, Window, WindowedMetrics, estimator_metrics, run_metrics,
+    End, Metric, Pace, Quantity, WantedMetric, Window, WindowedMetrics, availability,
+    estimator_metrics, run_metrics,
 };
 use crate::verdicts::common::CommonErrorsSoFar;
 use crate::verdicts::expected::{self, Bound};
@@ -78,6 +79,18 @@ impl SummaryObserver {
             let table = of.and_then(|name| estimators.get_mut(name));
             let table = table.unwrap_or(&mut run);
             table.insert(wanted.metric.clone(), finite(*value));
+        }
+        for (e, sampler) in self.estimators.iter().zip(&self.samplers) {
+            let of = estimators.get_mut(&e.name);
+            let found = |of: &&mut BTreeMap<String, Option<f64>>| {
+                let available = of.get(availability(Quantity::Mass)).copied().flatten();
+                sampler.mass_estimated || available != Some(0.0)
+            };
+            // of a log: an estimator whose mass stays as at the start, and that never marks it valid, finds none
+            if let Some(of) = of.filter(|of| scenario.is_recorded() && !found(of)) {
+                let errors = estimator_metrics().filter(|m| m.error_of() == Some(Quantity::Mass));
+                of.extend(errors.map(|m| (m.name.to_owned(), None)));
+            }
         }
         let times = self.times_s.unwrap_or((0.0, 0.0));
         let windows = self.bounds.iter().zip(bounds);

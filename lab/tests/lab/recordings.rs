@@ -12,7 +12,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Columns of a CSV file, in SI units, over its column t; runs by its column run, if there is one.
+/// Columns of a CSV file, in SI units, over its column t or time; runs by its column run, if there is one.
 fn read(file: &str, columns: &[&str]) -> Recording {
     let mut reader = csv::Reader::from_path(root().join("tests/data/real").join(file)).unwrap();
     let header = reader.headers().unwrap().clone();
@@ -27,7 +27,7 @@ fn read(file: &str, columns: &[&str]) -> Recording {
         let values = columns.iter().map(|c| number(c));
         rows.push(RecordedRow {
             run: runs.len() as u32,
-            t_s: number("t"),
+            t_s: number(if place("t").is_some() { "t" } else { "time" }),
             values: values.collect(),
         });
     }

@@ -260,7 +260,11 @@ pub struct Document {
 impl Document {
     /// Read a file: it must be one YAML document, a mapping, without a key given twice.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = read_text(path)?;
+        Self::of(path, read_text(path)?)
+    }
+
+    /// The same with the text that a file of this path would have.
+    pub fn of(path: &Path, text: String) -> Result<Self, Error> {
         let mut document = Self {
             path: path.into(),
             text,

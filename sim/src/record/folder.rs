@@ -19,6 +19,7 @@ impl RunFolder {
     pub fn create(root: &Path, scenario: &str, seed: u64) -> Result<Self, Error> {
         let parent = parent(root, scenario)?;
         only_results(&parent.join(seed.to_string()))?;
+        only_results(&parent.join(format!("{seed}{INTERRUPTED}")))?;
         fs::create_dir_all(&parent).map_err(|e| at(&parent, e))?;
         clear_orphans(&parent, seed);
         let partial = parent.join(format!("{}{}", prefix(seed), whole::unique()));
@@ -53,7 +54,7 @@ impl RunFolder {
     pub fn commit_interrupted(mut self) -> Result<PathBuf, Error> {
         if self.place.exists() {
             let mut name = self.place.file_name().unwrap_or_default().to_owned();
-            name.push(".interrupted");
+            name.push(INTERRUPTED);
             self.place.set_file_name(name);
         }
         self.move_to_place()
@@ -110,6 +111,9 @@ fn parent(root: &Path, scenario: &str) -> Result<PathBuf, Error> {
         )),
     }
 }
+
+/// Ending of the folder of a run that was interrupted, beside a whole one.
+const INTERRUPTED: &str = ".interrupted";
 
 /// Files that commands leave in the folder of a run, beside pages.
 const RESULTS: [&str; 6] = [
@@ -280,16 +284,16 @@ mod tests {
     #[test]
     fn replaces_an_older_run_entirely_and_only_when_whole() {
         let root = tempfile::tempdir().unwrap();
-        for (file, text) in [("old", "1"), ("new", "2")] {
+        for (file, text) in [("old.html", "1"), ("new.html", "2")] {
             let folder = RunFolder::create(root.path(), "hill", 3).unwrap();
             folder.write(file, text.as_bytes()).unwrap();
-            if file == "new" {
-                assert_eq!(entries(&folder.place), ["old"]);
+            if file == "new.html" {
+                assert_eq!(entries(&folder.place), ["old.html"]);
             }
             folder.commit().unwrap();
         }
         assert_eq!(entries(&root.path().join("hill")), ["3"]);
-        assert_eq!(entries(&root.path().join("hill/3")), ["new"]);
+        assert_eq!(entries(&root.path().join("hill/3")), ["new.html"]);
     }
 
     /// If the new run cannot be moved into place, the older one is back where it was.
@@ -297,13 +301,13 @@ mod tests {
     fn failed_commit_keeps_the_older_run() {
         let root = tempfile::tempdir().unwrap();
         let folder = RunFolder::create(root.path(), "hill", 3).unwrap();
-        folder.write("old", b"1").unwrap();
+        folder.write("old.html", b"1").unwrap();
         folder.commit().unwrap();
         let folder = RunFolder::create(root.path(), "hill", 3).unwrap();
         fs::remove_dir_all(folder.path()).unwrap();
         assert!(matches!(folder.commit(), Err(Error::Io { .. })));
         assert_eq!(entries(&root.path().join("hill")), ["3"]);
-        assert_eq!(entries(&root.path().join("hill/3")), ["old"]);
+        assert_eq!(entries(&root.path().join("hill/3")), ["old.html"]);
     }
 
     /// An interrupted run does not take the place of a whole one.
@@ -315,14 +319,36 @@ mod tests {
             folder.write(name, b"1").unwrap();
             folder
         };
-        assert!(write("torn").commit_interrupted().unwrap().ends_with("3"));
-        assert!(write("whole").commit().unwrap().ends_with("3"));
+        assert!(
+            write("torn.html")
+                .commit_interrupted()
+                .unwrap()
+                .ends_with("3")
+        );
+        assert!(write("whole.html").commit().unwrap().ends_with("3"));
         for _ in 0..2 {
-            let place = write("torn").commit_interrupted().unwrap();
+            let place = write("torn.html").commit_interrupted().unwrap();
             assert!(place.ends_with("3.interrupted"));
         }
         assert_eq!(entries(&root.path().join("hill")), ["3", "3.interrupted"]);
-        assert_eq!(entries(&root.path().join("hill/3")), ["whole"]);
+        assert_eq!(entries(&root.path().join("hill/3")), ["whole.html"]);
+    }
+
+    /// Files that no command leaves there are not removed with an older run: nothing begins.
+    #[test]
+    fn a_place_with_anything_but_results_is_refused_as_it_is() {
+        for other in ["scenario.yaml", "notes.txt", "deep/run.rrd", "sample.csv"] {
+            for place in ["hill/3", "hill/3.interrupted"] {
+                let root = tempfile::tempdir().unwrap();
+                let file = root.path().join(place).join(other);
+                fs::create_dir_all(file.parent().unwrap()).unwrap();
+                fs::write(&file, "mine").unwrap();
+                let told = RunFolder::create(root.path(), "hill", 3).err().unwrap();
+                assert!(told.to_string().contains("--out"), "{told}");
+                assert_eq!(fs::read(&file).unwrap(), b"mine");
+                assert_eq!(entries(&root.path().join("hill")).len(), 1);
+            }
+        }
     }
 
     /// Killed between the two steps of a replacement, the older run is back at the next start.

@@ -7,18 +7,21 @@ use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::{output, tables};
 use clap::ValueEnum;
-use monorig_lab::metrics::measure;
-use monorig_lab::metrics::series::ErrorSeries;
+use monorig_lab::verdicts::measure::SummaryObserver;
 use monorig_lab::verdicts::summary::AFTER_S;
-use monorig_logs::identify::{Applied, Parameter, apply, identify, write};
+use monorig_logs::check::identify;
+use monorig_logs::identify::{Applied, Parameter, apply, write};
 use monorig_logs::map::Map;
 use monorig_logs::replay::{ReplayOptions, simulation};
 use monorig_sim::closed_loop::registry::Registry;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 const CALIBRATE_EXAMPLES: &str = "\
 Examples:
   monorig log calibrate drive.mf4 --map crane.map.yaml --known mass,slope
+  monorig log calibrate --map drive.map.yaml --known slope
+      bias and mount of the IMU, without traction or mass
   monorig log calibrate --map drive.map.yaml --known mass,slope --json found.json
   monorig log calibrate --map drive.map.yaml --known mass,slope --split 60
       found of the first 60 s, and what the estimators of the map make of the
@@ -26,13 +29,14 @@ Examples:
   monorig log calibrate --map drive.map.yaml --known mass,slope --split 60 --apply
       the same, and the map with what was found
 
-Finds torque gain, running resistance, air drag of a road vehicle, lean and bias
-of the accelerometer, bias of the gyro, and noise, each with its standard
-deviation; with `reference.speed` or `reference.distance` in the map the radius
-of the wheels too; where the vehicle stands for 12 s random walk and bias
-instability of the IMU. Mass and slope are those under `reference` in the map.";
+Finds lean and bias of the accelerometer, pitch and roll of its box, bias of the
+gyro, and noise, each with its standard deviation; with mass and traction torque
+gain, running resistance and air drag of a road vehicle; with `reference.speed`
+or `reference.distance` in the map the radius of the wheels; where the vehicle
+stands for 12 s random walk and bias instability of the IMU. Mass and slope are
+those under `reference` in the map.";
 
-/// Find parameters of vehicle and instruments from a log whose mass and slope are known.
+/// Find parameters of vehicle and instruments from a log whose slope is known, or mass and slope.
 #[derive(Debug, clap::Args)]
 #[command(after_help = CALIBRATE_EXAMPLES)]
 pub struct CalibrateArgs {
@@ -44,8 +48,8 @@ pub struct CalibrateArgs {
     /// Quantities that are known of the drive
     #[arg(long, value_name = "WHAT,…", value_delimiter = ',', required = true)]
     pub known: Vec<Known>,
-    /// Put what was found into the map file: gains, running resistance, drag, lean and biases, each with its standard
-    /// deviation as a comment; its other comments stay
+    /// Put what was found into the map file: gains, running resistance, drag, lean, biases and mount, each with its
+    /// standard deviation as a comment; its other comments stay
     #[arg(long)]
     pub apply: bool,
     /// Find on the first so many seconds, and judge the estimators of the map on the rest
@@ -88,28 +92,24 @@ pub fn run(task: &CalibrateArgs, registry: &Registry) -> Result<CommandOutcome, 
         let s = task.split.map(|s| (format!("trim.{key}"), s.to_string()));
         Vec::from_iter(s)
     };
-    let map = load(&part("until_s"))?;
-    for (what, key, is_there, why) in [
-        (
-            Known::Mass,
-            "mass",
-            map.has_mass(),
-            "of mass and torque gain a drive tells no more than the ratio",
-        ),
-        (
-            Known::Slope,
-            "slope",
-            map.has_slope(),
-            "the bias of the accelerometer and the running resistance cannot be told apart without it",
-        ),
+    let mut sets = part("until_s");
+    if !task.known.contains(&Known::Mass) {
+        sets.push(("reference.mass".to_owned(), "null".to_owned()));
+    }
+    let map = load(&sets)?;
+    for (what, key, is_there) in [
+        (Known::Mass, "mass", map.has_mass()),
+        (Known::Slope, "slope", map.has_slope()),
     ] {
-        if !task.known.contains(&what) || !is_there {
-            let key = format!("reference.{key}");
-            let help = format!("`--known mass,slope`, and `{key}` in the map");
-            return Err(map.error(key, why, help).into());
+        if task.known.contains(&what) != is_there {
+            let why = "what a drive tells is told against its slope, and a torque against its mass";
+            let help = format!(
+                "`--known slope` or `--known mass,slope`, and `reference.{key}` in the map"
+            );
+            return Err(map.error(format!("reference.{key}"), why, help).into());
         }
     }
-    let mut found = identify(&map)?;
+    let (mut found, lacks) = identify(&map)?;
     found.extend(standing_noise::figures(&map)?);
     if let Some(path) = &task.json {
         // numbers and words: nothing that cannot be JSON
@@ -117,6 +117,9 @@ pub fn run(task: &CalibrateArgs, registry: &Registry) -> Result<CommandOutcome, 
         output::write(path, &(text + "\n"))?;
     }
     output::print(&format!("{}\n", table(&found)))?;
+    for lack in &lacks {
+        note(&format!("not found: {lack}"));
+    }
     let applied = apply(&map, &found);
     if let Some(from_s) = task.split {
         let rest = part("from_s");
@@ -124,8 +127,8 @@ pub fn run(task: &CalibrateArgs, registry: &Registry) -> Result<CommandOutcome, 
             .iter()
             .map(|a| (a.key.clone(), a.value.clone()))
             .collect();
-        let before = judged(&load(&rest)?, registry, from_s)?;
-        let after = judged(&load(&[rest, sets].concat())?, registry, from_s)?;
+        let before = judged(&load(&rest)?, registry)?;
+        let after = judged(&load(&[rest, sets].concat())?, registry)?;
         output::print(&format!("\n{}\n", compared(&before, &after, from_s)))?;
     }
     match task.split {
@@ -171,23 +174,19 @@ const SHOWN: [(&str, f64); 6] = [
     ("mass_availability", 100.0),
 ];
 /// Metrics of the estimators of a map over the part of the log that it plays.
-fn judged(
-    map: &Map,
-    registry: &Registry,
-    from_s: f64,
-) -> Result<Vec<(String, Vec<f64>)>, CliError> {
+fn judged(map: &Map, registry: &Registry) -> Result<Vec<(String, Vec<f64>)>, CliError> {
     let mut simulation = simulation(map, &ReplayOptions::default(), registry)?;
-    let mut series = ErrorSeries::default();
-    simulation.run(&mut [&mut series])?;
-    let names = series.estimators.iter().map(|(name, _)| name);
-    let of = |name: &String| {
+    let mut observer = SummaryObserver::default();
+    let outcome = simulation.run(&mut [&mut observer])?;
+    let summary = observer.summary(&simulation.scenario, 0, &outcome);
+    let of = |(name, values): (String, BTreeMap<String, Option<f64>>)| {
         let value = |(metric, factor): &(&str, f64)| {
-            let x = measure(&series, name, metric, from_s + AFTER_S, f64::INFINITY);
+            let x = values.get(*metric).copied().flatten();
             x.map_or(f64::NAN, |x| x * factor)
         };
-        (name.clone(), SHOWN.iter().map(value).collect())
+        (name, SHOWN.iter().map(value).collect())
     };
-    Ok(names.map(of).collect())
+    Ok(summary.estimators.into_iter().map(of).collect())
 }
 
 /// Errors before and after, side by side.

@@ -32,7 +32,7 @@ pub fn run(task: &CheckLogArgs) -> Result<CommandOutcome, CliError> {
 
 /// Prints the checks of a log, each with what was found and what would be good.
 pub fn check(map: &Map) -> Result<CommandOutcome, CliError> {
-    let (mut text, mut bad, mut unknown) = (String::new(), 0, 0);
+    let (mut text, mut good, mut bad, mut unknown) = (String::new(), 0, 0, 0);
     let (checks, channels) = report(map)?;
     for c in checks {
         let (word, why) = match &c.verdict {
@@ -40,6 +40,7 @@ pub fn check(map: &Map) -> Result<CommandOutcome, CliError> {
             Verdict::Bad(why) => ("BAD", why.clone()),
             Verdict::Unknown(why) => ("?", why.clone()),
         };
+        good += usize::from(word == "good");
         bad += usize::from(word == "BAD");
         unknown += usize::from(word == "?");
         let value = match c.value.is_nan() {
@@ -57,10 +58,14 @@ pub fn check(map: &Map) -> Result<CommandOutcome, CliError> {
             text += &format!("{}\n", paragraph(&why, "      "));
         }
     }
+    if map.is_trimmed() {
+        text += "?     a part of the log only: `trim` of the map leaves the rest out\n";
+        unknown += 1;
+    }
     let end = match (bad, unknown) {
         (0, 0) => "held: nothing wrong was found".to_owned(),
         (0, n) => {
-            format!("held but for {n} not judged: nothing wrong was found in what could be checked")
+            format!("held but for {n} not judged: nothing wrong was found in the other {good}")
         }
         (n, _) => format!("FAILED: {n} checks say that something is wrong"),
     };

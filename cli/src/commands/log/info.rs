@@ -5,7 +5,9 @@ use crate::files::folders::entries;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::{output, tables};
-use monorig_logs::check::{InspectedFile, Inspection, TableReport, inspect, proposed_map};
+use monorig_logs::check::{
+    InspectedFile, Inspection, TableReport, inspect, proposed_map, with_axes,
+};
 use monorig_logs::read::{ReadOptions, TimeUnit};
 use monorig_sim::config::file::input_error;
 use monorig_sim::error::Error;
@@ -23,7 +25,7 @@ Examples:
   monorig log info table.csv --time Zeit --unit ms
       a table whose column of time is not called like one
 
-Formats: CSV, Parquet, MCAP (JSON; ROS 2: Imu, JointState, Float64,
+Formats: CSV, Parquet, MCAP (JSON; ROS 2: Imu, JointState, Float64, Odometry,
 TwistStamped), MDF 4.10 and 4.20, candump; ASC and BLF in a program built with
 the feature `blf`.";
 
@@ -92,9 +94,9 @@ pub fn run(task: &InfoArgs) -> Result<CommandOutcome, CliError> {
         .collect();
     let texts: Vec<String> = all.iter().map(|(file, found)| text(found, file)).collect();
     output::print(&format!(
-        "{}\nA map to begin with, guessed from the names of the columns:\n\n{}",
+        "{}\nA map to begin with, guessed from the names of the columns, and the axes from their values:\n\n{}",
         texts.join("\n"),
-        proposed_map(&files)
+        with_axes(proposed_map(&files), &task.log)
     ))?;
     Ok(CommandOutcome::Held)
 }

@@ -74,7 +74,7 @@ const SIMULINK: Example = Example {
 /// Make a folder with an estimator of your own, a scenario and a test.
 #[derive(Debug, clap::Args)]
 #[command(after_help = ESTIMATOR_EXAMPLES)]
-pub struct EstimatorArgs {
+pub struct NewEstimatorArgs {
     /// Language of the estimator
     pub language: Language,
     /// Folder to make; its name is that of a crate
@@ -99,7 +99,7 @@ pub enum Language {
 }
 
 /// Copies the example of the language.
-pub fn run(task: &EstimatorArgs) -> Result<CommandOutcome, CliError> {
+pub fn run(task: &NewEstimatorArgs) -> Result<CommandOutcome, CliError> {
     let example = match task.language {
         Language::Rust => &RUST,
         Language::C => &C,

@@ -2,9 +2,9 @@
 //! its lag against the wheels.
 
 use super::lag::Lag;
-use super::series::{ChannelFigures, Series};
+use super::series::{ChannelFigures, MOVING_MPS, Series};
 use super::verdict::{ChannelReport, Check, Verdict, check};
-use crate::drive::Target;
+use crate::drive::{ColumnRange, Target};
 use monorig_estimators::api::signals::{Measurand, Shape};
 
 /// Least rates, Hz: the filters are made for steps of a fast IMU, and hold what comes less often.
@@ -25,8 +25,8 @@ const MIN_VALID: f64 = 0.5;
 const FROZEN_S: f64 = 3.0;
 const FROZEN_TORQUE_S: f64 = 10.0;
 const FROZEN_TIMES: f64 = 5.0;
-/// Slower than this the vehicle may stand, m/s.
-const MOVING_MPS: f64 = 0.1;
+/// Largest share of samples at an end of the range.
+const MAX_CLIPPED: f64 = 0.02;
 /// Largest lag, s, least correlation that shows one, and how much more must be unexplained without it.
 const MAX_LAG_S: f64 = 0.05;
 const MIN_CORRELATION: f64 = 0.6;
@@ -39,6 +39,7 @@ pub(super) fn all(series: &Series) -> Vec<Check> {
     let log_s = covered.max().unwrap_or(0) as f64 * 1e-9;
     all.extend(series.channels.iter().filter_map(|c| silent(c, log_s)));
     all.extend(series.channels.iter().filter_map(|c| frozen(c, series)));
+    all.extend(series.channels.iter().flat_map(clipped));
     let lags = [
         ("specific force", series.lags.force()),
         ("traction", series.lags.traction()),
@@ -162,6 +163,45 @@ fn silent(c: &ChannelFigures, log_s: f64) -> Option<Check> {
     })
 }
 
+/// The share of the samples of each column at an end of its range, as the log has them: before they are turned.
+fn clipped(c: &ChannelFigures) -> Vec<Check> {
+    let Some(name) = name(c.target) else {
+        return Vec::new();
+    };
+    // wheel speeds come in coarse steps and stay at one for long: an end of their range is none of the instrument
+    let clips = is_imu(c.target) || c.target.is_traction();
+    let ranges = c.stamps.ranges.iter().zip([" x", " y", " z"]);
+    let of = |(range, axis): (&ColumnRange, &str)| {
+        let value = range.at_an_end();
+        let verdict = match range.is_constant() {
+            _ if range.n <= 100 && clips => Verdict::Unknown(format!("only {} samples", range.n)),
+            true if value == 0.0 => Verdict::Unknown(
+                "it is zero all the time: the vehicle stands, or nothing is connected".into(),
+            ),
+            true => Verdict::Bad(
+                "it never changes: a channel that is not connected, or the wrong column".into(),
+            ),
+            false if value > MAX_CLIPPED && clips => {
+                Verdict::Bad("it stays at an end of its range: clipped".into())
+            }
+            false => Verdict::Good,
+        };
+        let good = match clips {
+            true => format!("below {MAX_CLIPPED}"),
+            false => "not constant".to_owned(),
+        };
+        let axis = if is_imu(c.target) { axis } else { "" };
+        check(
+            format!("{name}{axis}: share at an end of its range"),
+            value,
+            "",
+            &good,
+            verdict,
+        )
+    };
+    ranges.filter(|(range, _)| range.n > 0).map(of).collect()
+}
+
 /// A channel whose value stays while the vehicle moves; shown only where it does.
 fn frozen(c: &ChannelFigures, series: &Series) -> Option<Check> {
     let name = name(c.target).filter(|_| is_used_for_motion(c.target))?;
@@ -179,7 +219,7 @@ fn frozen(c: &ChannelFigures, series: &Series) -> Option<Check> {
         let w: &crate::identify::ForceWindow = w;
         (from_s..from_s + longest_s).contains(&w.t_s)
     };
-    let windows: Vec<_> = series.balance.iter().filter(within).collect();
+    let windows: Vec<_> = series.balance.windows.iter().filter(within).collect();
     let moving = windows
         .iter()
         .filter(|w| w.speed.abs() > MOVING_MPS)

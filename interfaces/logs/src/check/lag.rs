@@ -12,25 +12,18 @@ const SHIFTS: usize = 50;
 const HALF: usize = 12;
 /// Steps to both sides over which the mean is taken off: what is slower is the slope.
 const SLOW: usize = 100;
-/// Fewest steps of a correlation: 20 s.
-const MIN_STEPS: f64 = 1000.0;
+/// Least time of a correlation, s.
+const MIN_S: f64 = 20.0;
 /// Least standard deviation of the acceleration without what is slow, m/s²: that of a train at a steady speed. Where it
 /// is noise the correlation is too small for a verdict.
 const MIN_SD_MPS2: f64 = 0.01;
 
 /// Sums of a correlation at each shift.
 #[derive(Clone, Debug)]
-struct Shifted {
+pub(super) struct Shifted {
+    step_s: f64,
     /// Number, sums and sums of squares and products of both.
     sums: Vec<[f64; 6]>,
-}
-
-impl Default for Shifted {
-    fn default() -> Self {
-        Self {
-            sums: vec![[0.0; 6]; 2 * SHIFTS + 1],
-        }
-    }
 }
 
 /// A lag that was found.
@@ -38,6 +31,8 @@ impl Default for Shifted {
 pub(super) struct Lag {
     /// By so much the channel comes after the wheels, s.
     pub lag_s: f64,
+    /// Time that both cover, s.
+    pub covered_s: f64,
     /// Correlation at this lag, and at none.
     pub correlation: f64,
     pub at_none: f64,
@@ -51,7 +46,14 @@ impl Lag {
 }
 
 impl Shifted {
-    fn add(&mut self, wheels: &[f64], channel: &[f64]) {
+    /// Of values that are so far apart, s.
+    pub fn new(step_s: f64) -> Self {
+        let sums = vec![[0.0; 6]; 2 * SHIFTS + 1];
+        Self { step_s, sums }
+    }
+
+    /// Takes a stretch of both.
+    pub fn add(&mut self, wheels: &[f64], channel: &[f64]) {
         for (shift, sums) in self.sums.iter_mut().enumerate() {
             let (skip_w, skip_c) = (SHIFTS.saturating_sub(shift), shift.saturating_sub(SHIFTS));
             let pairs = wheels.iter().skip(skip_w).zip(channel.iter().skip(skip_c));
@@ -71,9 +73,10 @@ impl Shifted {
         (xy - x * y / n) / ((xx - x * x / n) * (yy - y * y / n)).sqrt()
     }
 
-    fn lag(&self) -> Option<Lag> {
+    /// The lag of the channel; none of a log that does not show it.
+    pub fn lag(&self) -> Option<Lag> {
         let [n, x, _, xx, ..] = self.sums.get(SHIFTS).copied()?;
-        if n < MIN_STEPS || ((xx - x * x / n) / n).sqrt() < MIN_SD_MPS2 {
+        if n * self.step_s < MIN_S || ((xx - x * x / n) / n).sqrt() < MIN_SD_MPS2 {
             return None;
         }
         let all: Vec<f64> = (0..=2 * SHIFTS).map(|i| self.correlation(i)).collect();
@@ -86,7 +89,8 @@ impl Shifted {
             _ => 0.0,
         };
         Some(Lag {
-            lag_s: (best as f64 + off - SHIFTS as f64) * STEP_S,
+            lag_s: (best as f64 + off - SHIFTS as f64) * self.step_s,
+            covered_s: n * self.step_s,
             correlation: peak,
             at_none: self.correlation(SHIFTS),
         })
@@ -94,10 +98,17 @@ impl Shifted {
 }
 
 /// Lags of the channels that show the acceleration.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Lags {
     force: Shifted,
     traction: Shifted,
+}
+
+impl Default for Lags {
+    fn default() -> Self {
+        let [force, traction] = [STEP_S; 2].map(Shifted::new);
+        Self { force, traction }
+    }
 }
 
 impl Lags {
@@ -198,7 +209,7 @@ mod tests {
             let at = |k: i32| f64::from(k) * STEP_S;
             let wheels: Vec<f64> = (0..5000).map(|k| a(at(k))).collect();
             let channel: Vec<f64> = (0..5000).map(|k| 3.0 * a(at(k) - planted)).collect();
-            let mut shifted = Shifted::default();
+            let mut shifted = Shifted::new(STEP_S);
             shifted.add(&fast(&wheels), &fast(&channel));
             let lag = shifted.lag().unwrap();
             assert!((lag.lag_s - planted).abs() < 1e-3, "{lag:?} {planted}");

@@ -7,6 +7,7 @@
 //! | `lag` | the lag of a channel against the wheels |
 //! | `rules` | the checks of values |
 //! | `channels` | the checks of each channel by itself: rate, gaps, share that counts, values that stay |
+//! | `reference` | the checks of the reference slope: time, sign, unit |
 //! | `mounting` | the checks of how the IMU is built in: box, axes, drift |
 //! | `verdict` | a check and its verdict |
 //! | `inspect` | the contents of a log |
@@ -17,6 +18,7 @@ mod inspect;
 mod lag;
 mod mounting;
 mod proposal;
+mod reference;
 mod rules;
 mod series;
 mod statistics;
@@ -26,13 +28,28 @@ pub use inspect::{Inspection, TableReport, inspect};
 pub use proposal::{InspectedFile, proposed_map};
 pub use verdict::{ChannelReport, Check, Verdict};
 
+pub use reference::identify;
+pub(crate) use reference::reference;
+
 use crate::drive::{Plan, calibrate};
 use crate::map::Map;
 use monorig_sim::error::Error;
+use std::path::Path;
 
 /// Checks a log with its map: the whole log is read once.
 pub fn check(map: &Map) -> Result<Vec<Check>, Error> {
     report(map).map(|(checks, _)| checks)
+}
+
+/// A map proposed for a log, with the axes that the log shows where it can be read with that map.
+pub fn with_axes(text: String, log: &Path) -> String {
+    let shown = || {
+        let map = Map::of_text(text.replace("???", "1"), log).ok()?;
+        let series = series::Series::read(&map, &Plan::new(&map).ok()?).ok()?;
+        let (axes, _) = mounting::axes_by_log(&map, &series)?;
+        Some(text.replace(proposal::AXES, &format!("axes: [{axes}]")))
+    };
+    shown().unwrap_or(text.clone())
 }
 
 /// The checks of a log with its map, and the figures of each channel.
@@ -52,6 +69,7 @@ pub fn report(map: &Map) -> Result<(Vec<Check>, Vec<ChannelReport>), Error> {
     }
     let series = series::Series::read(map, &plan)?;
     all.extend(rules::all(map, &plan, &series));
+    all.extend(reference(&series.balance, series.slope_sd));
     all.extend(mounting::all(map, &plan, &series));
     all.extend(channels::all(&series));
     Ok((all, channels::reports(&series)))

@@ -4,11 +4,12 @@
 use super::series::Series;
 use super::statistics::{FittedLine, line};
 use super::verdict::{Check, Verdict, check, norm};
-use crate::drive::Plan;
-use crate::identify::{ForceWindow, MIN_WINDOWS, OVERLAP};
+use crate::drive::{Plan, axes, tells_mount};
+use crate::identify::{ForceWindow, MIN_WINDOWS, OVERLAP, STRAIGHT_RADPS};
 use crate::map::Map;
 use crate::notation::STANDARD_GRAVITY_MPS2 as G;
 use monorig_estimators::api::signals::Measurand;
+use nalgebra::{Matrix3, Vector3};
 
 /// Least correlation for a verdict.
 pub(super) const MIN_CORRELATION: f64 = 0.5;
@@ -17,12 +18,11 @@ const MIN_OFF_MPS2: f64 = 0.3;
 const BIAS_SDS: f64 = 3.0;
 /// Largest drift from the first third of a log to the last, m/s².
 const MAX_DRIFT_MPS2: f64 = 0.15;
-/// Turning faster than this is no straight, rad/s.
-const STRAIGHT_RADPS: f64 = 0.05;
 /// Correlation with which another axis of the gyro shows the change of the slope.
 const CLEAR: f64 = 0.8;
-/// Fewest seconds of |f|.
+/// Fewest seconds of |f|, and of changes of the speed; least standard deviation of these, m/s².
 const MIN_SECONDS: usize = 10;
+const MIN_ACCEL_SD: f64 = 0.05;
 /// Windows of a change of the slope: 5 s.
 pub(super) const SLOPE_STEP: usize = 10 * OVERLAP;
 /// Windows of a second.
@@ -37,14 +37,29 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
     if !has(Measurand::SpecificForce) {
         return all;
     }
+    all.extend(axes_by_log(map, series).map(|(axes, correlation)| {
+        let why = format!("by gravity and the change of the speed `axes: [{axes}]`; those of a gyro in the same box too");
+        let what = "correlation of another axis, or direction, with the change of the speed";
+        check(what, correlation, "", "that of the axis taken for forward is the largest", Verdict::Bad(why))
+    }));
+    if !tells_mount(map) && !map.has_slope() {
+        let why = "no reference, no mount told: the slope may be 3° off; `mount_deg`, `calibrate`, or `monorig log calibrate --known slope`";
+        all.push(check(
+            "pitch of the box",
+            f64::NAN,
+            "",
+            "told",
+            Verdict::Unknown(why.into()),
+        ));
+    }
     let there = |axis: usize| !plan.absent.contains(&(Measurand::SpecificForce, axis));
     let limit = plan.vehicle.accel_bias_sd_mps2.unwrap_or(0.0) * BIAS_SDS;
     let limit = limit.max(MIN_OFF_MPS2);
     let off = |w: &ForceWindow| w.specific_force[0] - w.acceleration - G * w.sin;
-    let slopes = series.balance.iter().filter(|w| off(w).is_finite());
+    let slopes = series.balance.windows.iter().filter(|w| off(w).is_finite());
     let pitched: Vec<&ForceWindow> = slopes.collect();
     if pitched.len() >= MIN_WINDOWS && there(0) {
-        let bad = "the box is pitched against the vehicle, or its bias is larger than told: `mount_deg`, or `monorig calibrate --apply`";
+        let bad = "the box is pitched against the vehicle, or its bias is larger than told: `mount_deg`, or `monorig log calibrate --apply`";
         let what = "specific force forward beyond speed and reference slope, mean";
         all.push(mean_is_zero(
             what,
@@ -60,6 +75,7 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
     let straight = |w: &&ForceWindow| w.rate[2].is_nan() || w.rate[2].abs() <= STRAIGHT_RADPS;
     let rolled: Vec<f64> = series
         .balance
+        .windows
         .iter()
         .filter(straight)
         .map(|w| w.specific_force[1])
@@ -76,14 +92,18 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
         ));
     }
     if (0..3).all(there) {
-        let sizes = series.windows.iter().map(|w| norm(w.force));
+        let sizes = series
+            .balance
+            .windows
+            .iter()
+            .map(|w| norm(w.specific_force));
         let sizes: Vec<f64> = sizes.filter(|f| f.is_finite()).collect();
-        if sizes.len() >= MIN_SECONDS {
+        if sizes.len() >= MIN_WINDOWS {
             all.push(drift("|f|, last third minus first", &sizes));
         }
     }
     if has(Measurand::AngularRate) {
-        all.extend(exchanged(&series.balance));
+        all.extend(exchanged(&series.balance.windows));
     }
     all
 }
@@ -155,6 +175,64 @@ pub(super) fn slope_change(windows: &[ForceWindow], axis: usize, step: usize) ->
         Some((change, turned.sum::<f64>() * hop_s))
     });
     line(pairs)
+}
+
+/// The change of the specific force along an axis from second to second against that of the acceleration, with the
+/// same weights: there is little of the slope in it.
+pub(super) fn force_on_acceleration(windows: &[ForceWindow], axis: usize) -> FittedLine {
+    let pairs = windows.windows(SECOND + 1).step_by(OVERLAP);
+    line(pairs.filter_map(|w| {
+        let (a, b) = (w.first()?, w.last()?);
+        let change = b.specific_force.get(axis)? - a.specific_force.get(axis)?;
+        (b.t_s - a.t_s < 1.5).then_some((b.acceleration - a.acceleration, change))
+    }))
+}
+
+/// The axes of the columns of the accelerometer where they are others than the map says, and the correlation of that
+/// forward: up is gravity's, and forward that which follows the change of the speed from second to second.
+pub(super) fn axes_by_log(map: &Map, series: &Series) -> Option<(String, f64)> {
+    let windows = &series.balance.windows;
+    let force = |w: &ForceWindow| Vector3::from(w.specific_force);
+    let known = windows.iter().map(force).filter(|f| f.norm().is_finite());
+    let (sum, n) = known.fold((Vector3::zeros(), 0.0), |(sum, n), f| (sum + f, n + 1.0));
+    let mean: Vector3<f64> = sum / n;
+    let up = mean.iamax();
+    if mean[up].abs() < 0.8 * G {
+        return None;
+    }
+    let along = |axis: usize| force_on_acceleration(windows, axis);
+    let level = (0..3).filter(|axis| *axis != up);
+    let forward = level.max_by(|a, b| {
+        let [a, b] = [a, b].map(|axis| along(*axis).correlation.abs());
+        a.total_cmp(&b)
+    })?;
+    let FittedLine {
+        correlation,
+        n,
+        sd_x,
+        ..
+    } = along(forward);
+    if correlation.abs() < CLEAR || n < MIN_SECONDS || sd_x < MIN_ACCEL_SD {
+        return None;
+    }
+    let unit = |axis: usize, sign: f64| Vector3::ith(axis, sign.signum());
+    let (x, z) = (unit(forward, correlation), unit(up, mean[up]));
+    let turn = Matrix3::from_columns(&[x, z.cross(&x), z]).transpose();
+    if turn == Matrix3::identity() {
+        return None;
+    }
+    let of_map = map.file.channels.vector(Measurand::SpecificForce)?.axes;
+    let names = [("forward", "backward"), ("left", "right"), ("up", "down")];
+    let columns = turn * axes(of_map);
+    let names = columns.column_iter().map(|direction| {
+        let (positive, negative) = names[direction.iamax()];
+        if direction.sum() > 0.0 {
+            positive
+        } else {
+            negative
+        }
+    });
+    Some((names.collect::<Vec<_>>().join(", "), correlation))
 }
 
 /// Another axis of the gyro that shows the change of the slope, where that of the pitch does not; shown only where one

@@ -1,7 +1,7 @@
 //! A map proposed for the files of a log, by the names, units and values of their columns.
 
 use super::inspect::{ColumnReport, Inspection, TableReport};
-use crate::notation::{Quantity, STANDARD_GRAVITY_MPS2, Title};
+use crate::notation::{Quantity, STANDARD_GRAVITY_MPS2, Title, is_one};
 use crate::read::full_name;
 use std::ptr;
 
@@ -24,98 +24,34 @@ struct Candidate<'a> {
 
 /// Words of accelerometers and gyros; stems of their columns that are too short for a word: `ax`, `wx`.
 const FORCE: Kind = Kind {
-    words: &[
-        "g",
-        "acc",
-        "accel",
-        "acceleration",
-        "accelerometer",
-        "beschleunigung",
-        "force",
-    ],
-    stems: &["a", "f", "acc", "accel", "acceleration"],
+    words: "g acc accel acceleration accelerometer beschleunigung force",
+    stems: "a f acc accel acceleration",
     quantity: Quantity::Acceleration,
 };
 const RATE: Kind = Kind {
-    words: &[
-        "gyro",
-        "gyr",
-        "gyroscope",
-        "gyrometer",
-        "angular",
-        "rate",
-        "omega",
-        "drehrate",
-    ],
-    stems: &["w", "g", "gyro", "gyr", "omega"],
+    words: "gyro gyr gyroscope gyrometer angular rate omega drehrate",
+    stems: "w g gyro gyr omega",
     quantity: Quantity::AngularRate,
 };
 /// Words of columns beside them that are neither: gravity taken off or alone, angles, magnetic fields.
-const NOT_IMU: [&str; 8] = [
-    "gravity",
-    "user",
-    "uncalibrated",
-    "bias",
-    "mag",
-    "quat",
-    "ref",
-    "truth",
-];
+const NOT_IMU: &str = "gravity user uncalibrated bias mag quat ref truth";
 
 /// Words of wheel speeds, of single wheels, and of torques.
-const SPEEDS: [&str; 8] = [
-    "wheel",
-    "wheels",
-    "vel",
-    "velocity",
-    "speed",
-    "v",
-    "vf",
-    "geschwindigkeit",
-];
-const WHEELS: [&str; 7] = ["wheel", "wheels", "wheelspeed", "fl", "fr", "rl", "rr"];
-const TORQUES: [&str; 8] = [
-    "torque",
-    "trq",
-    "moment",
-    "drehmoment",
-    "motormoment",
-    "effort",
-    "wheeltorque",
-    "enginetorque",
-];
+const SPEEDS: &str = "wheel wheels vel velocity speed v vf geschwindigkeit";
+const WHEELS: &str = "wheel wheels wheelspeed fl fr rl rr";
+const TORQUES: &str = "torque trq moment drehmoment motormoment effort wheeltorque enginetorque";
 /// Words of columns that are none of these.
-const OTHERS: [&str; 22] = [
-    "steer",
-    "steering",
-    "engine",
-    "rpm",
-    "slope",
-    "wind",
-    "request",
-    "requested",
-    "accuracy",
-    "limit",
-    "target",
-    "max",
-    "min",
-    "ref",
-    "truth",
-    "vertical",
-    "angular",
-    "fan",
-    "rotation",
-    "acc",
-    "sd",
-    "lateral",
-];
+const OTHERS: &str = "steer steering engine rpm slope wind request requested accuracy limit target max min ref truth vertical angular fan rotation acc sd lateral";
 /// Words of a speed that no wheel has.
-const NO_WHEEL: [&str; 5] = ["gps", "gnss", "location", "ground", "laser"];
+const NO_WHEEL: &str = "gps gnss location ground laser";
+
+/// Axes of an instrument that nothing is known of.
+pub(super) const AXES: &str = "axes: [forward, left, up]";
 
 /// A kind of instrument with three axes.
 struct Kind {
-    words: &'static [&'static str],
-    stems: &'static [&'static str],
+    words: &'static str,
+    stems: &'static str,
     quantity: Quantity,
 }
 
@@ -150,7 +86,14 @@ pub fn proposed_map(files: &[InspectedFile<'_>]) -> String {
         lines.push("  wheel_speed: [{columns: [???], unit: m/s}]   # no column has a name that says what it is".into());
     }
     lines.extend(channels);
-    lines.extend(references(&all, files.len() > 1));
+    let references = references(&all, files.len() > 1);
+    if !references.iter().any(|line| line.starts_with("  slope")) {
+        lines.push(
+            "  # no reference, no mount told: the slope may be 3° off; mount_deg: {pitch: …}"
+                .into(),
+        );
+    }
+    lines.extend(references);
     lines.push("estimators: {ekf_v_theta_biases: {}}".into());
     lines.join("\n") + "\n"
 }
@@ -223,7 +166,7 @@ fn channels<'a>(all: &'a [Candidate<'a>], several: bool) -> Vec<String> {
             used.extend(axes);
             let unit = unit(&axes, kind.quantity);
             lines.push(format!(
-                "  {channel}: {{{}columns: [{}], unit: {unit}, axes: [forward, left, up]}}",
+                "  {channel}: {{{}columns: [{}], unit: {unit}, {AXES}}}",
                 of(first),
                 list(&axes)
             ));
@@ -239,16 +182,10 @@ fn channels<'a>(all: &'a [Candidate<'a>], several: bool) -> Vec<String> {
         ));
     }
     let torques = of_one_table(all.iter().filter(|c| {
-        c.title.has(&TORQUES)
-            && !c.title.has(&[
-                "steering",
-                "steer",
-                "request",
-                "requested",
-                "limit",
-                "max",
-                "min",
-            ])
+        c.title.has(TORQUES)
+            && !c
+                .title
+                .has("steering steer request requested limit max min")
             && fits(c, Quantity::Torque)
     }));
     if let [first, ..] = torques.as_slice() {
@@ -282,22 +219,21 @@ fn of_one_table<'a>(of: impl Iterator<Item = &'a Candidate<'a>>) -> Vec<&'a Cand
 fn speeds<'a>(all: &'a [Candidate<'a>]) -> Vec<&'a Candidate<'a>> {
     let speeds = || {
         all.iter().filter(|c| {
-            let numbered = |w: &String| SPEEDS.contains(&w.trim_end_matches(char::is_numeric));
-            let named = c.title.words.iter().any(numbered) || c.title.has(&WHEELS);
-            named && !c.title.has(&OTHERS) && fits(c, Quantity::Speed)
+            let numbered = |w: &String| is_one(w.trim_end_matches(char::is_numeric), SPEEDS);
+            let named = c.title.words.iter().any(numbered) || c.title.has(WHEELS);
+            named && !c.title.has(OTHERS) && fits(c, Quantity::Speed)
         })
     };
-    let wheels = of_one_table(speeds().filter(|c| c.title.has(&WHEELS)));
+    let wheels = of_one_table(speeds().filter(|c| c.title.has(WHEELS)));
     if !wheels.is_empty() {
         return wheels;
     }
-    let no_wheel = |c: &Candidate<'_>| c.title.has(&NO_WHEEL) || c.around.has(&NO_WHEEL);
+    let no_wheel = |c: &Candidate<'_>| c.title.has(NO_WHEEL) || c.around.has(NO_WHEEL);
     let first = speeds().find(|c| !no_wheel(c)).or_else(|| speeds().next());
-    let side = ["l", "r", "left", "right"];
     let name = |c: &Candidate<'_>| -> Vec<String> {
         let words = c.title.words.iter();
         words
-            .filter(|w| !side.contains(&w.as_str()) && w.parse::<u8>().is_err())
+            .filter(|w| !is_one(w, "l r left right") && w.parse::<u8>().is_err())
             .cloned()
             .collect()
     };
@@ -350,11 +286,10 @@ fn gravity_unit(norm: f64) -> Option<&'static str> {
 fn stem(c: &Candidate<'_>, kind: &Kind, axis: &str) -> Option<String> {
     let (last, before) = c.title.words.split_last()?;
     let rest = last.strip_suffix(axis)?;
-    if c.title.has(&NOT_IMU) || c.around.has(&NOT_IMU) || !fits(c, kind.quantity) {
+    if c.title.has(NOT_IMU) || c.around.has(NOT_IMU) || !fits(c, kind.quantity) {
         return None;
     }
-    let in_name =
-        before.iter().any(|w| kind.words.contains(&w.as_str())) || kind.stems.contains(&rest);
+    let in_name = before.iter().any(|w| is_one(w, kind.words)) || is_one(rest, kind.stems);
     // `x` alone is of the instrument that file or table are named after
     let in_file = rest.is_empty() && before.is_empty() && c.around.has(kind.words);
     (in_name || in_file).then(|| format!("{} {rest}", before.join(" ")))
@@ -405,7 +340,7 @@ fn references(all: &[Candidate<'_>], several: bool) -> Vec<String> {
     let mass = all.iter().find(|c| {
         let stays = c.values.min == c.values.max && c.values.min > 0.0;
         let kg = c.title.unit == "kg" || c.title.words.last().is_some_and(|w| w == "kg");
-        stays && kg && c.title.has(&["mass"])
+        stays && kg && c.title.has("mass")
     });
     if let Some(c) = mass {
         lines.push(format!(

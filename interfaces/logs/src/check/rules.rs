@@ -1,7 +1,7 @@
 //! The checks, one function each.
 
-use super::mounting::{MIN_CORRELATION, SLOPE_STEP, slope_change};
-use super::series::{Series, WINDOW_S, Window};
+use super::mounting::{MIN_CORRELATION, SLOPE_STEP, force_on_acceleration, slope_change};
+use super::series::Series;
 use super::statistics::{FittedLine, line};
 use super::verdict::{Check, Verdict, check, norm};
 use crate::drive::{Plan, Target};
@@ -36,7 +36,7 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
         has(Measurand::AngularRate),
         plan.wheels > 0,
     );
-    if wheels && !series.windows.iter().any(|w| w.speed.is_finite()) {
+    if wheels && !series.balance.windows.iter().any(|w| w.speed.is_finite()) {
         let why = "no wheel speed has a sample in any second: `valid_if`, or an empty column";
         let verdict = Verdict::Bad(why.into());
         all.push(check(
@@ -48,13 +48,13 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
         ));
     }
     if force {
-        all.push(gravity(series));
+        all.push(gravity(plan, series));
     }
     if force && wheels {
         all.push(force_gain(series));
     }
     if rate {
-        all.extend(gyro_bias(series));
+        all.extend(gyro_bias(plan, series));
     }
     if force && rate && wheels {
         all.push(gyro_gain(series));
@@ -66,42 +66,6 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
     if traction && force && wheels {
         all.push(implied_mass(plan, series));
     }
-    let there = |s: &&super::series::Spread| {
-        let of = |m: Measurand, i: usize| {
-            format!(
-                "{} {}",
-                m.name().replace('_', " "),
-                ["x", "y", "z"][i.min(2)]
-            )
-        };
-        !plan.absent.iter().any(|(m, i)| of(*m, *i) == s.name)
-    };
-    all.extend(series.spreads.iter().filter(there).map(|s| {
-        let (value, constant) = (s.at_an_end(), s.is_constant());
-        let verdict = match (constant, value > 0.02 && s.n > 100 && s.clips) {
-            _ if s.n <= 100 && s.clips => Verdict::Unknown(format!("only {} samples", s.n)),
-            (true, _) if value == 0.0 => Verdict::Unknown(
-                "it is zero all the time: the vehicle stands, or nothing is connected".into(),
-            ),
-            (true, _) => Verdict::Bad(
-                "it never changes: a channel that is not connected, or the wrong column".into(),
-            ),
-            (_, true) => Verdict::Bad("it stays at an end of its range: clipped".into()),
-            _ => Verdict::Good,
-        };
-        check(
-            format!("{}: share at an end of its range", s.name),
-            value,
-            "",
-            // wheels that stand are at an end of their range
-            if s.clips {
-                "below 0.02"
-            } else {
-                "not constant"
-            },
-            verdict,
-        )
-    }));
     all.push(lacking(map, force, rate, wheels, traction));
     all
 }
@@ -146,18 +110,20 @@ fn mean(values: impl Iterator<Item = f64>) -> (f64, usize) {
 }
 
 /// The windows in which the vehicle stands; all of a log without wheels.
-fn standing(series: &Series) -> impl Iterator<Item = &Window> {
-    let stands = |w: &&Window| w.stands().unwrap_or(w.wheels.is_empty());
-    series.windows.iter().filter(stands)
+fn standing<'a>(plan: &Plan, series: &'a Series) -> impl Iterator<Item = &'a ForceWindow> {
+    let all = plan.wheels == 0;
+    let windows = series.balance.windows.iter();
+    windows.filter(move |w| all || w.stands)
 }
 
 /// |f| at rest is g.
-fn gravity(series: &Series) -> Check {
-    let mut at_rest = mean(standing(series).map(|w| norm(w.force)));
+fn gravity(plan: &Plan, series: &Series) -> Check {
+    let size = |w: &ForceWindow| norm(w.specific_force);
+    let mut at_rest = mean(standing(plan, series).map(size));
     let mut what = "|f| at rest";
     if at_rest.1 == 0 {
         (at_rest, what) = (
-            mean(series.windows.iter().map(|w| norm(w.force))),
+            mean(series.balance.windows.iter().map(size)),
             "|f|, the mean of a log without a rest",
         );
     }
@@ -174,11 +140,6 @@ fn gravity(series: &Series) -> Check {
         _ => Verdict::Bad("more than 0.3 m/s² off: bias, scale, or the wrong columns".into()),
     };
     check(what, value, "m/s²", "9.5 to 10.1", verdict)
-}
-
-/// Acceleration over a window from the speeds of those around it.
-fn acceleration(a: &Window, c: &Window) -> f64 {
-    (c.speed - a.speed) / (2.0 * WINDOW_S)
 }
 
 fn too_little(line: &FittedLine, least: f64, what: &str) -> Option<Verdict> {
@@ -204,28 +165,13 @@ fn gain_check(
     }
 }
 
-/// Gain of the specific force on the measured acceleration: 1. Of their changes from second to second, in which there
-/// is little of the slope. The change of the speed weights the acceleration 1 : 2 : 1 over three seconds: where the
-/// specific force with these weights goes with it, which takes a log with little slope, the gain is sharp.
+/// Gain of the specific force on the measured acceleration: 1, of their changes from second to second. Where they go
+/// together, which takes a log with little slope, the gain is sharp.
 fn force_gain(series: &Series) -> Check {
-    let of = |weighted: bool| {
-        line(series.windows.windows(4).filter_map(|w| match w {
-            [a, b, c, d] if a.segment == d.segment => {
-                let change = acceleration(b, d) - acceleration(a, c);
-                let [fa, fb, fc, fd] = [a, b, c, d].map(|w| w.force[0]);
-                let force = match weighted {
-                    true => 0.25 * (fd + fc - fb - fa),
-                    false => fc - fb,
-                };
-                Some((change, force))
-            }
-            _ => None,
-        }))
-    };
-    let (plain, weighted) = (of(false), of(true));
-    let (line, [low, high]) = match weighted.correlation.abs() > SHARP_CORRELATION {
-        true => (weighted, SHARP_GAIN),
-        false => (plain, [0.5, 1.5]),
+    let line = force_on_acceleration(&series.balance.windows, 0);
+    let [low, high] = match line.correlation.abs() > SHARP_CORRELATION {
+        true => SHARP_GAIN,
+        false => [0.5, 1.5],
     };
     let range = format!("{low} to {high}");
     let title = ("gain of f on dv/dt", "", range.as_str());
@@ -250,9 +196,9 @@ fn force_gain(series: &Series) -> Check {
 }
 
 /// Mean of the angular rate while the vehicle stands.
-fn gyro_bias(series: &Series) -> Vec<Check> {
+fn gyro_bias(plan: &Plan, series: &Series) -> Vec<Check> {
     let axis = |i: usize, name: &str| {
-        let (bias, n) = mean(standing(series).filter_map(|w| w.rate.get(i).copied()));
+        let (bias, n) = mean(standing(plan, series).filter_map(|w| w.rate.get(i).copied()));
         let verdict = match bias.abs() {
             _ if n == 0 => Verdict::Unknown("the vehicle never stands for a second".into()),
             b if b < 0.01 => Verdict::Good,
@@ -273,7 +219,7 @@ fn gyro_bias(series: &Series) -> Vec<Check> {
 /// Gain of the gyro on the change of the slope over 5 s: 1.
 fn gyro_gain(series: &Series) -> Check {
     let over = |step: usize| {
-        let line = slope_change(&series.balance, 1, step);
+        let line = slope_change(&series.balance.windows, 1, step);
         // nose up is against the axis to the left
         FittedLine {
             gain: -line.gain,
@@ -309,25 +255,11 @@ fn gyro_gain(series: &Series) -> Check {
 
 /// Wheels against each other: the largest ratio of a wheel to the mean of all.
 fn axles(series: &Series) -> Check {
-    let wheels = series
-        .windows
-        .iter()
-        .map(|w| w.wheels.len())
-        .max()
-        .unwrap_or(0);
     let mut worst = (1.0, 0usize, 0usize);
-    for i in 0..wheels {
-        let moving = series.windows.iter().filter(|w| w.speed.abs() > 0.1);
-        let pairs: Vec<(f64, f64)> = moving
-            .filter_map(|w| Some((w.speed, *w.wheels.get(i)?)))
-            .filter(|(v, w)| v.is_finite() && w.is_finite())
-            .collect();
-        let (own, all) = pairs.iter().fold((0.0, 0.0), |(a, b), (v, w)| {
-            (a + w * v.signum(), b + v.abs())
-        });
-        let ratio = own / all;
-        if pairs.len() >= MIN_WINDOWS && (ratio - 1.0).abs() >= f64::abs(worst.0 - 1.0) {
-            worst = (ratio, i + 1, pairs.len());
+    for (i, sums) in series.wheels.iter().enumerate() {
+        let ratio = sums.own / sums.all;
+        if sums.steps >= MIN_WINDOWS && (ratio - 1.0).abs() >= f64::abs(worst.0 - 1.0) {
+            worst = (ratio, i + 1, sums.steps);
         }
     }
     let verdict = match worst {
@@ -353,7 +285,7 @@ fn implied_mass(plan: &Plan, series: &Series) -> Check {
     let drag_m2 = v.road.map_or(0.0, |r| r.drag_area_m2);
     let known =
         |w: &&ForceWindow| w.moves && w.force_n.is_finite() && w.specific_force[0].is_finite();
-    let moving: Vec<&ForceWindow> = series.balance.iter().filter(known).collect();
+    let moving: Vec<&ForceWindow> = series.balance.windows.iter().filter(known).collect();
     let force = |w: &ForceWindow| w.force_n - drag_m2 * drag_pressure(w, v);
     let alike = line(moving.iter().map(|w| (w.specific_force[0], force(w))));
     let rows: Vec<_> = moving
@@ -368,7 +300,7 @@ fn implied_mass(plan: &Plan, series: &Series) -> Check {
     if let Some(verdict) = too_little(&alike, MIN_ACCEL_SD, "the force on the vehicle") {
         return check(title.0, alike.gain, title.1, title.2, verdict);
     }
-    let fit = regression(&rows, MIN_FORCE_WINDOWS);
+    let fit = regression(&rows, MIN_FORCE_WINDOWS, series.balance.longest_s);
     let mass = fit.map_or(alike.gain, |fit| fit.value[0]);
     let missing = Verdict::Bad(
         "traction and motion do not go together: sign, time, or the wrong columns".into(),

@@ -1,79 +1,10 @@
-//! A log for the checks: windows of a second, the samples of each channel, and the lags of channels.
+//! A log for the checks: windows of the force balance, the samples of each channel, and the lags of channels.
 
 use super::lag::Lags;
 use crate::drive::{Drive, Plan, Rate, Reference, Stamps, Target};
-use crate::identify::{ForceWindow, Windows, known};
+use crate::identify::{LastValues, Windows, known};
 use crate::map::Map;
 use monorig_sim::error::Error;
-
-/// Length of a window, s.
-pub(super) const WINDOW_S: f64 = 1.0;
-/// Below this the vehicle stands, m/s.
-const STANDING_MPS: f64 = 0.02;
-
-/// Means of a window; not a number where nothing was delivered.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Window {
-    /// Segment of the log.
-    pub segment: u32,
-    /// Specific force and angular rate, in the axes of the vehicle.
-    pub force: [f64; 3],
-    pub rate: [f64; 3],
-    /// Speed of each wheel, and of all.
-    pub wheels: Vec<f64>,
-    pub speed: f64,
-    /// Largest speed of a wheel.
-    pub fastest: f64,
-}
-
-impl Window {
-    /// True if the vehicle stands; not known without a wheel.
-    pub fn stands(&self) -> Option<bool> {
-        self.speed
-            .is_finite()
-            .then_some(self.fastest < STANDING_MPS)
-    }
-}
-
-/// The range of one channel, for clipping.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Spread {
-    pub name: String,
-    /// True if it can clip. Wheel speeds come in coarse steps and stay at one for long: an end of their range is none
-    /// of the instrument.
-    pub clips: bool,
-    pub n: u64,
-    min: f64,
-    max: f64,
-    at_min: u64,
-    at_max: u64,
-}
-
-impl Spread {
-    fn push(&mut self, x: f64) {
-        if self.n == 0 || x < self.min {
-            (self.min, self.at_min) = (x, 0);
-        }
-        if self.n == 0 || x > self.max {
-            (self.max, self.at_max) = (x, 0);
-        }
-        self.n += 1;
-        self.at_min += u64::from(x == self.min);
-        self.at_max += u64::from(x == self.max);
-    }
-
-    /// True if it never changes.
-    pub fn is_constant(&self) -> bool {
-        self.n > 1 && self.min == self.max
-    }
-
-    /// Share of the samples that are exactly at one end of the range, the larger of the two; of an end that is zero (a
-    /// vehicle that stands) none.
-    pub fn at_an_end(&self) -> f64 {
-        let of = |end: f64, count: u64| if end == 0.0 { 0 } else { count };
-        of(self.min, self.at_min).max(of(self.max, self.at_max)) as f64 / self.n.max(1) as f64
-    }
-}
 
 /// Figures of a channel.
 #[derive(Clone, Debug)]
@@ -83,28 +14,32 @@ pub(super) struct ChannelFigures {
     pub rate: Rate,
 }
 
+/// Slower than this the vehicle may stand, m/s.
+pub(super) const MOVING_MPS: f64 = 0.1;
+
+/// Sums over the steps in which the vehicle moves and a wheel is known: of its speed, and of the mean of all, m/s.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct WheelSums {
+    pub own: f64,
+    pub all: f64,
+    pub steps: usize,
+}
+
 /// A log, read once.
 #[derive(Debug, Default)]
 pub(super) struct Series {
-    pub windows: Vec<Window>,
-    pub spreads: Vec<Spread>,
     pub missing: Vec<(String, String)>,
     /// Figures of each channel.
     pub channels: Vec<ChannelFigures>,
     /// Windows with equal weights of force and acceleration; with the slope where the map has a reference of it.
-    pub balance: Vec<ForceWindow>,
+    pub balance: Windows,
+    /// Standard deviation of that reference, rad.
+    pub slope_sd: f64,
     pub lags: Lags,
+    pub wheels: Vec<WheelSums>,
     pub segments: u32,
     pub seconds: f64,
     pub samples: u64,
-}
-
-#[derive(Default)]
-struct WindowMeans {
-    n: [u32; 6],
-    sum: [f64; 6],
-    wheels: Vec<(u32, f64)>,
-    fastest: f64,
 }
 
 impl Series {
@@ -115,75 +50,28 @@ impl Series {
         let mut reference = Reference::load(map, drive.origin_ns())?;
         let mut series = Self::default();
         let (mut balance, vehicle) = (Windows::default(), &plan.vehicle);
-        let names = [
-            "specific force x",
-            "specific force y",
-            "specific force z",
-            "angular rate x",
-            "angular rate y",
-            "angular rate z",
-        ];
-        let wheels = (1..=plan.wheels).map(|i| format!("wheel speed {i}"));
-        let names = names
-            .iter()
-            .map(|n| (*n).to_owned())
-            .chain(wheels)
-            .chain(["motor torque".to_owned()]);
-        series.spreads = names
-            .map(|name| Spread {
-                clips: !name.starts_with("wheel"),
-                name,
-                ..Spread::default()
-            })
-            .collect();
-        let mut sums = WindowMeans {
-            wheels: vec![(0, 0.0); plan.wheels],
-            ..WindowMeans::default()
-        };
-        let mut end: Option<(i64, u32)> = None;
-        let window_ns = (WINDOW_S * 1e9) as i64;
+        let mut last = LastValues::default();
+        series.wheels = vec![WheelSums::default(); plan.wheels];
         while let Some(step) = drive.next(map)? {
             let lags = &mut series.lags;
             let over = &mut |tracks: &mut _| lags.add(tracks, vehicle);
             balance.see(&step, known(&mut reference, step.t_ns), vehicle, over);
-            let (until, segment) = *end.get_or_insert((step.t_ns + window_ns, step.segment));
-            if step.t_ns >= until || step.segment != segment {
-                series.windows.push(sums.window(segment));
-                sums = WindowMeans {
-                    wheels: vec![(0, 0.0); plan.wheels],
-                    ..WindowMeans::default()
-                };
-                end = Some((step.t_ns + window_ns, step.segment));
-            }
-            let z = &step.z;
-            let mut see = |i: usize, x: f64| {
-                if let Some(s) = series.spreads.get_mut(i) {
-                    s.push(x);
+            last.see(&step.z, vehicle);
+            let speed = last.speed();
+            for (sums, own) in series.wheels.iter_mut().zip(last.wheels()) {
+                if let Some(own) = own.filter(|_| speed.abs() > MOVING_MPS) {
+                    sums.own += own * speed.signum();
+                    sums.all += speed.abs();
+                    sums.steps += 1;
                 }
-            };
-            for (first, sample) in [(0, z.specific_force_mps2), (3, z.angular_rate_radps)] {
-                for (i, x) in (first..).zip(sample.iter().flat_map(|s| s.value)) {
-                    see(i, x);
-                    sums.add(i, x);
-                }
-            }
-            for (i, sample) in z.wheel_speed_mps.iter().take(plan.wheels).enumerate() {
-                if let (Some(s), Some(wheel)) = (sample, sums.wheels.get_mut(i)) {
-                    see(6 + i, s.value);
-                    *wheel = (wheel.0 + 1, wheel.1 + s.value);
-                    sums.fastest = sums.fastest.max(s.value.abs());
-                }
-            }
-            let torques = z.motor_torque_nm.iter().flatten().map(|s| s.value);
-            if let Some(sum) = torques.reduce(|a, b| a + b) {
-                see(6 + plan.wheels, sum);
             }
             series.segments = step.segment + 1;
             series.seconds = step.t_ns as f64 * 1e-9;
         }
         let lags = &mut series.lags;
         balance.finish(vehicle, &mut |tracks: &mut _| lags.add(tracks, vehicle));
-        series.balance = balance.windows;
+        series.balance = balance;
+        series.slope_sd = reference.slope_sd_rad;
         let figures = drive.watched().map(|(target, stamps)| {
             let rate = stamps.rate();
             ChannelFigures {
@@ -195,33 +83,6 @@ impl Series {
         series.channels = figures.collect();
         series.samples = drive.samples();
         series.missing = drive.missing();
-        series.spreads.retain(|s| s.n > 0);
         Ok(series)
-    }
-}
-
-impl WindowMeans {
-    fn add(&mut self, i: usize, x: f64) {
-        if let (Some(n), Some(sum)) = (self.n.get_mut(i), self.sum.get_mut(i)) {
-            *n += 1;
-            *sum += x;
-        }
-    }
-
-    fn window(&self, segment: u32) -> Window {
-        let mean = |i: usize| match (self.n.get(i), self.sum.get(i)) {
-            (Some(n), Some(sum)) if *n > 0 => sum / f64::from(*n),
-            _ => f64::NAN,
-        };
-        let wheels: Vec<f64> = self.wheels.iter().map(|(n, s)| s / f64::from(*n)).collect();
-        let known: Vec<f64> = wheels.iter().copied().filter(|w| w.is_finite()).collect();
-        Window {
-            segment,
-            force: [mean(0), mean(1), mean(2)],
-            rate: [mean(3), mean(4), mean(5)],
-            speed: known.iter().sum::<f64>() / known.len() as f64,
-            wheels,
-            fastest: self.fastest,
-        }
     }
 }

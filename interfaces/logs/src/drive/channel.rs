@@ -192,7 +192,7 @@ impl Channel {
     #[inline]
     pub fn take(&mut self, binding: &Binding, row: &[f64], t_ns: i64) -> Option<[f64; 3]> {
         if let Some(columns) = binding.direct {
-            let raw = columns.map(|column| row.get(column).copied().unwrap_or(0.0));
+            let raw = of_row(columns, row);
             let [a, b, c] = raw;
             self.offered = !(a.is_nan() && b.is_nan() && c.is_nan());
             return self.value(raw, 1.0);
@@ -230,12 +230,36 @@ impl Channel {
         }
     }
 
-    /// Counts the sample of the last row for a check, if it had one: its stamp, and its value if it counts.
+    /// Counts the sample of a row for a check, if it had one: its stamp, and its value if it counts.
     #[inline]
-    pub fn watch(&mut self, t_ns: i64, value: Option<[f64; 3]>) {
-        if let Some(stamps) = self.watched.as_mut().filter(|_| self.offered) {
-            stamps.see(t_ns, value);
+    pub fn watch(&mut self, binding: &Binding, row: &[f64], t_ns: i64, value: Option<[f64; 3]>) {
+        if self.watched.is_none() || !self.offered {
+            return;
         }
+        // a fault of the map is put behind the turn
+        let mut columns = match (binding.direct, value.filter(|_| self.faults.is_some())) {
+            (_, Some(value)) => value,
+            (Some(columns), _) => of_row(columns, row),
+            _ => self.raw(),
+        };
+        for (i, x) in columns.iter_mut().enumerate() {
+            let formula = self.formulas.iter().take(self.main).nth(i);
+            if formula.is_none_or(|(_, slots)| slots.is_empty()) {
+                *x = f64::NAN; // not of the log
+            }
+        }
+        if let Some(stamps) = &mut self.watched {
+            stamps.see(t_ns, value, columns);
+        }
+    }
+
+    /// The values of the formulas as the columns are now.
+    fn raw(&self) -> [f64; 3] {
+        let mut raw = [0.0; 3];
+        for (x, (expression, slots)) in raw.iter_mut().zip(self.formulas.iter().take(self.main)) {
+            *x = self.evaluate(expression, slots);
+        }
+        raw
     }
 
     /// The value of the columns as they are now; none if `valid_if` rejects it or it is not finite.
@@ -247,13 +271,9 @@ impl Channel {
         {
             return None;
         }
-        let mut raw = [0.0; 3];
-        for (x, (expression, slots)) in raw.iter_mut().zip(self.formulas.iter().take(self.main)) {
-            *x = self.evaluate(expression, slots);
-        }
         let ratio = self.formulas.get(self.main);
         let ratio = ratio.map_or(1.0, |(e, slots)| self.evaluate(e, slots));
-        self.value(raw, ratio)
+        self.value(self.raw(), ratio)
     }
 
     /// The value (SI units, axes of the vehicle) of the columns; none if it is not finite.
@@ -312,6 +332,12 @@ impl Channel {
             _ => got,
         }
     }
+}
+
+/// The values of these columns in a row.
+#[inline]
+fn of_row(columns: [usize; 3], row: &[f64]) -> [f64; 3] {
+    columns.map(|column| row.get(column).copied().unwrap_or(0.0))
 }
 
 /// The value of a column of another file counts for this time, ns.

@@ -26,11 +26,11 @@ mod way;
 
 pub use calibrate::{Found, calibrate};
 pub use plan::Plan;
-pub(crate) use plan::{axes, mount};
+pub(crate) use plan::{axes, mount, tells_mount, turned};
 pub use steps::{Drive, Step};
 pub use vehicle_file::VehicleFile;
 
 pub(crate) use channel::Target;
 pub(crate) use reference::Reference;
-pub(crate) use stamps::{Rate, Stamps};
+pub(crate) use stamps::{ColumnRange, Rate, Stamps};
 pub(crate) use way::Way;

@@ -35,7 +35,9 @@ pub struct Plan {
 }
 
 /// Standard deviations of the biases of instruments that nobody has calibrated, where a map is silent: m/s² and rad/s.
+/// Of a box whose mount nobody told two of them are a pitch of 3°.
 const ACCEL_BIAS_MPS2: f64 = 0.1;
+const UNTOLD_MOUNT_MPS2: f64 = 0.25;
 const GYRO_BIAS_RADPS: f64 = 0.01;
 
 impl Plan {
@@ -111,7 +113,10 @@ impl Plan {
             accel_bias_sd_mps2: bias(
                 Measurand::SpecificForce,
                 vehicle.accel_bias_sd_mps2,
-                ACCEL_BIAS_MPS2,
+                match tells_mount(map) {
+                    true => ACCEL_BIAS_MPS2,
+                    false => UNTOLD_MOUNT_MPS2,
+                },
             )
             .or(vehicle.accel_bias_sd_mps2),
             gyro_bias_sd_radps: bias(
@@ -326,6 +331,16 @@ fn vector(map: &Map, measurand: Measurand, v: &VectorChannel) -> Result<Channel,
     Ok(channel)
 }
 
+/// True if the map says how the accelerometer is built in, or how much it is off.
+pub(crate) fn tells_mount(map: &Map) -> bool {
+    let force = map.file.channels.vector(Measurand::SpecificForce);
+    force.is_none_or(|v| {
+        let m = &v.mount_deg;
+        let turned = [m.roll, m.pitch, m.yaw].iter().any(|x| x.get() != 0.0);
+        turned || v.bias.is_some() || v.calibrate.is_some() || v.bias_sd.is_some()
+    })
+}
+
 /// The axes of a vector, in the order forward, left, up, that only columns which are not there would show.
 fn absent((measurand, channel): (&Measurand, &MeasuredChannel)) -> Vec<(Measurand, usize)> {
     let MeasuredChannel::Vector(v) = channel else {
@@ -374,7 +389,7 @@ pub(crate) fn mount(m: &Mount) -> Rotation3<f64> {
 }
 
 /// From a box rolled right side down, then pitched nose up, then yawed to the left (rad) to the vehicle.
-pub(super) fn turned(roll: f64, pitch: f64, yaw: f64) -> Rotation3<f64> {
+pub(crate) fn turned(roll: f64, pitch: f64, yaw: f64) -> Rotation3<f64> {
     let about = |axis: Vector3<f64>, angle: f64| Rotation3::from_scaled_axis(axis * angle);
     about(Vector3::z(), yaw) * about(Vector3::y(), -pitch) * about(Vector3::x(), roll)
 }

@@ -91,7 +91,7 @@ impl Columns<'_> {
                     "there is no column `{missing}` in {}",
                     source.path.display()
                 ),
-                "`monorig inspect` shows the columns",
+                "`monorig log info` shows the columns",
             ));
         }
         Ok(all)

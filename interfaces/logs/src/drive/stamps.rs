@@ -1,4 +1,5 @@
-//! Figures of the samples of a channel: how many, how regular, how many of them count, and how long it repeats a value.
+//! Figures of the samples of a channel: how many, how regular, how many of them count, how long it repeats a value, and
+//! how many are at an end of the range.
 
 /// Steps of time that are kept to find their median.
 const KEPT: usize = 100_000;
@@ -23,6 +24,8 @@ pub(crate) struct Stamps {
     pub longest_ns: i64,
     pub longest_from_ns: i64,
     pub second_ns: i64,
+    /// Ranges of its columns, as the log has them.
+    pub ranges: [ColumnRange; 3],
     last_ns: i64,
     steps: Vec<i64>,
     /// A value that is repeated, and the first and last time of it.
@@ -30,8 +33,8 @@ pub(crate) struct Stamps {
 }
 
 impl Stamps {
-    /// Takes a sample of the log: its stamp, ns, and its value if it counts.
-    pub fn see(&mut self, t_ns: i64, value: Option<[f64; 3]>) {
+    /// Takes a sample of the log: its stamp, ns, its value if it counts, and that of its columns.
+    pub fn see(&mut self, t_ns: i64, value: Option<[f64; 3]>, columns: [f64; 3]) {
         if self.offered > 0 {
             let step = t_ns.saturating_sub(self.last_ns);
             self.duplicates += u64::from(step == 0);
@@ -50,6 +53,11 @@ impl Stamps {
             return;
         };
         self.accepted += 1;
+        for (range, x) in self.ranges.iter_mut().zip(columns) {
+            if !x.is_nan() {
+                range.push(x);
+            }
+        }
         match &mut self.run {
             Some((same, _, until)) if *same == value => *until = t_ns,
             _ => {
@@ -94,6 +102,42 @@ impl Stamps {
     }
 }
 
+/// The range of a column.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ColumnRange {
+    pub n: u64,
+    min: f64,
+    max: f64,
+    at_min: u64,
+    at_max: u64,
+}
+
+impl ColumnRange {
+    fn push(&mut self, x: f64) {
+        if self.n == 0 || x < self.min {
+            (self.min, self.at_min) = (x, 0);
+        }
+        if self.n == 0 || x > self.max {
+            (self.max, self.at_max) = (x, 0);
+        }
+        self.n += 1;
+        self.at_min += u64::from(x == self.min);
+        self.at_max += u64::from(x == self.max);
+    }
+
+    /// True if it never changes.
+    pub fn is_constant(&self) -> bool {
+        self.n > 1 && self.min == self.max
+    }
+
+    /// Share of the samples that are exactly at one end of the range, the larger of the two; of an end that is zero (a
+    /// vehicle that stands) none.
+    pub fn at_an_end(&self) -> f64 {
+        let of = |end: f64, count: u64| if end == 0.0 { 0 } else { count };
+        of(self.min, self.at_min).max(of(self.max, self.at_max)) as f64 / self.n.max(1) as f64
+    }
+}
+
 /// Rate of a channel: by the median step, with the standard deviation of the steps that are no gaps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rate {
@@ -118,13 +162,17 @@ mod tests {
             } else {
                 f64::from(i)
             };
-            stamps.see(t_ns, (i % 4 != 0).then_some([x, 0.0, 0.0]));
+            stamps.see(
+                t_ns,
+                (i % 4 != 0).then_some([x, 0.0, 0.0]),
+                [x.min(950.0); 3],
+            );
             if i == 10 {
-                stamps.see(t_ns, None);
-                stamps.see(t_ns, Some([0.5, 0.0, 0.0]));
+                stamps.see(t_ns, None, [0.0; 3]);
+                stamps.see(t_ns, Some([0.5, 0.0, 0.0]), [0.5; 3]);
             }
             if i == 999 {
-                stamps.see(t_ns + 3 * SILENT_NS, None);
+                stamps.see(t_ns + 3 * SILENT_NS, None, [0.0; 3]);
             }
         }
         let rate = stamps.rate();
@@ -137,5 +185,8 @@ mod tests {
         // from the first that counts to the last: 601 to 899
         assert_eq!(stamps.longest_ns, 2_980_000_000);
         assert!(stamps.second_ns < 20_000_000);
+        // cut off at 950: of the last fifty three quarters count, and that at 950 itself is one of the rejected or not
+        let clipped = (950..1000).filter(|i| i % 4 != 0).count();
+        assert_eq!(stamps.ranges[0].at_an_end(), clipped as f64 / 751.0);
     }
 }

@@ -234,7 +234,7 @@ impl Drive {
                     map.error(
                         channel.key.clone(),
                         message,
-                        "write `TABLE.COLUMN`; `monorig inspect` shows the names",
+                        "write `TABLE.COLUMN`; `monorig log info` shows the names",
                     )
                 })?;
                 bound.extend(binding.map(|b| (i, b)));
@@ -267,7 +267,8 @@ impl Drive {
                 left = faults.apply(stamp_ns, value, channel.vector.is_some());
             }
             let stamp = left.map_or(stamp_ns, |(stamp, ..)| stamp);
-            channel.watch(stamp, left.map(|(.., value)| value));
+            let value = left.map(|(.., value)| value);
+            channel.watch(binding, &row.values, stamp, value);
             let Some((stamp_ns, late_ns, value)) = left else {
                 continue;
             };
@@ -390,7 +391,7 @@ fn columns_are_there(map: &Map, plan: &Plan, merged: &Merged) -> Result<(), Erro
             return Err(map.error(
                 channel.key.clone(),
                 format!("there is no column `{column}` in {file}"),
-                "`monorig inspect` shows the columns; an expression begins with `=`",
+                "`monorig log info` shows the columns; an expression begins with `=`",
             ));
         }
     }

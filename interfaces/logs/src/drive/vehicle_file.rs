@@ -127,7 +127,7 @@ impl VehicleFile {
             document.error(
                 format!("{KEY}.layout"),
                 "these are too few numbers for a mass layout",
-                "all of them, as `monorig export` writes them, or no layout",
+                "all of them, as `monorig log export` writes them, or no layout",
             )
         })
     }

@@ -33,7 +33,7 @@ pub(super) fn write(
     // numbers and lists of them: nothing that cannot be JSON
     let vehicle = serde_json::to_value(&samples.vehicle_file).unwrap_or_default();
     let title =
-        "The vehicle as the estimators of the run were told it; written by `monorig export`.";
+        "The vehicle as the estimators of the run were told it; written by `monorig log export`.";
     put(VEHICLE, &vehicle, title)?;
     let names = Names { format, tables };
     let mut map = json!({
@@ -55,7 +55,7 @@ pub(super) fn write(
         }
     }
     let file = format!("{name}_{}.map.yaml", format.name());
-    let title = "Replays a run: `monorig replay --map` this file; written by `monorig export`.";
+    let title = "Replays a run: `monorig replay --map` this file; written by `monorig log export`.";
     put(&file, &map, title)?;
     Ok(file)
 }

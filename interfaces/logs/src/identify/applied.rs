@@ -1,12 +1,13 @@
 //! The map with what was found: which keys get which values, and the file with them, its comments kept.
 
 use super::{Parameter, ParameterKind};
-use crate::drive::{Plan, axes, mount};
+use crate::drive::{Plan, axes, mount, turned};
 use crate::map::{Map, edit};
+use crate::notation::STANDARD_GRAVITY_MPS2 as G;
 use monorig_estimators::api::signals::Measurand;
 use monorig_sim::config::checked::{Finite, Positive};
 use monorig_sim::error::Error;
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
 /// Least standard deviations of the biases that are left, m/s² and rad/s: they drift.
 const MIN_BIAS_SD: [f64; 2] = [0.01, 5e-4];
@@ -44,42 +45,44 @@ pub fn apply(map: &Map, found: &[Parameter]) -> Vec<Applied> {
     let seen = |p: &&Parameter| (p.value - said(p)).abs() > SEEN_SDS * p.sd;
     let one = |kind: ParameterKind| found.iter().find(|p| p.kind == kind).filter(seen);
     let mut all = Vec::new();
-    let mut add = |key: String, value: String, p: &Parameter| {
-        let found = format!("{} {} ± {} {}", p.name, short(p.value), short(p.sd), p.unit);
-        let found = found.trim_end_matches(" 1").to_owned();
+    let mut add = |key: String, value: String, of: &[&Parameter]| {
+        let words = of.iter().map(|p| {
+            let found = format!("{} {} ± {} {}", p.name, short(p.value), short(p.sd), p.unit);
+            found.trim_end_matches(" 1").to_owned()
+        });
+        let found = words.collect::<Vec<_>>().join(", ");
         all.push(Applied { key, value, found });
     };
     let gain = |old: Option<Positive>, k: f64| short(old.map_or(1.0, Positive::get) * k);
     if let Some(p) = one(ParameterKind::WheelRadius) {
         let nominal_m = said(p);
-        add("nominal.wheel_radius_m".into(), short(p.value), p);
+        add("nominal.wheel_radius_m".into(), short(p.value), &[p]);
         for (i, wheel) in file.channels.wheel_speed.iter().enumerate() {
             let key = format!("channels.wheel_speed[{i}].gain");
-            add(key, gain(wheel.gain, p.value / nominal_m), p);
+            add(key, gain(wheel.gain, p.value / nominal_m), &[p]);
         }
     }
     if let (Some(p), Some(traction)) = (one(ParameterKind::TorqueGain), &file.channels.traction) {
         let key = "channels.traction.gain".into();
-        add(key, gain(traction.gain, p.value), p);
+        add(key, gain(traction.gain, p.value), &[p]);
     }
     if let Some(p) = one(ParameterKind::RunningResistance) {
         let key = "nominal.running_resistance".into();
-        add(key, short(p.value.clamp(0.0, 1.0)), p);
+        add(key, short(p.value), &[p]);
     }
     if let Some(p) = one(ParameterKind::DragArea) {
-        add("nominal.drag_area_m2".into(), short(p.value.max(0.0)), p);
+        add("nominal.drag_area_m2".into(), short(p.value), &[p]);
     }
     // the noise of each log is taken from it
     let noise = found.iter().find(|p| p.name.starts_with(NOISE_OF_WHEELS));
     if let Some(p) = noise.filter(|_| file.noise.is_none()) {
-        add("noise".into(), "from-log".into(), p);
+        add("noise".into(), "from-log".into(), &[p]);
     }
     if let Some(v) = file.channels.vector(Measurand::SpecificForce) {
         let key = |name: &str| format!("channels.specific_force.{name}");
         if let Some(p) = one(ParameterKind::Lean) {
-            let scale = p.value.to_radians();
-            let lean = v.lean_deg_per_g.map_or(0.0, Finite::get) + p.value / (1.0 + scale);
-            add(key("lean_deg_per_g"), short(lean), p);
+            let lean = v.lean_deg_per_g.map_or(0.0, Finite::get) + p.value;
+            add(key("lean_deg_per_g"), short(lean), &[p]);
         }
         if let Some(p) = one(ParameterKind::AccelerometerBias) {
             let bias = bias_of(
@@ -87,9 +90,26 @@ pub fn apply(map: &Map, found: &[Parameter]) -> Vec<Applied> {
                 Measurand::SpecificForce,
                 Vector3::new(p.value, 0.0, 0.0),
             );
-            add(key("bias"), bias, p);
+            add(key("bias"), bias, &[p]);
             let sd = p.sd.max(MIN_BIAS_SD[0]);
-            add(key("bias_sd"), short(sd), p);
+            add(key("bias_sd"), short(sd), &[p]);
+        }
+        let [pitch, roll] = [ParameterKind::Pitch, ParameterKind::Roll].map(one);
+        let turns: Vec<&Parameter> = pitch.into_iter().chain(roll).collect();
+        if !turns.is_empty() {
+            let angle = |p: Option<&Parameter>| p.map_or(0.0, |p| p.value.to_radians());
+            let more = turned(angle(roll), angle(pitch), 0.0);
+            for measurand in [Measurand::SpecificForce, Measurand::AngularRate] {
+                let Some(v) = file.channels.vector(measurand) else {
+                    continue;
+                };
+                let key = format!("channels.{}.mount_deg", measurand.name());
+                add(key, mount_of(more * mount(&v.mount_deg)), &turns);
+            }
+        }
+        if let Some(p) = pitch {
+            let sd = G * p.sd.to_radians();
+            add(key("bias_sd"), short(sd.max(MIN_BIAS_SD[0])), &[p]);
         }
     }
     if file.channels.vector(Measurand::AngularRate).is_some() {
@@ -100,13 +120,17 @@ pub fn apply(map: &Map, found: &[Parameter]) -> Vec<Applied> {
         let largest = largest.max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
         if let Some(p) = largest {
             let bias = Vector3::from(axes.map(value));
-            add(key("bias"), bias_of(map, Measurand::AngularRate, bias), p);
+            add(
+                key("bias"),
+                bias_of(map, Measurand::AngularRate, bias),
+                &[p],
+            );
         }
         // of all three axes: an axis whose bias is not seen is known by its standard deviation too
         let all = axes.map(|kind| found.iter().find(|p| p.kind == kind));
         if let [Some(a), Some(b), Some(c)] = all {
             let sd = a.sd.max(b.sd).max(c.sd).max(MIN_BIAS_SD[1]);
-            add(key("bias_sd"), short(sd), largest.unwrap_or(b));
+            add(key("bias_sd"), short(sd), &[largest.unwrap_or(b)]);
         }
     }
     all
@@ -139,6 +163,18 @@ fn bias_of(map: &Map, measurand: Measurand, found: Vector3<f64>) -> String {
         .map(|(a, b)| short(a + b))
         .collect();
     format!("[{}]", new.join(", "))
+}
+
+/// The angles of a turn from box to vehicle, as a map has them.
+fn mount_of(turn: Rotation3<f64>) -> String {
+    let (roll, pitch, yaw) = turn.euler_angles();
+    let angles =
+        [("roll", roll), ("pitch", -pitch), ("yaw", yaw)].map(|(name, x)| (name, x.to_degrees()));
+    let told = angles.iter().filter(|(_, x)| x.abs() > 1e-3);
+    let told: Vec<String> = told
+        .map(|(name, x)| format!("{name}: {}", short(*x)))
+        .collect();
+    format!("{{{}}}", told.join(", "))
 }
 
 /// A number with four digits that count.

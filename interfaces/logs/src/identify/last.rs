@@ -75,6 +75,11 @@ impl LastValues {
         there.map(|last| last.at(self.now_ns))
     }
 
+    /// Each wheel; none that is not known.
+    pub fn wheels(&self) -> impl Iterator<Item = Option<f64>> + '_ {
+        self.wheels.iter().map(|last| last.at(self.now_ns))
+    }
+
     /// Mean of the wheels that are known, m/s.
     pub fn speed(&self) -> f64 {
         mean(self.known(&self.wheels).flatten())

@@ -25,25 +25,34 @@ pub use standing::{Instrument, StandingAxis, standing};
 
 pub(crate) use last::LastValues;
 pub(crate) use noise::Noise;
-pub(crate) use regression::{RegressionRow, regression};
+pub(crate) use regression::{RegressionRow, diluted, regression};
 pub(crate) use tracks::Tracks;
 pub(crate) use windows::{ForceWindow, OVERLAP, WINDOW_S, Windows, drag_pressure, known};
 
-use crate::drive::{Drive, Plan, Reference, Way, calibrate};
+use crate::drive::{Drive, Plan, Reference, Target, Way, calibrate};
 use crate::map::Map;
 use crate::notation::STANDARD_GRAVITY_MPS2 as G;
-use crate::wrong;
+use monorig_estimators::api::signals::Measurand;
 use monorig_sim::error::Error;
-use nalgebra::{Vector1, Vector2, Vector3};
+use nalgebra::{Vector1, Vector2};
 use serde::Serialize;
 use wheel_radius::Rolled;
 
+/// Least known mass, of the nominal tare, and steepest known slope, rad.
+const LEAST_OF_TARE: f64 = 0.8;
+const MAX_SLOPE_RAD: f64 = 0.8;
 /// Fewest windows of a regression: 10 s of them.
 pub(crate) const MIN_WINDOWS: usize = 19 * OVERLAP + 1;
 /// Fewest windows in which the vehicle stands, for the bias of the gyro: 3 s.
 const MIN_STANDING: usize = 5 * OVERLAP + 1;
 /// A drag area is found where its standard deviation is below this share of the nominal one.
 const MAX_DRAG_SD: f64 = 0.5;
+/// Largest lean of a vehicle, or error of scale, deg/g; it is found where its standard deviation is below half of it.
+const MAX_LEAN: f64 = 6.0;
+/// Forward a larger mean is the pitch of the box and no bias, m/s²; to the left one twice as large: roads have a crown.
+const MAX_BIAS_MPS2: f64 = 0.15;
+/// Turning faster than this is no straight, rad/s.
+pub(crate) const STRAIGHT_RADPS: f64 = 0.05;
 
 /// A parameter that was found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -79,6 +88,10 @@ pub enum ParameterKind {
     Lean,
     /// Bias of the accelerometer, forward.
     AccelerometerBias,
+    /// Pitch of the box, nose up.
+    Pitch,
+    /// Roll of the box, right side down.
+    Roll,
     /// Bias of the gyro about an axis: 0 forward, 1 left, 2 up.
     GyroBias(usize),
     /// Noise, and what no key of a map holds.
@@ -86,35 +99,112 @@ pub enum ParameterKind {
     Figure,
 }
 
-/// Finds the parameters of a log.
-pub fn identify(map: &Map) -> Result<Vec<Parameter>, Error> {
+/// Name, unit, key in a map or meaning for the vehicle, and the values that there are, of a kind of parameter.
+type Told = (&'static str, &'static str, &'static str, [f64; 2]);
+
+impl ParameterKind {
+    #[rustfmt::skip]
+    fn told(self) -> Told {
+        let any = [f64::NEG_INFINITY, f64::INFINITY];
+        let mount = "channels.specific_force.mount_deg and that of the angular rate";
+        match self {
+            Self::WheelRadius => ("wheel radius", "m",
+                "nominal.wheel_radius_m, where the wheel speeds of the log were made with the nominal one", any),
+            Self::TorqueGain => ("torque gain", "1",
+                "channels.traction.gain: force at the rims over that of gear, efficiency and radius of the map, or of the \
+                 radius found", [0.5, 2.0]),
+            Self::RunningResistance => ("running resistance", "1", "nominal.running_resistance", [0.0, 1.0]),
+            Self::DragArea => ("drag area", "m2", "nominal.drag_area_m2", [0.0, 20.0]),
+            Self::Lean => ("lean", "deg/g",
+                "channels.specific_force.lean_deg_per_g; an error of scale shows as the same", [-MAX_LEAN, MAX_LEAN]),
+            Self::AccelerometerBias => ("accelerometer bias", "m/s2",
+                "channels.specific_force.bias forward; with the pitch of its mount times g", any),
+            Self::Pitch => ("pitch of the box", "deg", mount, [-20.0, 20.0]),
+            Self::Roll => ("roll of the box", "deg", mount, [-20.0, 20.0]),
+            Self::GyroBias(axis) => (
+                ["gyro bias forward", "gyro bias left", "gyro bias up"].get(axis).copied().unwrap_or_default(), "rad/s",
+                "channels.angular_rate.bias: while the vehicle stands, else against the change of the slope", any),
+            Self::Figure => ("", "", "standard deviation of a sample", any),
+        }
+    }
+
+    /// A parameter of this kind.
+    fn is(self, value: f64, sd: f64) -> Parameter {
+        let (name, unit, meaning, _) = self.told();
+        Parameter {
+            name: name.into(),
+            value,
+            sd,
+            unit,
+            meaning,
+            kind: self,
+        }
+    }
+}
+
+/// Finds the parameters of a log, and says in words what else there would be and what the log lacks for it. `suspect`
+/// says what is wrong with the reference slope of the windows, whose standard deviation is given in rad, and why.
+pub(crate) fn parameters(
+    map: &Map,
+    suspect: impl FnOnce(&Windows, f64) -> Option<(String, String)>,
+) -> Result<(Vec<Parameter>, Vec<String>), Error> {
     let mut plan = Plan::new(map)?;
     calibrate(map, &mut plan)?;
     let mut seen = Seen::default();
-    let mut windows = windows(map, &plan, &mut seen)?;
-    let mut found = Vec::new();
+    let mut balance = windows(map, &plan, &mut seen)?;
+    if let Some((what, why)) = suspect(&balance, seen.slope_sd) {
+        let what = format!("{}, and not a parameter of the vehicle", what.trim_end());
+        return Err(map.error("reference.slope", what, why));
+    }
+    let (mut found, mut lacks) = (Vec::new(), Vec::new());
     let radius = radius_ratio(map, &seen)?;
     if let Some((ratio, sd)) = radius {
         let nominal_m = plan.vehicle.wheel_radius_m;
-        found.push(Parameter {
-            name: "wheel radius".into(),
-            value: ratio * nominal_m,
-            sd: sd * nominal_m,
-            unit: "m",
-            meaning: "nominal.wheel_radius_m, where the wheel speeds of the log were made with the nominal one",
-            kind: ParameterKind::WheelRadius,
-        });
+        found.push(ParameterKind::WheelRadius.is(ratio * nominal_m, sd * nominal_m));
         // what follows is with this radius: speeds are larger by it, and the force of the same torque smaller
-        for w in &mut windows {
+        for w in &mut balance.windows {
             w.acceleration *= ratio;
             w.speed *= ratio;
             w.speed_squared *= ratio * ratio;
             w.force_n /= ratio;
         }
     }
-    found.extend(drive_parameters(map, &plan, &windows, &seen, radius)?);
-    found.extend(accelerometer_parameters(&windows, &seen));
-    found.extend(gyro_parameters(&windows));
+    match drive_parameters(&plan, &balance, &seen, radius) {
+        Ok(more) => found.extend(more),
+        Err(why) => lacks.push(format!("torque gain and running resistance: {why}")),
+    }
+    let is_turned = map
+        .file
+        .channels
+        .vector(Measurand::SpecificForce)
+        .is_some_and(|v| v.calibrate.is_some());
+    match accelerometer_parameters(&balance, &seen, is_turned) {
+        Ok(more) => found.extend(more),
+        Err(why) => lacks.push(format!("bias and mount of the accelerometer: {why}")),
+    }
+    found.extend(gyro_parameters(&balance));
+    if found.is_empty() {
+        let why = format!("nothing can be found: {}", lacks.join("; "));
+        return Err(map.error(
+            "",
+            why,
+            "a longer drive, or more of its channels in the map",
+        ));
+    }
+    for p in &mut found {
+        let (.., [low, high]) = p.kind.told();
+        let nearest = p.value.clamp(low, high);
+        if (p.value - nearest).abs() > 2.0 * p.sd {
+            let what = format!(
+                "{} {:.3} ± {:.3} {} cannot be",
+                p.name, p.value, p.sd, p.unit
+            );
+            let help =
+                format!("{low} to {high}: `monorig log check` names wrong units, signs and lags");
+            return Err(map.error("", what, help));
+        }
+        p.value = nearest;
+    }
     found.extend(seen.noise.figures().into_iter().map(|figure| Parameter {
         name: format!("noise of the {}", figure.channel),
         value: figure.sd,
@@ -123,7 +213,7 @@ pub fn identify(map: &Map) -> Result<Vec<Parameter>, Error> {
         meaning: "standard deviation of a sample",
         kind: ParameterKind::Figure,
     }));
-    Ok(found)
+    Ok((found, lacks))
 }
 
 /// The radius of the wheels over the nominal one, and its standard deviation; none without a reference of the way.
@@ -139,93 +229,65 @@ fn radius_ratio(map: &Map, seen: &Seen) -> Result<Option<(f64, f64)>, Error> {
 }
 
 /// Torque gain, running resistance and, of a road vehicle whose speeds differ, the drag area, by the force balance
-/// along the track while the vehicle moves.
+/// along the track while the vehicle moves; else what the log lacks.
 fn drive_parameters(
-    map: &Map,
     plan: &Plan,
-    windows: &[ForceWindow],
+    balance: &Windows,
     seen: &Seen,
     radius: Option<(f64, f64)>,
-) -> Result<Vec<Parameter>, Error> {
+) -> Result<Vec<Parameter>, String> {
     let vehicle = &plan.vehicle;
     let known = |w: &&ForceWindow| {
         let all = [w.force_n, w.mass_kg, w.sin_effective, w.against];
         w.moves && all.iter().all(|x| x.is_finite())
     };
-    let moving: Vec<&ForceWindow> = windows.iter().filter(known).collect();
+    let moving: Vec<&ForceWindow> = balance.windows.iter().filter(known).collect();
+    let length_s = balance.longest_s;
     let needed = |w: &ForceWindow| {
         (w.mass_kg + vehicle.rotating_mass_kg) * w.acceleration + w.mass_kg * G * w.sin_effective
     };
     let weight = |w: &ForceWindow| -w.mass_kg * G * w.against;
     let nominal_m2 = vehicle.road.map_or(0.0, |r| r.drag_area_m2);
-    let with_drag = || {
-        let rows: Vec<_> = moving
-            .iter()
-            .map(|w| {
-                let columns = Vector3::new(w.force_n, weight(w), -drag_pressure(w, vehicle));
-                (w.t_s, columns, needed(w))
-            })
-            .collect();
-        let fit = regression(&rows, MIN_WINDOWS)?;
-        (fit.sd[2] < MAX_DRAG_SD * nominal_m2).then_some(fit)
+    let fit = |drag_m2: f64| {
+        let row = move |w: &&ForceWindow| {
+            let drag = drag_pressure(w, vehicle);
+            let columns = Vector2::new(w.force_n, weight(w));
+            (w.t_s, columns, needed(w) + drag_m2 * drag, -drag)
+        };
+        moving.iter().map(row)
     };
-    let (gain, resistance, drag) = match vehicle.road.and_then(|_| with_drag()) {
-        Some(fit) => {
-            let [gain, resistance, drag] = [0, 1, 2].map(|i: usize| (fit.value[i], fit.sd[i]));
-            (gain, resistance, Some(drag))
-        }
+    let drag = fit(0.0).map(|(t, h, y, drag)| (t, h.push(drag), y));
+    let drag = regression(&drag.collect::<Vec<_>>(), MIN_WINDOWS, length_s);
+    let drag = drag.filter(|f| vehicle.road.is_some() && f.sd[2] < MAX_DRAG_SD * nominal_m2);
+    let all = match drag {
+        Some(f) => [0, 1, 2].map(|i: usize| (f.value[i], f.sd[i])).to_vec(),
         None => {
-            let rows: Vec<_> = moving
-                .iter()
-                .map(|w| {
-                    let drag = nominal_m2 * drag_pressure(w, vehicle);
-                    (w.t_s, Vector2::new(w.force_n, weight(w)), needed(w) + drag)
-                })
-                .collect();
-            let Some(fit) = regression(&rows, MIN_WINDOWS) else {
-                return Err(too_few(map, moving.len()));
-            };
-            ((fit.value[0], fit.sd[0]), (fit.value[1], fit.sd[1]), None)
+            let rows: Vec<_> = fit(nominal_m2).map(|(t, h, y, _)| (t, h, y)).collect();
+            let f = regression(&rows, MIN_WINDOWS, length_s).ok_or_else(|| {
+                let lacks = |what| format!("they need {what}");
+                match () {
+                    () if !plan.targets().any(Target::is_traction) => lacks("`channels.traction`"),
+                    () if !seen.has_mass => lacks("the mass: `--known mass,slope`, `reference.mass`"),
+                    () => too_few(moving.len(), "speed, traction, mass and slope while the vehicle moves one way and does not brake"),
+                }
+            })?;
+            [0, 1].map(|i: usize| (f.value[i], f.sd[i])).to_vec()
         }
     };
     let mean_mass = moving.iter().map(|w| w.mass_kg).sum::<f64>() / moving.len() as f64;
-    let mut found = vec![
-        Parameter {
-            name: "torque gain".into(),
-            value: gain.0,
-            sd: gain
-                .1
-                .hypot(gain.0 * seen.mass_sd / mean_mass)
-                .hypot(gain.0 * radius.map_or(0.0, |(ratio, sd)| sd / ratio)),
-            unit: "1",
-            meaning: match radius {
-                Some(_) => {
-                    "channels.traction.gain: force at the rims over that of the radius found and the nominal gear and efficiency"
-                }
-                None => {
-                    "channels.traction.gain: force at the rims over that of the nominal radius, gear and efficiency"
-                }
-            },
-            kind: ParameterKind::TorqueGain,
-        },
-        Parameter {
-            name: "running resistance".into(),
-            value: resistance.0,
-            sd: resistance.1.hypot(seen.slope_sd),
-            unit: "1",
-            meaning: "nominal.running_resistance",
-            kind: ParameterKind::RunningResistance,
-        },
+    let mass_sd = seen.mass_sd / mean_mass;
+    let radius_sd = radius.map_or(0.0, |(ratio, sd)| sd / ratio);
+    let kinds = [
+        (ParameterKind::TorqueGain, mass_sd.hypot(radius_sd), 0.0),
+        (ParameterKind::RunningResistance, 0.0, seen.slope_sd),
+        (ParameterKind::DragArea, mass_sd, 0.0),
     ];
-    found.extend(drag.map(|(value, sd)| Parameter {
-        name: "drag area".into(),
-        value,
-        sd: sd.hypot(value * seen.mass_sd / mean_mass),
-        unit: "m2",
-        meaning: "nominal.drag_area_m2",
-        kind: ParameterKind::DragArea,
-    }));
-    Ok(found)
+    let each = kinds.into_iter().zip(all);
+    Ok(each
+        .map(|((kind, share, more), (value, sd))| {
+            kind.is(value, sd.hypot(value * share).hypot(more))
+        })
+        .collect())
 }
 
 /// Time that so many windows cover, s.
@@ -233,68 +295,80 @@ pub(crate) fn seconds_of(windows: usize) -> f64 {
     (windows as f64 * WINDOW_S / OVERLAP as f64).round()
 }
 
-fn too_few(map: &Map, windows: usize) -> Error {
-    let file = map.files.values().next().cloned().unwrap_or_default();
-    wrong(
-        &file,
-        None,
-        format!(
-            "of this log {} s have speed, traction, mass and slope while the vehicle moves one way and does not brake",
-            seconds_of(windows)
-        ),
-        format!(
-            "at least {} s, with forces that differ; a map with wheel_speed, traction, reference.mass and reference.slope",
-            seconds_of(MIN_WINDOWS)
-        ),
+fn too_few(windows: usize, what: &str) -> String {
+    let [has, least] = [windows, MIN_WINDOWS].map(seconds_of);
+    format!(
+        "{has} s of this log have {what}; at least {least} s, with forces that differ, are needed"
     )
 }
 
-/// Lean and bias of the accelerometer, by its specific force along the vehicle; none of a log that does not show them.
-fn accelerometer_parameters(windows: &[ForceWindow], seen: &Seen) -> Vec<Parameter> {
+/// Lean and bias of the accelerometer, by its specific force along the vehicle, and pitch and roll of its box where
+/// they are seen and the map does not find them itself (`is_turned`); else what the log lacks.
+fn accelerometer_parameters(
+    balance: &Windows,
+    seen: &Seen,
+    is_turned: bool,
+) -> Result<Vec<Parameter>, String> {
+    let (windows, length_s) = (balance.windows.iter(), balance.longest_s);
     let rows: Vec<_> = windows
-        .iter()
+        .clone()
         .map(|w| {
             let columns = Vector2::new(windows::expected_force(w), 1.0);
             (w.t_s, columns, w.specific_force[0])
         })
         .filter(|(_, h, y)| h.x.is_finite() && y.is_finite())
         .collect();
-    let Some(fit) = regression(&rows, MIN_WINDOWS) else {
-        return Vec::new();
+    let mean = |rows: Vec<(f64, f64)>| {
+        let rows: Vec<_> = rows
+            .iter()
+            .map(|(t, y)| (*t, Vector1::new(1.0), *y))
+            .collect();
+        let fit = regression(&rows, MIN_WINDOWS, length_s)?;
+        Some((fit.value[0], fit.sd[0]))
     };
     let to_deg = 180.0 / std::f64::consts::PI;
-    let lean = Parameter {
-        name: "lean".into(),
-        value: (fit.value[0] - 1.0) * to_deg,
-        sd: fit.sd[0] * to_deg,
-        unit: "deg/g",
-        meaning: "channels.specific_force.lean_deg_per_g; an error of scale shows as the same",
-        kind: ParameterKind::Lean,
+    let mut found = Vec::new();
+    let fit = regression(&rows, MIN_WINDOWS, length_s);
+    let diluted = diluted(rows.iter().map(|(_, h, _)| h.x), G * seen.slope_sd);
+    // the map takes it off what was measured: its share of that
+    let lean = fit.map(|f| {
+        let share = f.value[0].max(0.1).recip();
+        let sd = f.sd[0].hypot(diluted) * share * share;
+        ((1.0 - share) * to_deg, sd * to_deg, f)
+    });
+    let lean = lean.filter(|(_, sd, _)| *sd < 0.5 * MAX_LEAN);
+    let (bias, sd) = match lean {
+        Some((value, sd, fit)) => {
+            found.push(ParameterKind::Lean.is(value, sd));
+            (fit.value[1], fit.sd[1])
+        }
+        None => {
+            let off = rows.iter().map(|(t, h, y)| (*t, y - h.x)).collect();
+            mean(off).ok_or_else(|| too_few(rows.len(), "specific force, speed and slope"))?
+        }
     };
-    let bias = Parameter {
-        name: "accelerometer bias".into(),
-        value: fit.value[1],
-        sd: fit.sd[1].hypot(G * seen.slope_sd),
-        unit: "m/s2",
-        meaning: "channels.specific_force.bias forward; with the pitch of its mount times g",
-        kind: ParameterKind::AccelerometerBias,
+    let sd = sd.hypot(G * seen.slope_sd);
+    let straight = windows.filter(|w| w.rate[2].abs() < STRAIGHT_RADPS);
+    let left = straight.map(|w| (w.t_s, w.specific_force[1]));
+    let left = mean(left.filter(|(_, f)| f.is_finite()).collect());
+    let turn = |(mean, sd): (f64, f64), least: f64, kind: ParameterKind| {
+        let is_seen = !is_turned && mean.abs() > least + 2.0 * sd;
+        let angle = (mean / G).clamp(-1.0, 1.0).asin();
+        is_seen.then(|| kind.is(angle * to_deg, sd / G * to_deg))
     };
-    vec![lean, bias]
+    let pitch = turn((bias, sd), MAX_BIAS_MPS2, ParameterKind::Pitch);
+    found.push(pitch.unwrap_or_else(|| ParameterKind::AccelerometerBias.is(bias, sd)));
+    found.extend(left.and_then(|left| turn(left, 2.0 * MAX_BIAS_MPS2, ParameterKind::Roll)));
+    Ok(found)
 }
 
 /// Bias of the gyro about each axis while the vehicle stands; where it does not stand for 3 s, of the pitch alone, by
 /// the change of the reference slope. None of a log that shows neither.
-fn gyro_parameters(windows: &[ForceWindow]) -> Vec<Parameter> {
-    let of = |i: usize, name: &str, rows: Vec<RegressionRow<1>>, meaning, least: usize| {
-        let fit = regression(&rows, least)?;
-        Some(Parameter {
-            name: format!("gyro bias {name}"),
-            value: fit.value[0],
-            sd: fit.sd[0],
-            unit: "rad/s",
-            meaning,
-            kind: ParameterKind::GyroBias(i),
-        })
+fn gyro_parameters(balance: &Windows) -> Vec<Parameter> {
+    let windows = &balance.windows;
+    let of = |i: usize, rows: Vec<RegressionRow<1>>, least: usize| {
+        let fit = regression(&rows, least, balance.longest_s)?;
+        Some(ParameterKind::GyroBias(i).is(fit.value[0], fit.sd[0]))
     };
     let rows = |i: usize, of: &dyn Fn(&ForceWindow, f64) -> Option<f64>| -> Vec<_> {
         let rate = |w: &ForceWindow| w.rate.get(i).copied().unwrap_or(f64::NAN);
@@ -306,24 +380,20 @@ fn gyro_parameters(windows: &[ForceWindow]) -> Vec<Parameter> {
             .map(|(t, y)| (t, Vector1::new(1.0), y))
             .collect()
     };
-    let standing: Vec<Parameter> = ["forward", "left", "up"]
-        .iter()
-        .enumerate()
-        .filter_map(|(i, name)| {
-            let rows = rows(i, &|w, rate| w.stands.then_some(rate));
-            let meaning = "channels.angular_rate.bias: the mean while the vehicle stands";
-            of(i, name, rows, meaning, MIN_STANDING)
-        })
-        .collect();
+    let at_rest = |i| {
+        of(
+            i,
+            rows(i, &|w, rate| w.stands.then_some(rate)),
+            MIN_STANDING,
+        )
+    };
+    let standing: Vec<Parameter> = (0..3).filter_map(at_rest).collect();
     if !standing.is_empty() {
         return standing;
     }
     // the nose goes up against the axis to the left
     let rows = rows(1, &|w, rate| Some(rate + w.slope_rate));
-    let meaning = "channels.angular_rate.bias: against the change of the reference slope";
-    of(1, "left", rows, meaning, MIN_WINDOWS)
-        .into_iter()
-        .collect()
+    of(1, rows, MIN_WINDOWS).into_iter().collect()
 }
 
 /// Figures of a log beside its windows.
@@ -333,15 +403,17 @@ struct Seen {
     /// Standard deviations of the references, rad and kg.
     slope_sd: f64,
     mass_sd: f64,
+    has_mass: bool,
     /// The way by the wheels beside that by the reference, if there is one.
     rolled: Option<Rolled>,
 }
 
 /// The windows of a log, with what is known of its references.
-fn windows(map: &Map, plan: &Plan, seen: &mut Seen) -> Result<Vec<ForceWindow>, Error> {
+fn windows(map: &Map, plan: &Plan, seen: &mut Seen) -> Result<Windows, Error> {
     let mut drive = Drive::open(map, plan)?;
     let mut reference = Reference::load(map, drive.origin_ns())?;
     (seen.slope_sd, seen.mass_sd) = (reference.slope_sd_rad, reference.mass_sd_kg);
+    seen.has_mass = reference.known().1;
     seen.rolled = Way::load(map, drive.origin_ns())?.map(Rolled::new);
     let mut windows = Windows::default();
     let mut last = LastValues::default();
@@ -352,15 +424,35 @@ fn windows(map: &Map, plan: &Plan, seen: &mut Seen) -> Result<Vec<ForceWindow>, 
             rolled.see(step.t_ns, step.segment, last.speed());
         }
         let now = known(&mut reference, step.t_ns);
+        let ([slope, _, mass_kg], tare_kg) = (now, plan.vehicle.tare_kg);
+        if mass_kg < LEAST_OF_TARE * tare_kg {
+            let what =
+                format!("{mass_kg} kg is less than the vehicle without a load, {tare_kg} kg");
+            return Err(map.error(
+                "reference.mass",
+                what,
+                "the mass of vehicle and load together",
+            ));
+        }
+        if slope.abs() > MAX_SLOPE_RAD {
+            let [slope, most] = [slope, MAX_SLOPE_RAD].map(f64::to_degrees);
+            let what = format!("a reference slope of {slope:.1}° is steeper than any rail or road");
+            return Err(map.error(
+                "reference.slope",
+                what,
+                format!("-{most:.0} to {most:.0}°: is its unit right?"),
+            ));
+        }
         windows.see(&step, now, &plan.vehicle, &mut |_| {});
     }
     windows.finish(&plan.vehicle, &mut |_| {});
-    Ok(windows.windows)
+    Ok(windows)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::check::identify;
     use monorig_sim::sensors::stream::Stream;
 
     /// A drive up and down with noise: gain, resistance, lean and bias that were planted are found within three
@@ -398,7 +490,7 @@ reference: {slope: {column: slope, unit: rad, sd_deg: 0}, mass: {kg: 10000, sd_k
 ";
         let path = dir.path().join("log.map.yaml");
         std::fs::write(&path, map).unwrap();
-        let found = identify(&Map::load(&path).unwrap()).unwrap();
+        let found = identify(&Map::load(&path).unwrap()).unwrap().0;
         let near = |name: &str, planted: f64, most: f64| {
             let p = found.iter().find(|p| p.name == name).unwrap();
             let off = (p.value - planted).abs();
@@ -412,7 +504,11 @@ reference: {slope: {column: slope, unit: rad, sd_deg: 0}, mass: {kg: 10000, sd_k
         };
         near("torque gain", gain, 0.01);
         near("running resistance", resistance, 0.001);
-        near("lean", lean * 180.0 / std::f64::consts::PI, 0.3);
+        near(
+            "lean",
+            lean / (1.0 + lean) * 180.0 / std::f64::consts::PI,
+            0.3,
+        );
         near("accelerometer bias", bias, 0.01);
         near("noise of the specific force forward", 0.05, 0.001);
         near("noise of the wheel speed 1", 0.003, 1e-4);
@@ -460,7 +556,7 @@ reference: {{slope: {{deg: 0, sd_deg: 0}}, mass: {{kg: 10000, sd_kg: 0}}, {refer
             );
             let path = dir.path().join("log.map.yaml");
             std::fs::write(&path, map).unwrap();
-            let found = identify(&Map::load(&path).unwrap()).unwrap();
+            let found = identify(&Map::load(&path).unwrap()).unwrap().0;
             for (name, planted, most) in [
                 ("wheel radius", radius, 2e-4),
                 ("torque gain", gain, 0.01),

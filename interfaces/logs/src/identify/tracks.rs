@@ -18,7 +18,8 @@ pub(super) fn longest_gap_ns(interval_ns: i64) -> i64 {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Track {
     samples: Vec<(i64, f64)>,
-    longest_ns: i64,
+    /// Usual interval.
+    interval_ns: i64,
     next: usize,
 }
 
@@ -29,18 +30,17 @@ impl Track {
         }
     }
 
-    /// Finds the usual interval, the median: how long a gap may be.
+    /// Finds the usual interval, the median, which says how long a gap may be.
     fn settle(&mut self) {
         let pairs = self.samples.windows(2);
         let mut steps: Vec<i64> = pairs
             .filter_map(|w| Some(w.get(1)?.0 - w.first()?.0))
             .collect();
         let middle = steps.len() / 2;
-        let median = match steps.is_empty() {
+        self.interval_ns = match steps.is_empty() {
             true => 0,
             false => *steps.select_nth_unstable(middle).1,
         };
-        self.longest_ns = longest_gap_ns(median);
         self.next = 0;
     }
 
@@ -52,7 +52,7 @@ impl Track {
         let before = self.next.checked_sub(1).and_then(|i| self.samples.get(i));
         match (before, self.samples.get(self.next)) {
             (_, Some((t, x))) if *t == t_ns => *x,
-            (Some((t0, x0)), Some((t1, x1))) if t1 - t0 <= self.longest_ns => {
+            (Some((t0, x0)), Some((t1, x1))) if t1 - t0 <= longest_gap_ns(self.interval_ns) => {
                 x0 + (x1 - x0) * ((t_ns - t0) as f64 / (t1 - t0) as f64)
             }
             _ => f64::NAN,
@@ -118,6 +118,12 @@ impl Tracks {
         imu.chain(&mut self.wheels)
             .chain(&mut self.torques)
             .for_each(Track::settle);
+    }
+
+    /// Usual interval of the slowest channel of the force balance, s.
+    pub fn slowest_s(&self) -> f64 {
+        let channels = self.wheels.iter().chain(&self.torques).chain(&self.force);
+        channels.map(|t| t.interval_ns).max().unwrap_or(0) as f64 * 1e-9
     }
 
     /// Mean speed of the wheels, m/s; not a number where one of them is not known.

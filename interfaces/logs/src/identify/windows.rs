@@ -10,9 +10,13 @@ use crate::drive::{Reference, Step};
 use crate::notation::STANDARD_GRAVITY_MPS2 as G;
 use monorig_estimators::api::signals::Vehicle;
 
-/// Length of a window, s.
+/// Least length of a window, s.
 pub(crate) const WINDOW_S: f64 = 0.5;
-/// Windows begin so often in the length of one.
+/// A window is so many intervals of the slowest channel long, or longer; one that would be longer than this, s, shows
+/// no change of the speed, and such a channel is not followed.
+const INTERVALS: f64 = 8.0;
+const MAX_WINDOW_S: f64 = 10.0;
+/// Windows begin so often in the least length of one.
 pub(crate) const OVERLAP: usize = 4;
 /// Fewest steps of a window.
 const MIN_STEPS: usize = 8;
@@ -28,7 +32,7 @@ const STRETCH_NS: i64 = 600_000_000_000;
 pub(crate) struct ForceWindow {
     /// Its middle, s of the replay.
     pub t_s: f64,
-    /// Acceleration by the regression of the speed, m/s².
+    /// Acceleration by the regression of the speed, m/s²; not a number where that is not known.
     pub acceleration: f64,
     /// Speed, m/s; its sign, and its square with the sign.
     pub speed: f64,
@@ -66,8 +70,9 @@ pub(crate) struct Windows {
     tracks: Tracks,
     references: Vec<[f64; 3]>,
     segment: u32,
-    /// The windows so far.
+    /// The windows so far, and the length of the longest, s.
     pub windows: Vec<ForceWindow>,
+    pub longest_s: f64,
 }
 
 impl Windows {
@@ -96,14 +101,19 @@ impl Windows {
         let references = std::mem::take(&mut self.references);
         tracks.settle();
         let points = points(&mut tracks.clone(), &references, vehicle);
+        let length_s = match INTERVALS * tracks.slowest_s() {
+            s if s > MAX_WINDOW_S => WINDOW_S,
+            s => s.max(WINDOW_S),
+        };
         over(&mut tracks);
         let step_s = match points.as_slice() {
             [a, .., b] => (b.t_s - a.t_s) / (points.len() - 1) as f64,
             _ => return,
         };
-        let steps = ((WINDOW_S / step_s).round() as usize).max(MIN_STEPS);
-        let hop = (steps / OVERLAP).max(1);
-        let windows = points.windows(steps + 1).step_by(hop);
+        let steps = |s: f64| ((s / step_s).round() as usize).max(MIN_STEPS);
+        let hop = (steps(WINDOW_S) / OVERLAP).max(1);
+        self.longest_s = self.longest_s.max(length_s);
+        let windows = points.windows(steps(length_s) + 1).step_by(hop);
         self.windows.extend(windows.filter_map(window));
     }
 }
@@ -147,7 +157,7 @@ fn points(tracks: &mut Tracks, references: &[[f64; 3]], vehicle: &Vehicle) -> Ve
         .collect()
 }
 
-/// The means of a window; none without a speed.
+/// The means of a window; none of one that begins and ends at once.
 fn window(points: &[Point]) -> Option<ForceWindow> {
     let n = points.len() as f64;
     let middle = points.iter().map(|p| p.t_s).sum::<f64>() / n;
@@ -155,7 +165,8 @@ fn window(points: &[Point]) -> Option<ForceWindow> {
     let c = |p: &Point| (p.t_s - middle) / squares;
     let slope_of = |of: fn(&Point) -> f64| points.iter().map(|p| c(p) * of(p)).sum::<f64>();
     let acceleration = slope_of(|p| p.speed);
-    if !acceleration.is_finite() {
+    let is_known = acceleration.is_finite();
+    if squares == 0.0 {
         return None;
     }
     // the weight of an interval: the sum of c behind it, times its length
@@ -200,8 +211,8 @@ fn window(points: &[Point]) -> Option<ForceWindow> {
         against,
         slope_rate: slope_of(|p| p.slope),
         mass_kg,
-        moves: least > MIN_SPEED_MPS || most < -MIN_SPEED_MPS,
-        stands: most.max(-least) < STANDING_MPS,
+        moves: is_known && (least > MIN_SPEED_MPS || most < -MIN_SPEED_MPS),
+        stands: is_known && most.max(-least) < STANDING_MPS,
     })
 }
 

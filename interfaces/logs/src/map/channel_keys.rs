@@ -127,7 +127,7 @@ pub(crate) struct WheelChannel {
     /// 1, or −1 where the log counts the other way.
     #[serde(default = "plus")]
     pub sign: Finite,
-    /// Times the value, as `monorig calibrate --apply` writes it; none = 1.
+    /// Times the value, as `monorig log calibrate --apply` writes it; none = 1.
     pub gain: Option<Positive>,
     /// Samples count only where this is true.
     pub valid_if: Option<Condition>,
@@ -158,7 +158,7 @@ pub(crate) struct Traction {
     /// 1, or −1 where the log counts the other way.
     #[serde(default = "plus")]
     pub sign: Finite,
-    /// Times the value, as `monorig calibrate --apply` writes it; none = 1.
+    /// Times the value, as `monorig log calibrate --apply` writes it; none = 1.
     pub gain: Option<Positive>,
     /// Samples count only where this is true, such as `engine_rpm / turbine_rpm < 1.1`.
     pub valid_if: Option<Condition>,

@@ -4,7 +4,7 @@ use super::channel_keys::{ScalarChannel, Traction, VectorChannel};
 use super::channels::{Channels, MeasuredChannel, key, quantity};
 use super::file::MapFile;
 use super::reference_keys::{References, SlopeReference};
-use crate::notation::{Quantity, UnitName};
+use crate::notation::{Quantity, TimeUnit, UnitName};
 use monorig_estimators::api::signals::{MAX_DRIVES, Measurand, Shape};
 
 pub(super) type Wrong = (String, String, String);
@@ -35,6 +35,19 @@ pub(super) fn check(file: &MapFile) -> Result<(), Wrong> {
             format!("there is no file `{name}` under `files`"),
             "a name of `files`",
         );
+    }
+    let times = file.clocks.iter();
+    let times =
+        times.map(|(name, c)| (format!("clocks.{name}"), c.wraps, c.unit.or(file.time.unit)));
+    for (key, wraps, unit) in times.chain([("time".into(), file.time.wraps, file.time.unit)]) {
+        let counts = unit.is_some_and(|unit| unit != TimeUnit::Iso8601);
+        if wraps.is_some_and(|bits| !counts || !(8..=48).contains(&bits)) {
+            return wrong(
+                format!("{key}.wraps"),
+                "a counter that begins anew has 8 to 48 bits, and a unit",
+                "`unit: us, wraps: 32` for a counter of microseconds with 32 bits",
+            );
+        }
     }
     if file.files.len() > MAX_FILES {
         return wrong(

@@ -39,7 +39,7 @@ pub struct MapFile {
     /// The steps of the estimators.
     #[serde(default)]
     pub(crate) step: StepSettings,
-    /// Train file, car file or file of nominal values (as `monorig export` writes it), relative to this file: the
+    /// Train file, car file or file of nominal values (as `monorig log export` writes it), relative to this file: the
     /// nominal vehicle, which estimators are given.
     pub(crate) vehicle: Option<String>,
     /// The part of the log that is played; none = all of it.
@@ -115,6 +115,8 @@ pub(crate) struct TimeSettings {
     pub column: Option<String>,
     /// Unit of that column; without it by its name or type, else seconds.
     pub unit: Option<TimeUnit>,
+    /// Bits after which the counter of that column begins anew, such as 32.
+    pub wraps: Option<u32>,
     /// Column of when the values were taken, in the same unit (of text and whole numbers too a number: exact to 2^53
     /// ns), where the time above is when they were recorded.
     pub stamp: Option<String>,
@@ -177,6 +179,8 @@ pub(crate) struct Clock {
     pub column: Option<String>,
     /// Its unit.
     pub unit: Option<TimeUnit>,
+    /// Bits after which its counter begins anew.
+    pub wraps: Option<u32>,
     /// Added to its stamps, s.
     pub offset_s: Option<Finite>,
     /// Rate by which the clock is too slow, parts per million: stamps grow by it from the file's first one on.

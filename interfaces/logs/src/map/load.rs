@@ -61,11 +61,27 @@ impl Map {
         changes: &[(String, String)],
     ) -> Result<Self, Error> {
         let inputs = InputFiles::default();
-        let (document, file) = inputs.during(|| {
-            let mut document = Document::read(path)?;
+        let document = inputs.during(|| Document::read(path))?;
+        Self::of(document, inputs, log, changes)
+    }
+
+    /// The same of a map file that is nowhere yet, of this text.
+    pub(crate) fn of_text(text: String, log: &Path) -> Result<Self, Error> {
+        let document = Document::of(Path::new("proposed.map.yaml"), text)?;
+        Self::of(document, InputFiles::default(), Some(log), &[])
+    }
+
+    fn of(
+        mut document: Document,
+        inputs: InputFiles,
+        log: Option<&Path>,
+        changes: &[(String, String)],
+    ) -> Result<Self, Error> {
+        let path = document.path().to_owned();
+        let path = path.as_path();
+        let file = inputs.during(|| {
             document.apply(&Sets::new(changes))?;
-            let file: MapFile = document.parse()?;
-            Ok::<_, Error>((document, file))
+            document.parse::<MapFile>()
         })?;
         check::check(&file).map_err(|w| document.error(w.0, w.1, w.2))?;
         let stem = name_of(path)?;
@@ -166,12 +182,6 @@ impl Map {
         self.file.reference.mass.is_some()
     }
 
-    /// The mass of the reference, kg, where it is one of the whole drive.
-    pub fn constant_mass_kg(&self) -> Option<f64> {
-        let mass = self.file.reference.mass.as_ref()?;
-        mass.kg.map(Positive::get)
-    }
-
     /// True if there is a reference of the slope.
     pub fn has_slope(&self) -> bool {
         self.file.reference.slope.is_some()
@@ -230,6 +240,7 @@ impl Map {
                         .and_then(|c| c.column.clone())
                         .or_else(|| time.column.clone()),
                     unit: clock.and_then(|c| c.unit).or(time.unit),
+                    wraps: clock.and_then(|c| c.wraps).or(time.wraps),
                     pieces: time.pieces.clone(),
                     wanted: Some(wanted.iter().chain(&time.stamp).cloned().collect()),
                     dbc: self.dbc.clone(),
@@ -253,6 +264,11 @@ impl Map {
             Order::Stamp => By::Stamp,
             Order::Arrival => By::Arrival,
         }
+    }
+
+    /// True if a part of the log is all that is played and checked.
+    pub fn is_trimmed(&self) -> bool {
+        self.file.trim.from_s.is_some() || self.file.trim.until_s.is_some()
     }
 
     /// The part of the log that is played, ns of the replay.

@@ -37,10 +37,15 @@ impl Title {
         })
     }
 
-    /// True if one of its words is among these.
-    pub fn has(&self, words: &[&str]) -> bool {
-        self.words.iter().any(|w| words.contains(&w.as_str()))
+    /// True if one of its words is among these, which blanks separate.
+    pub fn has(&self, words: &str) -> bool {
+        self.words.iter().any(|w| is_one(w, words))
     }
+}
+
+/// True if a word is one of these, which blanks separate.
+pub(crate) fn is_one(word: &str, words: &str) -> bool {
+    words.split(' ').any(|w| w == word)
 }
 
 /// Name and unit of a title with a unit in brackets at its end. `G(x)` has none: x is no unit.

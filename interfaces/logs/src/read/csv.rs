@@ -4,7 +4,8 @@
 //! Lines that begin with `#` are comments. Lines before the names in which nothing is separated are skipped, and so is
 //! a line of units behind them.
 
-use super::{Asked, LogColumn, LogReader, Out, ReadOptions, Row, text, time_column};
+use super::time_column::{self, Wraps};
+use super::{Asked, LogColumn, LogReader, Out, ReadOptions, Row, text};
 use crate::notation::{TimeUnit, Title};
 use crate::{io, wrong};
 use ::csv::{ByteRecord, ErrorKind, Position, ReaderBuilder, Trim};
@@ -17,18 +18,7 @@ use std::path::Path;
 /// Longest first line.
 const MAX_HEADER: u64 = 1 << 20;
 /// Words that loggers, spreadsheets and languages write where there is no value, beside an empty field.
-const NO_VALUE: [&str; 10] = [
-    "nan",
-    "-nan",
-    "nan(ind)",
-    "-nan(ind)",
-    "null",
-    "none",
-    "na",
-    "n/a",
-    "#n/a",
-    "-",
-];
+const NO_VALUE: &str = "nan -nan nan(ind) -nan(ind) null none na n/a #n/a -";
 /// Characters that may stand between values; of two that are as often there the later one counts.
 const DELIMITERS: [u8; 4] = [b'|', b',', b'\t', b';'];
 /// Characters around a name that are not part of it.
@@ -71,7 +61,7 @@ impl LogReader for CsvReader {
         titles.settle_time(&record);
         let table = out.table("", titles.columns());
         let (mut pieces, mut points, mut days) =
-            (Pieces::default(), Points::default(), Days::default());
+            (Pieces::default(), Points::default(), Wraps::of(DAY_NS));
         let mut values = Vec::with_capacity(titles.wanted.len());
         while more {
             let line = Line {
@@ -250,22 +240,8 @@ impl Pieces {
     }
 }
 
-/// Days that a time of day without a date has gone on.
-#[derive(Default)]
-struct Days {
-    last_ns: Option<i64>,
-    passed_ns: i64,
-}
-
-impl Days {
-    /// A time that goes back by more than half a day is one of the next day.
-    fn of(&mut self, ns: i64) -> i64 {
-        const DAY_NS: i64 = 86_400_000_000_000;
-        let last = self.last_ns.replace(ns).unwrap_or(ns);
-        self.passed_ns += if last - ns > DAY_NS / 2 { DAY_NS } else { 0 };
-        ns + self.passed_ns
-    }
-}
+/// A time of day begins anew after this, ns.
+const DAY_NS: i64 = 86_400_000_000_000;
 
 /// Points before three digits, `1.220`, which stand between thousands where other values have a decimal comma.
 #[derive(Default)]
@@ -327,7 +303,7 @@ impl Line<'_> {
         self.record.get(column).unwrap_or_default()
     }
 
-    fn stamp_ns(&self, days: &mut Days) -> Result<i64, Error> {
+    fn stamp_ns(&self, days: &mut Wraps) -> Result<i64, Error> {
         let column = self.titles.time;
         let mut stamp = text::of_bytes(self.word(column));
         let of_day = stamp.as_bytes().get(2) == Some(&b':');
@@ -339,7 +315,7 @@ impl Line<'_> {
         }
         let unit = self.titles.unit.unwrap_or_default();
         let goes_on = |ns| match of_day && self.titles.date.is_none() {
-            true => days.of(ns),
+            true => days.unwrapped(ns),
             false => ns,
         };
         unit.parse(&stamp).map(goes_on).ok_or_else(|| {
@@ -397,8 +373,8 @@ fn number(word: &[u8], comma: bool) -> Option<f64> {
     match x {
         Ok(x) if x.is_finite() => Some(x),
         _ => {
-            let stands = |none: &&str| word.eq_ignore_ascii_case(none);
-            (word.is_empty() || NO_VALUE.iter().any(stands)).then_some(f64::NAN)
+            let stands = |none| word.eq_ignore_ascii_case(none);
+            (word.is_empty() || NO_VALUE.split(' ').any(stands)).then_some(f64::NAN)
         }
     }
 }

@@ -97,11 +97,23 @@ impl Part {
             section: self.section,
         };
         let (mut plausible, mut implausible) = (plausible::Plausible::default(), None);
-        let mut checked = |chunk: Chunk| match plausible.check(path, &chunk) {
-            Ok(()) => sink(chunk),
-            Err(e) => {
-                implausible = Some(e);
-                false
+        let unit_ns = self.options.unit.unwrap_or_default().of_f64(1.0);
+        let period_ns = self.options.wraps.and_then(|bits| 1i64.checked_shl(bits));
+        let period_ns = period_ns.and_then(|period| period.checked_mul(unit_ns?));
+        let mut wraps = period_ns.map(time_column::Wraps::of);
+        let mut checked = |mut chunk: Chunk| {
+            if let Some(wraps) = &mut wraps {
+                for row in &mut chunk.rows {
+                    row.stamp_ns = wraps.unwrapped(row.stamp_ns);
+                    row.arrival_ns = row.stamp_ns;
+                }
+            }
+            match plausible.check(path, &chunk) {
+                Ok(()) => sink(chunk),
+                Err(e) => {
+                    implausible = Some(e);
+                    false
+                }
             }
         };
         let mut out = Out::new(&mut checked);
@@ -120,7 +132,7 @@ impl Part {
                 &self.path,
                 None,
                 format!("this {} file cannot be read: {what}", self.format.name()),
-                "a file that is whole; see what `monorig inspect` reads of it",
+                "a file that is whole; see what `monorig log info` reads of it",
             ))
         })
     }

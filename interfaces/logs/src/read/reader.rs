@@ -13,6 +13,8 @@ pub struct ReadOptions {
     pub time: Option<String>,
     /// Unit of that column; without it by the column's name or type, else seconds.
     pub unit: Option<TimeUnit>,
+    /// Bits after which the counter of that column begins anew; none of one that goes on.
+    pub wraps: Option<u32>,
     /// Column of text (CSV) whose change begins a new piece of the log, in which time begins anew.
     pub pieces: Option<String>,
     /// Columns that are wanted, as `column` or `table.column`; without it all.

@@ -7,32 +7,9 @@ use monorig_sim::error::Error;
 use std::path::Path;
 
 /// Names of a column of time, without their unit; of several columns the first name of this list.
-const TIMES: &[&str] = &[
-    "t",
-    "time",
-    "timestamp",
-    "timestamps",
-    "time stamp",
-    "stamp",
-    "zeit",
-    "zeitstempel",
-    "seconds elapsed",
-    "elapsed",
-    "elapsed time",
-    "time elapsed",
-    "datetime",
-    "date time",
-    "datum uhrzeit",
-    "device time",
-    "system time",
-    "utc time",
-    "utc",
-    "unix time",
-    "epoch",
-    "gps time",
-    "uhrzeit",
-    "x value",
-];
+const TIMES: &str = "t|time|timestamp|timestamps|time stamp|stamp|zeit|zeitstempel|seconds elapsed|elapsed|\
+    elapsed time|time elapsed|datetime|date time|datum uhrzeit|device time|system time|utc time|utc|unix time|\
+    epoch|gps time|uhrzeit|x value";
 
 /// The column of time among these names, and its unit where the options or the name tell it: the column asked for, else
 /// the one that is called most like a time.
@@ -66,8 +43,8 @@ pub(super) fn find(
 
 /// The column of these names that is called most like a time.
 pub(super) fn called(names: &[String]) -> Option<usize> {
-    TIMES.iter().find_map(|time| {
-        let is = |title: &String| Title::of(title).words.join(" ") == *time;
+    TIMES.split('|').find_map(|time| {
+        let is = |title: &String| Title::of(title).words.join(" ") == time;
         names.iter().position(is)
     })
 }
@@ -92,6 +69,32 @@ pub(super) fn guessed(first: &str) -> TimeUnit {
         Ok(x) if x >= 1e11 => TimeUnit::Milliseconds,
         Err(_) if TimeUnit::Iso8601.parse(first).is_some() => TimeUnit::Iso8601,
         _ => TimeUnit::Seconds,
+    }
+}
+
+/// A time that begins anew after a period.
+pub(super) struct Wraps {
+    period_ns: i64,
+    last_ns: Option<i64>,
+    passed_ns: i64,
+}
+
+impl Wraps {
+    /// Begins anew after this, ns.
+    pub fn of(period_ns: i64) -> Self {
+        Self {
+            period_ns,
+            last_ns: None,
+            passed_ns: 0,
+        }
+    }
+
+    /// The time that has gone on; one that goes back by more than half a period has begun anew.
+    pub fn unwrapped(&mut self, ns: i64) -> i64 {
+        let last = self.last_ns.replace(ns).unwrap_or(ns);
+        let anew = last.saturating_sub(ns) > self.period_ns / 2;
+        self.passed_ns += if anew { self.period_ns } else { 0 };
+        ns.saturating_add(self.passed_ns)
     }
 }
 

@@ -74,7 +74,7 @@ impl Plant for RecordedPlant {
             return Err(map.error(
                 key,
                 format!("there is no column `{column}` in the log"),
-                "`monorig inspect` shows the columns",
+                "`monorig log info` shows the columns",
             ));
         }
         self.over = !play.more;

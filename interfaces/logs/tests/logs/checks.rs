@@ -155,6 +155,71 @@ fn each_check_fires_on_a_log_broken_that_way_and_on_no_good_one() {
     }
 }
 
+/// Of an instrument turned in any of the 24 ways the axes are named as they are, and of one that is not turned none.
+#[test]
+fn axes_are_named_as_they_are() {
+    let directions: [(&str, [f64; 3]); 6] = [
+        ("forward", [1.0, 0.0, 0.0]),
+        ("backward", [-1.0, 0.0, 0.0]),
+        ("left", [0.0, 1.0, 0.0]),
+        ("right", [0.0, -1.0, 0.0]),
+        ("up", [0.0, 0.0, 1.0]),
+        ("down", [0.0, 0.0, -1.0]),
+    ];
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let mut ways = 0;
+    for (a, x) in directions {
+        for (b, y) in directions {
+            let cross = [
+                x[1] * y[2] - x[2] * y[1],
+                x[2] * y[0] - x[0] * y[2],
+                x[0] * y[1] - x[1] * y[0],
+            ];
+            let Some((c, z)) = directions.into_iter().find(|(_, d)| *d == cross) else {
+                continue;
+            };
+            ways += 1;
+            let told = told(MAP, HEADER, |r| r.f = [x, y, z].map(|d| dot(d, r.f)));
+            let axes = format!("`axes: [{a}, {b}, {c}]`");
+            let named: Vec<_> = told
+                .iter()
+                .filter(|(_, why)| why.contains("axes: ["))
+                .collect();
+            match ways {
+                1 => assert!(named.is_empty(), "{named:?}"),
+                _ => assert!(
+                    named.iter().any(|(_, why)| why.contains(&axes)),
+                    "{axes}: {told:?}"
+                ),
+            }
+        }
+    }
+    assert_eq!(ways, 24);
+}
+
+/// A box that is turned clips in its own axes: the check looks at the columns, before the turn.
+#[test]
+fn clipping_is_that_of_the_columns() {
+    let (pitch, map) = (
+        20f64.to_radians(),
+        MAP.replace("unit: m/s2}", "unit: m/s2, mount_deg: {pitch: 20}}"),
+    );
+    let turned = |r: &mut Row, most: f64| {
+        let [x, y, z] = r.f;
+        let (x, z) = (
+            x * pitch.cos() + z * pitch.sin(),
+            z * pitch.cos() - x * pitch.sin(),
+        );
+        r.f = [x.min(most), y, z];
+    };
+    let clipped = |most: f64| {
+        let told = told(&map, HEADER, |r| turned(r, most));
+        told.iter()
+            .any(|(what, why)| what.starts_with("specific force x") && why.contains("clipped"))
+    };
+    assert!(!clipped(100.0) && clipped(4.0));
+}
+
 #[test]
 fn a_column_that_is_not_there_is_named() {
     let dir = tempfile::tempdir().unwrap();

@@ -335,6 +335,77 @@ fn stamps_of_zero_are_none() {
     assert_eq!(columns["/v.twist.linear.x"], expected);
 }
 
+/// The speed of an odometry, of either byte order, is read as it was written.
+#[test]
+fn odometry_has_a_speed() {
+    let mut random = Random::new(9);
+    for big in [false, true] {
+        let speed = 10.0 * random.unit();
+        let number = |x: f64| match big {
+            true => x.to_be_bytes(),
+            false => x.to_le_bytes(),
+        };
+        let whole = |x: u32| match big {
+            true => x.to_be_bytes(),
+            false => x.to_le_bytes(),
+        };
+        let mut data = vec![0, u8::from(!big), 0, 0];
+        let begins = data.len();
+        [5, 0].iter().for_each(|x| data.extend(whole(*x)));
+        for name in ["odom\0", "base_link\0"] {
+            while !(data.len() - begins).is_multiple_of(4) {
+                data.push(0);
+            }
+            data.extend(whole(name.len() as u32));
+            data.extend(name.as_bytes());
+        }
+        while !(data.len() - begins).is_multiple_of(8) {
+            data.push(0);
+        }
+        for k in 0..3 + 4 + 36 + 6 + 36 {
+            data.extend(number(if k == 43 { speed } else { f64::from(k) }));
+        }
+        let folder = Folder::new();
+        let log = folder.put(
+            "a.mcap",
+            mcap_of(&[("/odom", "nav_msgs/msg/Odometry", "cdr", data)]),
+        );
+        let columns = read(&log, &ReadOptions::default()).unwrap();
+        assert_eq!(
+            columns["/odom.twist.twist.linear.x"],
+            [(5_000_000_000, speed)]
+        );
+        assert_eq!(columns["/odom.pose.pose.position.z"][0].1, 2.0);
+    }
+}
+
+/// A counter of so many bits goes on where it begins anew, however often.
+#[test]
+fn counters_that_begin_anew_go_on() {
+    let folder = Folder::new();
+    for (bits, unit, factor) in [
+        (16, "ms", 1_000_000_i64),
+        (32, "us", 1000),
+        (24, "us", 1000),
+    ] {
+        let (period, mut text) = (1_i64 << bits, format!("t_{unit},v\n"));
+        for k in 0..50 {
+            let _ = writeln!(text, "{},{k}", (period - 7 + k * period / 10) % period);
+        }
+        let path = folder.put("a.csv", text);
+        let options = ReadOptions {
+            unit: serde_json::from_value(unit.into()).ok(),
+            wraps: Some(bits),
+            ..ReadOptions::default()
+        };
+        let v = &read(&path, &options).unwrap()["v"];
+        for (t, k) in v {
+            assert_eq!(*t, (period - 7 + *k as i64 * period / 10) * factor);
+        }
+        assert_eq!(v.len(), 50);
+    }
+}
+
 /// A flag of MDF whose values have names is its number; so are values without a name.
 #[test]
 fn flags_of_mdf_with_names_are_numbers() {
@@ -441,16 +512,16 @@ fn heads_of_measuring_programs_are_passed_over() {
 /// Topics of types that are not read are counted by name and type.
 #[test]
 fn topics_that_are_not_read_are_counted() {
-    let odometry = || ("/odom", "nav_msgs/msg/Odometry", "cdr", vec![0, 1, 0, 0]);
+    let path = || ("/path", "nav_msgs/msg/Path", "cdr", vec![0, 1, 0, 0]);
     let wheels = ("/wheels", "Wheels", "json", br#"{"v": 1.5}"#.to_vec());
     for (messages, rows, times) in [
-        (vec![odometry(), odometry(), odometry()], 0, 3),
-        (vec![odometry(), wheels, odometry()], 1, 2),
+        (vec![path(), path(), path()], 0, 3),
+        (vec![path(), wheels, path()], 1, 2),
     ] {
         let folder = Folder::new();
         let log = folder.put("a.mcap", mcap_of(&messages));
         let found = monorig_logs::check::inspect(&log, &ReadOptions::default()).unwrap();
-        let what = "topic /odom: cdr nav_msgs/msg/Odometry".to_owned();
+        let what = "topic /path: cdr nav_msgs/msg/Path".to_owned();
         assert_eq!(found.unread, [(what, times)].into());
         assert_eq!(found.tables.iter().map(|t| t.rows).sum::<u64>(), rows);
     }

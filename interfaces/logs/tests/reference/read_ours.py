@@ -1,8 +1,8 @@
-"""Reads what `monorig export` wrote with other people's libraries, and holds every value and every stamp against `samples.parquet` of the run:
+"""Reads what `monorig log export` wrote with other people's libraries, and holds every value and every stamp against `samples.parquet` of the run:
 exactly, and of CAN within half a step of each signal and of the stamp.
 
 usage: read_ours.py RUN EXPORTS; RUN is a folder of `monorig run --keep-samples`, EXPORTS has the folders csv, parquet, mcap, mf4 and can of
-`monorig export RUN --to FORMAT --out EXPORTS/FORMAT`. Needs the packages of requirements.txt.
+`monorig log export RUN --to FORMAT --out EXPORTS/FORMAT`. Needs the packages of requirements.txt.
 """
 
 import json

@@ -3,10 +3,12 @@
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::fmt;
 use std::net::SocketAddr;
 use std::num::NonZeroU16;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// The way to an estimator outside of the program, which is given CAN frames and answers in CAN frames: one of
@@ -91,17 +93,38 @@ const START_S: [f64; 2] = [10.0, 2.0];
 const MAX_START_S: f64 = 600.0;
 
 impl External {
-    /// The files among the words of a process, from the folder of the scenario: what it runs.
-    pub(super) fn files(&self) -> Vec<PathBuf> {
+    /// The files that a process runs, as far as its words tell: programs of the search path, and files from the folder
+    /// of the scenario, scripts and modules of Python among them, with those of the same ending beside them, which a
+    /// script may load.
+    pub(super) fn files(&self) -> BTreeSet<PathBuf> {
+        let mut found = BTreeSet::new();
         let Way::Process(words) = &self.way else {
-            return Vec::new();
+            return found;
         };
-        // `sh -c \"python3 mine.py\"`, `--model=mine.bin`
-        let words = words.iter().flat_map(|word| word.split([' ', '=', ';']));
-        let files = words
-            .map(|word| self.folder.join(word))
-            .filter(|path| path.is_file());
-        files.collect()
+        let path = std::env::var_os("PATH").unwrap_or_default();
+        // `sh -c \"python3 'mine.py'\"`, `--model=mine.bin`
+        let parts = words
+            .iter()
+            .flat_map(|word| word.split([' ', '=', ';', '"', '\'']));
+        for part in parts.filter(|part| !part.is_empty()) {
+            let programs = std::env::split_paths(&path).map(|folder| folder.join(part));
+            let mut programs = programs.filter(|file| !part.contains('/') && file.is_file());
+            found.extend(programs.next());
+            let [here, module] = [part, &part.replace('.', "/")].map(|p| self.folder.join(p));
+            let package = here.join("__main__.py");
+            for script in [
+                here,
+                package,
+                module.with_extension("py"),
+                module.join("__main__.py"),
+            ] {
+                if script.is_file() {
+                    found.extend(beside(&script));
+                    found.insert(script);
+                }
+            }
+        }
+        found
     }
 
     /// Time for an answer in real time.
@@ -118,6 +141,15 @@ impl External {
         };
         Duration::from_secs_f64(self.start_s.unwrap_or(usual))
     }
+}
+
+/// The files beside a file with the same ending; none of one without.
+fn beside(file: &Path) -> impl Iterator<Item = PathBuf> + '_ {
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let ending = file.extension().unwrap_or(OsStr::new("/"));
+    let files = folder.read_dir().into_iter().flatten().flatten();
+    let files = files.map(|entry| entry.path());
+    files.filter(move |other| other.extension() == Some(ending) && other.is_file())
 }
 
 /// An estimator outside of the program, which is given CAN frames and answers in CAN frames.

@@ -150,8 +150,8 @@ fn find_libraries(
             for file in external.files() {
                 read_unchanged(&format!("estimators.{name}.external"), &file, document)?;
             }
-            // a process too: what a script imports, or a program reads, is in none of these files
-            if let Some(inputs) = InputFiles::current() {
+            let elsewhere = !matches!(external.way, Way::Process(_));
+            if let Some(inputs) = InputFiles::current().filter(|_| elsewhere) {
                 inputs.runs_elsewhere(&external.to_string());
             }
         }

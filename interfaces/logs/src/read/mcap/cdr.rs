@@ -80,13 +80,9 @@ pub(super) struct Decoded {
 
 /// True if messages of this schema are read.
 pub(super) fn is_known(schema: &str) -> bool {
-    [
-        "sensor_msgs/msg/Imu",
-        "sensor_msgs/msg/JointState",
-        "std_msgs/msg/Float64",
-        "geometry_msgs/msg/TwistStamped",
-    ]
-    .contains(&schema)
+    let known = "sensor_msgs/msg/Imu sensor_msgs/msg/JointState std_msgs/msg/Float64 geometry_msgs/msg/TwistStamped \
+                 nav_msgs/msg/Odometry";
+    known.split(' ').any(|k| k == schema)
 }
 
 /// Decodes a message; none if it breaks off.
@@ -131,6 +127,17 @@ pub(super) fn decode(schema: &str, data: &[u8]) -> Option<Decoded> {
             m.stamp_ns = Some(c.header()?);
             vector(&mut c, "twist.linear", &mut m)?;
             vector(&mut c, "twist.angular", &mut m)?;
+        }
+        "nav_msgs/msg/Odometry" => {
+            m.stamp_ns = Some(c.header()?);
+            c.string()?;
+            vector(&mut c, "pose.pose.position", &mut m)?;
+            // orientation and the covariance of both
+            for _ in 0..40 {
+                c.f64()?;
+            }
+            vector(&mut c, "twist.twist.linear", &mut m)?;
+            vector(&mut c, "twist.twist.angular", &mut m)?;
         }
         _ => return None,
     }
