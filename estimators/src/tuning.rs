@@ -352,7 +352,7 @@ groups! {
         /// Scale error of a calibrated gyro and of its axes against each other. Chosen.
         scale: Real = 0.001,
     }
-    /// Shocks of the accelerometer.
+    /// Shocks of the accelerometer, and spikes of the gyro.
     SHOCK: Shock {
         /// Jump of the accelerometer from one sample to the next that is a shock, m/s². Chosen.
         jump_mps2: Real = 1.5,
@@ -362,6 +362,10 @@ groups! {
         norm_gate_mps2: Real = 0.35,
         /// Time for which the gyro monitor rests after a shock, s. Chosen.
         rest_s: Real = 0.5,
+        /// Time for which a shock rings, s. Chosen.
+        ring_s: Real = 0.03,
+        /// Jump of the gyro that is no spike, rad/s. Chosen.
+        min_jump_radps: Real = 0.1,
     }
     /// The attitude filter: limits of its state, and times.
     ATTITUDE: Attitude {

@@ -133,7 +133,7 @@ class Health:
     """What of the IMU is in use."""
 
     def __init__(self, events):
-        self.last_force, self.shock = None, False
+        self.last_force, self.ring, self.shock = None, 0.0, False
         self.used = self.held = None
         self.jump, self.norm, self.out = 0.0, 0.0, 0.0
         self.stuck = {"force": [None, 0, 0, 0], "rate": [None, 0, 0, 0]}
@@ -150,15 +150,34 @@ class Health:
         self.stuck[name] = [sample, run, changes, repeats]
         return is_stuck()
 
+    def despike(self, w):
+        if self.used is None:
+            self.used = w
+            return w
+        last, ringing = self.used, self.ring > 0.0
+        limit, jump = 0.1 + 6.0 * self.jump, np.max(np.abs(w - last))
+        held, self.held = self.held, None
+        confirmed = held is not None and (ringing or np.max(np.abs(w - held)) <= limit)
+        if (held is None or confirmed) and not ringing:
+            self.jump += (min(jump, limit) - self.jump) / 64.0
+        if jump > limit and not ringing and not confirmed:
+            self.held = w
+            self.events.add("spike")
+            return last
+        self.used = w
+        return w + (held - last) if confirmed and (ringing or jump > limit) else w
+
     def step(self, force, w, yaw_bias, v, gyro):
         lag = 0.0 if self.last_force is None else 0.4
+        self.ring = max(self.ring - DT, 0.0)
         self.shock = self.last_force is not None and np.max(np.abs(force - self.last_force)) > 1.5
         self.last_force = force
         if self.shock:
+            self.ring = 0.03
             self.events.add("shock")
         rate = None
         if gyro:
-            rate = w
+            rate = self.despike(w)
             if self.repeats("rate", w):
                 rate = None
                 self.events.add("stuck gyro")
@@ -818,7 +837,7 @@ def oracle(table):
             if k % 10 == 9:
                 out.append([run, *attitude_row(att)])
         wanted = {"shock", "|f| is not g", "no wheel", "one wheel", "wheels"}
-        wanted |= {"stuck gyro", "standstill", "doubt", "Huber 0", "Huber 1"} if gyro else set()
+        wanted |= {"spike", "stuck gyro", "standstill", "doubt", "Huber 0", "Huber 1"} if gyro else set()
         assert wanted <= att.events, f"not met: {wanted - att.events}"
     fusion = Fusion()
     for k, row in enumerate(rows):

@@ -103,8 +103,9 @@ fn the_share_that_misleads_is_judged() {
     let dir = dir();
     let mount = "version: 1\ncondition: a test\ngroup: instruments\nset:\n  sensors.accelerometer.misalignment_deg: [0, 3, 0]\n";
     dir.write("bad/mount.yaml", mount.as_bytes());
-    let told = stress(&dir, &["--json", "all.json", "--max-misled", "50%"]);
-    assert!(told.ends_with("held: misled at most 100 %\n"), "{told}");
+    let told = stress(&dir, &["--only", "heavy", "--max-misled", "50%"]);
+    assert!(told.ends_with("held: misled at most 50 %\n"), "{told}");
+    stress(&dir, &["--json", "all.json"]);
     let all: serde_json::Value = serde_json::from_str(&dir.read("all.json")).unwrap();
     let cells = all["cells"].as_array().unwrap();
     let shares = cells.iter().flat_map(|cell| {
@@ -116,10 +117,26 @@ fn the_share_that_misleads_is_judged() {
         most > 0.0,
         "a battery in which nothing misleads tests nothing"
     );
-    let less = (0.9 * most).to_string();
+    let less = (0.9 * most).min(0.45).to_string();
     let (code, out, err) = dir.monorig(&[&STRESS[..], &["--max-misled", &less]].concat());
     assert_eq!(code, Some(1), "{out}{err}");
     assert!(out.contains("FAILED: 1 cell misled more than"), "{out}");
+    let (code, _, err) = dir.monorig(&[&STRESS[..], &["--max-misled", "51%"]].concat());
+    assert!(code == Some(2) && err.contains("at most 50%"), "{err}");
+}
+
+/// An estimator without a valid sample in any run is not one that misled nowhere.
+#[test]
+fn a_battery_without_a_valid_sample_fails() {
+    let dir = dir();
+    let late = "estimators.late={is: attitude, grade_sd_max_deg: 0.01}";
+    for more in [&["--max-misled", "1%"][..], &[]] {
+        let task = ["--only", "heavy", "--estimators", "late", "--set", late];
+        let (code, out, err) = dir.monorig(&[&STRESS[..], &task, more].concat());
+        assert_eq!(code, Some(1), "{out}{err}");
+        assert!(out.contains("FAILED: late has no valid sample"), "{out}");
+        assert!(!out.contains("held"), "{out}");
+    }
 }
 
 /// Against itself nothing is worse; against a matrix with a smaller error a figure is, and the exit code is 1.

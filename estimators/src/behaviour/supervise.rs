@@ -33,6 +33,7 @@ fn the_switches_of_an_estimator_go_by_its_kind() {
             "slip_gate",
             "accelerometer_gate",
             "separation",
+            "spike_gate",
             "gyro_monitor",
             "vertical_force",
         ] {

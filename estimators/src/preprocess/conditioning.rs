@@ -33,11 +33,13 @@ const SPEED_LIMITS: [SpikeLimits; 2] = [
         floor: 0.05,
         rate: 3.0,
         longest: 0.2,
+        keeps_integral: false,
     },
     SpikeLimits {
         floor: 0.05,
         rate: 12.0,
         longest: 0.2,
+        keeps_integral: false,
     },
 ];
 
@@ -48,7 +50,7 @@ const MAX_NOISE_PERIOD_S: Real = 0.3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditioning {
     params: ConditioningParams,
-    speed: SpikeGate,
+    speed: SpikeGate<1>,
     noise: [NoiseLearning; 2],
 }
 
@@ -66,9 +68,9 @@ impl Conditioning {
 
     /// A new speed by the wheels, m/s, `period_s` after the one before; `None` if it is held out.
     pub fn speed(&mut self, speed_mps: Real, period_s: Real, standing: bool) -> Option<Real> {
-        let passed = match self.params.outlier_hold {
-            true => self.speed.take(speed_mps, period_s)?,
-            false => speed_mps,
+        let [passed] = match self.params.outlier_hold {
+            true => self.speed.take([speed_mps], period_s, false)?,
+            false => [speed_mps],
         };
         let [noise, _] = &mut self.noise;
         if !standing && period_s < MAX_NOISE_PERIOD_S {
@@ -79,7 +81,7 @@ impl Conditioning {
 
     /// The last speed that was not held out, m/s.
     pub fn last_speed(&self) -> Option<Real> {
-        self.speed.value()
+        self.speed.value().map(|[speed]| speed)
     }
 
     /// A new specific force along the train, m/s², `period_s` after the one before.

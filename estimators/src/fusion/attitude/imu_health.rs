@@ -1,14 +1,23 @@
-//! Health of the IMU: stuck detectors, and the length of the specific force.
+//! Health of the IMU: stuck detectors, spike gate of the gyro, and the length of the specific force.
 
 use crate::api::reading::Channels;
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
+use crate::instruments::spike_gate::{SpikeGate, SpikeLimits, apart};
 use crate::instruments::stuck_detector::StuckDetector;
 use crate::tuning;
 use crate::{Real, Time};
 
 /// Instant for the stuck detectors of vectors, which go by no time.
 const NO_CLOCK: Time = Time::from_ns(0);
+
+/// Limits of the gyro's spike gate, which counts samples.
+const RATE_LIMITS: SpikeLimits = SpikeLimits {
+    floor: tuning::SHOCK.min_jump_radps,
+    rate: 0.0,
+    longest: Real::INFINITY,
+    keeps_integral: true,
+};
 
 /// Instruments that are in use for a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,25 +36,31 @@ pub struct SoundImu {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuHealth {
     gate: bool,
+    spike_gate: bool,
+    spikes: SpikeGate<3>,
     last_force: Option<[Real; 3]>,
     last_rate: Option<[Real; 3]>,
     force: StuckDetector<3>,
     rate: StuckDetector<3>,
     norm_error_mps2: Real,
     out_s: Real,
+    ring_s: Real,
 }
 
 impl ImuHealth {
-    /// Builds the health check with the gate on |f| on or off.
-    pub fn new(gate: bool) -> Self {
+    /// Builds the health check with the gate on |f|, and that for spikes, on or off.
+    pub fn new(gate: bool, spike_gate: bool) -> Self {
         Self {
             gate,
+            spike_gate,
+            spikes: SpikeGate::new(RATE_LIMITS),
             last_force: None,
             last_rate: None,
             force: StuckDetector::default(),
             rate: StuckDetector::default(),
             norm_error_mps2: 0.0,
             out_s: 0.0,
+            ring_s: 0.0,
         }
     }
 
@@ -62,17 +77,25 @@ impl ImuHealth {
         let [new_force, new_rate] = z.new;
         let before = self.last_force;
         let mut imu = SoundImu {
-            shock: self.is_shock(z.specific_force_mps2),
+            shock: self.is_shock(z.specific_force_mps2, dt),
             ..SoundImu::default()
         };
         if let Some(raw) = z.angular_rate_radps.filter(|_| gyro) {
+            let mut despiked = raw;
             if new_rate {
                 let before = self.last_rate.replace(raw);
                 before.inspect(|before| self.rate.take(raw, *before, NO_CLOCK));
+                let passed = self.spikes.take(raw, 1.0, self.ring_s > 0.0);
+                despiked = passed.or(self.spikes.value()).unwrap_or(raw);
+            } else if let Some(held) = self.spikes.value() {
+                despiked = held;
             }
             let stuck = self.rate.is_stuck(NO_CLOCK);
             imu.stuck |= stuck;
-            imu.rate_radps = (!stuck).then_some(raw);
+            let used = if self.spike_gate { despiked } else { raw };
+            imu.rate_radps = (!stuck).then_some(used);
+        } else {
+            self.spikes = SpikeGate::new(RATE_LIMITS);
         }
         if let Some(force) = z.specific_force_mps2 {
             if let (true, Some(before)) = (new_force, before) {
@@ -92,11 +115,15 @@ impl ImuHealth {
     }
 
     /// Returns true if the accelerometer jumps.
-    fn is_shock(&mut self, force: Option<[Real; 3]>) -> bool {
+    fn is_shock(&mut self, force: Option<[Real; 3]>, dt: Real) -> bool {
+        self.ring_s = (self.ring_s - dt).max(0.0);
         let Some(force) = force else { return false };
-        let last = self.last_force.replace(force).unwrap_or(force);
-        let mut axes = force.iter().zip(last);
-        axes.any(|(f, last)| (f - last).abs() > tuning::SHOCK.jump_mps2)
+        let last = self.last_force.replace(force);
+        let shock = last.is_some_and(|last| apart(force, last) > tuning::SHOCK.jump_mps2);
+        if shock {
+            self.ring_s = tuning::SHOCK.ring_s;
+        }
+        shock
     }
 
     fn check_norm(&mut self, [x, y, z]: [Real; 3], centripetal_mps2: Real, share: Real) {
@@ -109,11 +136,54 @@ impl ImuHealth {
     }
 }
 
-state!(ImuHealth { last_force, last_rate, force, rate, norm_error_mps2, out_s; gate });
+state!(ImuHealth { spikes, last_force, last_rate, force, rate, norm_error_mps2, out_s, ring_s; gate, spike_gate });
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Sum of the pitch rates that are used of these samples, [pitch rate, rise of f_x] each, behind a quiet second.
+    fn used(samples: &[[Real; 2]]) -> Real {
+        let mut health = ImuHealth::new(true, true);
+        let quiet = [[0.0, 0.0]; 100];
+        let mut sum = 0.0;
+        for (k, [rate, force]) in quiet.iter().chain(samples).chain(&quiet).enumerate() {
+            let noise = if k % 2 == 0 { 1e-4 } else { -1e-4 };
+            let z = Channels {
+                specific_force_mps2: Some([force + noise, 0.0, GRAVITY]),
+                angular_rate_radps: Some([0.0, rate + noise, 0.0]),
+                new: [true; 2],
+                ..Channels::default()
+            };
+            let [_, q, _] = health
+                .step(&z, 0.0, 1.0, true, 0.005)
+                .rate_radps
+                .unwrap_or_default();
+            sum += q;
+        }
+        sum
+    }
+
+    #[test]
+    fn a_spike_of_the_gyro_alone_is_left_out() {
+        assert!(used(&[[0.3, 0.0]]).abs() < 1e-2);
+        assert!(used(&[[-0.3, 0.0], [0.0, 0.0], [0.5, 0.0]]).abs() < 1e-2);
+    }
+
+    #[test]
+    fn a_jump_that_stays_loses_nothing_of_its_integral() {
+        assert!((used(&[[0.3, 0.0]; 10]) - 3.0).abs() < 1e-2);
+    }
+
+    /// A blow, with its sample first on the gyro or first on the accelerometer.
+    #[test]
+    fn a_blow_loses_nothing_of_its_integral() {
+        let blow = [[0.03, 8.0], [0.06, 7.0], [-0.12, -5.0], [0.03, 2.0]];
+        assert!(used(&blow).abs() < 1e-2);
+        let [before, after] = [[[0.4, 0.0], [-0.3, 9.0]], [[0.0, 9.0], [0.1, 0.0]]];
+        assert!((used(&before) - 0.1).abs() < 1e-2);
+        assert!((used(&after) - 0.1).abs() < 1e-2);
+    }
 
     /// Bias of the gyro about z, rad/s: large, so that a wrong one shows.
     const YAW_BIAS_RADPS: Real = 0.5;
@@ -151,7 +221,7 @@ mod tests {
         for (force_stuck, rate_stuck) in
             [(true, false), (false, true), (true, true), (false, false)]
         {
-            let mut health = ImuHealth::new(true);
+            let mut health = ImuHealth::new(true, true);
             let at = |k: u32, stuck: bool| if stuck { noise(3) } else { noise(k) };
             let quiet = |k: u32| ([noise(k), 0.0, GRAVITY], [noise(k), 0.0, 0.0]);
             last(&mut health, 2.0, quiet, 1.0);
@@ -193,7 +263,7 @@ mod tests {
             ([0.0, 0.0, GRAVITY], yaw_rate, false),
         ] {
             for gated in [true, false] {
-                let mut health = ImuHealth::new(gated);
+                let mut health = ImuHealth::new(gated, true);
                 let imu = last(&mut health, 4.0, along(force, rate), speed);
                 assert_eq!(
                     imu.force_mps2.is_some(),
@@ -204,7 +274,7 @@ mod tests {
         }
         // 0.5 m/s² more: beyond the gate after 0.4 ln(0.5/0.15) = 0.48 s, and 0.4 ln(0.5/0.35) + 0.5 = 0.64 s after it
         // is right again, in use
-        let mut health = ImuHealth::new(true);
+        let mut health = ImuHealth::new(true, true);
         let (right, wrong) = (
             along([0.0, 0.0, GRAVITY], 0.0),
             along([0.0, 0.0, GRAVITY + 0.5], 0.0),

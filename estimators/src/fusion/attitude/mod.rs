@@ -185,7 +185,7 @@ impl AttitudeFilter {
             ahead: WheelsAhead::default(),
             belief: Gaussian::independent(SVector::zeros(), SVector::zeros()),
             angles: Angles::default(),
-            health: ImuHealth::new(supervision.accelerometer_gate),
+            health: ImuHealth::new(supervision.accelerometer_gate, supervision.spike_gate),
             wheels: WheelGate::new(vehicle.drives, wheel_sd, integrity.gate_sd, gated),
             monitor: GyroMonitor::new(supervision.gyro_monitor, wheel_sd),
             separation: Separation::default(),

@@ -35,6 +35,7 @@ params! {
     AttitudeSupervision {
         accelerometer_gate [flag] = true, "The accelerometer is out of use while |f| is not g or it is stuck; off: it is always used.";
         slip_gate [flag] = true, "Wheels beyond the gate do not count; off: all do.";
+        spike_gate [flag] = true, "Single outliers of the gyro are left out; off: they are not.";
         gyro_monitor [flag] = true, "The pitch is doubted while wheels that agree contradict it; off: it is not.";
         separation [flag] = true, "The told deviation of the pitch covers the hypotheses of a wrong gyro, accelerometer or wheels; off: it is that of the filter.";
         noise_learning [flag] = true, "The accelerometer's noise is never taken to be below that seen; off: it is that of the sheet.";

@@ -145,10 +145,10 @@ impl External {
 
 /// The files beside a file with the same ending; none of one without.
 fn beside(file: &Path) -> impl Iterator<Item = PathBuf> + '_ {
-    let folder = file.parent().unwrap_or(Path::new(""));
+    let folder = Path::new(".").join(file.parent().unwrap_or(Path::new("")));
     let ending = file.extension().unwrap_or(OsStr::new("/"));
     let files = folder.read_dir().into_iter().flatten().flatten();
-    let files = files.map(|entry| entry.path());
+    let files = files.map(|entry| file.with_file_name(entry.file_name()));
     files.filter(move |other| other.extension() == Some(ending) && other.is_file())
 }
 
