@@ -29,13 +29,16 @@ impl WantedColumn {
 /// A row of a table: its piece of the log, its time, s, and the value of each column.
 pub type ColumnsRow = (u32, f64, Vec<f64>);
 
+/// Name and SI unit of each column, and the rows.
+pub type NamedColumns = (Vec<(String, String)>, Vec<ColumnsRow>);
+
 /// Reads these columns of one table, or of a log with one table all that hold numbers. Returns name and SI unit of each
 /// (empty where neither `wanted` nor the log has one), and the rows in which all have a value.
 pub fn columns(
     path: &Path,
     options: &ReadOptions,
     wanted: &[WantedColumn],
-) -> Result<(Vec<(String, String)>, Vec<ColumnsRow>), Error> {
+) -> Result<NamedColumns, Error> {
     let (mut tables, mut all) = (Arc::default(), Vec::new());
     scan(path, options, &mut |chunk| {
         tables = Arc::clone(&chunk.tables);

@@ -34,7 +34,7 @@ mod time_column;
 pub use crate::notation::TimeUnit;
 #[cfg(feature = "can")]
 pub use can::dbc::Database;
-pub use columns::{ColumnsRow, WantedColumn, columns};
+pub use columns::{ColumnsRow, NamedColumns, WantedColumn, columns};
 pub(crate) use reader::{Asked, LogReader, Section};
 pub use reader::{ReadOptions, full_name};
 pub(crate) use rows::Out;
