@@ -136,7 +136,6 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
         ghost: task.ghost,
         found: found.collect(),
         judged: judged.into_iter().collect::<Result<_, _>>()?,
-        ..ReplayOptions::default()
     };
     let playing = Playing {
         options: &options,
