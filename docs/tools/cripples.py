@@ -124,7 +124,6 @@ def main():
     quiet = {"stdout": subprocess.DEVNULL, "cwd": out}
     named, drawn, faulty = out / "named.json", out / "drawn.json", out / "faulty.json"
     run(program, "test", "scenarios", "--seeds", given.seeds, "--json", named, **quiet)
-    out.mkdir(parents=True, exist_ok=True)
     run(program, "new", "courses", "--seed", str(given.first), "--count", str(given.courses), "--out", out / "courses", **quiet)
     sets = [f"estimators.{name}={{is: {ESTIMATOR}, {', '.join(f'{k}: {v}' for k, v in keys.items())}}}" for name, keys in VARIANTS.items()]
     run(program, "test", out / "courses", *[x for s in sets for x in ("--set", s)], "--json", drawn, **quiet)
