@@ -24,6 +24,7 @@ FLAGS = ["total_mass_valid", "grade_valid", "effective_grade_valid", "moving", "
 
 program, out, *names = sys.argv[1:]
 out = pathlib.Path(out)
+out.mkdir(parents=True, exist_ok=True)
 
 
 def monorig(*words: str) -> str:
