@@ -1,7 +1,7 @@
 //! Files from others are data: nothing that they name is run unasked, what was run is in the hash, no result goes over
 //! an input.
 
-use crate::common::{TestFolder, compile, words};
+use crate::common::{TestFolder, compile, project, words};
 use monorig_testing::Random;
 use monorig_testing::{mutants, tools};
 use serde_json::{Value, json};
@@ -803,4 +803,27 @@ fn a_file_alone_is_not_verified() {
         );
         assert!(!out.contains("complete"), "byte {at}: {out}");
     }
+}
+
+/// A check of a part of a log says so, and is not one of the log.
+#[test]
+fn a_check_of_a_trimmed_log_is_not_judged_whole() {
+    let dir = TestFolder::new();
+    let map = project().join("examples/car_drive/drive.map.yaml");
+    let told = |more: &[&str]| {
+        let task = ["log", "check", "--map", map.to_str().unwrap()];
+        dir.monorig(&[&task[..], more].concat()).1
+    };
+    let part = "a part of the log only";
+    assert!(told(&["--set", "trim={from_s: 1, until_s: 60}"]).contains(part));
+    assert!(!told(&[]).contains(part));
+}
+
+/// A folder for results in a folder that is not there may be a slip of the pen: nothing is made.
+#[test]
+fn folders_on_the_way_to_results_are_not_made() {
+    let dir = TestFolder::new();
+    let (code, _, err) = dir.monorig(&["new", "courses", "--out", "typo/drawn"]);
+    assert!(code == Some(2) && err.contains("no folder typo"), "{err}");
+    assert!(!dir.path("typo").exists());
 }
