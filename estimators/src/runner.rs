@@ -78,7 +78,7 @@ impl<S: Stage> Front<S> {
     /// Checks one step's input and makes of it that of the rest; on an error nothing is changed.
     pub fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<S::Input, Error> {
         let reading = self.front_end.read(z, u, dt)?;
-        Ok(self.stage.step(reading, z.t, dt))
+        Ok(self.stage.step(&reading, z.t, dt))
     }
 }
 
@@ -169,7 +169,7 @@ impl<P: Pipeline, Q> State for Runner<P, Q> {
 impl<P: Pipeline, Q: Parameters + Copy> Estimator for Runner<P, Q> {
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
         let reading = self.signals.read(z, u, dt)?;
-        let estimate = self.pipeline.advance(reading, z.t, dt);
+        let estimate = self.pipeline.advance(&reading, z.t, dt);
         if !estimate.is_finite() {
             // The state may be of no use for long already; to keep it would mean to diverge again and again.
             self.reset();

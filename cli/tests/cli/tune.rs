@@ -14,7 +14,7 @@ parameters:
   delta: {from: 0.9, to: 0.9999, scale: memory}
   regression_hz: {from: 1, to: 10, integer: true}
   noise: {choices: [learnt, told]}
-  square_root: {choices: [true, false]}
+  outlier_hold: {choices: [true, false]}
 fixed: {cutoff_hz: 2}
 published: {delta: 0.95, kappa: 0.966}
 tuning:

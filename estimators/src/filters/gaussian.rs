@@ -246,20 +246,14 @@ impl<const N: usize> Gaussian<N> {
         Some(gain.correction(y, S))
     }
 
-    /// [`Gaussian::correct`] by one number, for callers that need nothing but the belief: innovation `y`, Jacobian row
-    /// `h`, noise variance `r`.
-    #[inline]
-    pub(crate) fn update_scalar(&mut self, y: Real, h: &SVector<Real, N>, r: Real) -> Option<()> {
-        self.update_known(y, h, &self.covariance_with(h), r)
-    }
-
     /// Covariance P hᵀ of the state with a number that has the Jacobian row `h`.
     #[inline]
     pub(crate) fn covariance_with(&self, h: &SVector<Real, N>) -> SVector<Real, N> {
         times_sparse(&self.P, h)
     }
 
-    /// [`Gaussian::update_scalar`] with P hᵀ known.
+    /// [`Gaussian::correct`] by one number, for callers that need nothing but the belief: innovation `y`, Jacobian row
+    /// `h`, its `PHt` = P hᵀ, noise variance `r`.
     #[inline]
     pub(crate) fn update_known(
         &mut self,

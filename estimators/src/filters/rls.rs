@@ -5,13 +5,11 @@
 //! λ comes from a policy ([`Forgetting`]).
 //!
 //! P ← P/λ followed by a correction with noise r is the usual recursion K = P h / (λ r + hᵀ P h), P ← (P − K hᵀ P)/λ
-//! (Liu et al. 2023, eq. 20–22, with the a-priori residual of this step), so the Joseph form of [`Gaussian`] serves
-//! here too.
+//! (Liu et al. 2023, eq. 20–22, with the a-priori residual of this step).
 //!
-//! With several parameters the recursion carries the factors of P ([`Factors`]), the square-root form: exact to
-//! rounding where the covariance itself loses its digits and at last its positive definiteness, with near-equal
-//! regressors, poor excitation, long runs, single precision. [`Rls::in_square_root_form`] chooses the other form. A
-//! regression with one parameter needs none, and neither does multiple forgetting, which keeps variances only.
+//! The recursion carries the factors of P ([`Factors`]), the square-root form: exact to rounding where the covariance
+//! itself loses its digits and at last its positive definiteness, with near-equal regressors, poor excitation, long
+//! runs, single precision. Multiple forgetting keeps variances only.
 //!
 //! Beside it run two averages of the normalised residual n = e/√(r + hᵀ P h), P before forgetting, over m samples, m
 //! the lesser of 50 and k + 1, at update k = 1, 2, …. The first is s² ← s² + (min(n², 25 s²) − s²)/m from s² = 1, the
@@ -22,7 +20,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::Real;
 use crate::api::real::{sqrt, within};
-use crate::api::snapshot::{Archive, State, state, visit_built};
+use crate::api::snapshot::state;
 use crate::filters::forgetting::{Forgetting, SPREAD_KNOWN};
 use crate::filters::gaussian::Gaussian;
 use crate::filters::ud::Factors;
@@ -51,8 +49,8 @@ pub struct Outcome {
 pub struct Rls<const N: usize> {
     /// Parameters χ and their covariance, for residuals of the variance given to [`Rls::update`].
     pub belief: Gaussian<N>,
-    /// Factors of `belief.P`, in square-root form.
-    factors: Option<Factors<N>>,
+    /// Factors of `belief.P`.
+    factors: Factors<N>,
     prior: SVector<Real, N>,
     policy: Forgetting<N>,
     /// Running variance of the normalised residual: 1 when the noise variance given is right.
@@ -66,25 +64,16 @@ pub struct Rls<const N: usize> {
 impl<const N: usize> Rls<N> {
     /// Starts from a belief about the parameters; no variance will ever exceed that of the start (wind-up limit).
     pub fn new(prior: Gaussian<N>, policy: Forgetting<N>) -> Self {
-        let plain = Self {
+        Self {
             belief: prior,
-            factors: None,
+            factors: Factors::of(&prior.P),
             prior: prior.P.diagonal(),
             policy,
             spread: 1.0,
             tie: 0.0,
             last: 0.0,
             updates: 0,
-        };
-        plain.in_square_root_form(true)
-    }
-
-    /// The same, carrying the factors of P if `wanted` and of use (several parameters that share a covariance), or P as
-    /// it is.
-    pub fn in_square_root_form(mut self, wanted: bool) -> Self {
-        let of_use = N > 1 && !matches!(self.policy, Forgetting::Multiple(_));
-        self.factors = (wanted && of_use).then(|| Factors::of(&self.belief.P));
-        self
+        }
     }
 
     /// One sample: `y` = `h`ᵀχ + noise of variance `r`. `remember` suspends forgetting (use it while `h` carries no
@@ -98,11 +87,7 @@ impl<const N: usize> Rls<N> {
         remember: bool,
     ) -> Option<Outcome> {
         let residual = y - h.dot(&self.belief.x);
-        let carried = match &self.factors {
-            Some(factors) => factors.variance_along(h),
-            None => h.dot(&(self.belief.P * h)),
-        };
-        let predicted = sqrt(r + carried);
+        let predicted = sqrt(r + self.factors.variance_along(h));
         let normalised = residual / predicted;
         if !normalised.is_finite() {
             return None;
@@ -119,32 +104,24 @@ impl<const N: usize> Rls<N> {
             self.policy.lambda(size, self.updates)
         };
         let (mut belief, mut factors) = (self.belief, self.factors);
-        let limited = match (self.policy, &mut factors) {
-            (Forgetting::Multiple(lambdas), factors) => {
-                let lambdas = if remember {
-                    SVector::repeat(1.0)
-                } else {
-                    SVector::from(lambdas)
-                };
-                update_multiple(&mut belief, residual, h, r, &lambdas)?;
-                *factors = None;
-                belief.limit_variance(&self.prior)
-            }
-            (_, Some(factors)) => {
-                (r > 0.0).then_some(())?;
-                factors.scale(1.0 / lambda);
-                belief.x += factors.update_scalar(h, r) * residual;
-                let limited = factors.limit_variance(&self.prior);
-                belief.P = factors.covariance();
-                limited
-            }
-            (_, None) => {
-                belief.P *= 1.0 / lambda;
-                belief.update_scalar(residual, h, r)?;
-                belief.limit_variance(&self.prior)
-            }
+        let limited = if let Forgetting::Multiple(lambdas) = self.policy {
+            let lambdas = match remember {
+                true => SVector::repeat(1.0),
+                false => SVector::from(lambdas),
+            };
+            update_multiple(&mut belief, residual, h, r, &lambdas)?;
+            let limited = belief.limit_variance(&self.prior);
+            factors = Factors::of(&belief.P);
+            limited
+        } else {
+            (r > 0.0).then_some(())?;
+            factors.scale(1.0 / lambda);
+            belief.x += factors.update_scalar(h, r) * residual;
+            let limited = factors.limit_variance(&self.prior);
+            belief.P = factors.covariance();
+            limited
         };
-        if !belief.is_finite() || factors.is_some_and(|factors| !factors.is_finite()) {
+        if !belief.is_finite() || !factors.is_finite() {
             return None;
         }
         self.factors = factors;
@@ -222,7 +199,7 @@ impl<const N: usize> Rls<N> {
     pub(crate) fn inflate(&mut self, shares: &SVector<Real, N>) {
         self.belief.P += SMatrix::from_diagonal(&shares.component_mul(&self.prior));
         self.belief.limit_variance(&self.prior);
-        self.factors = self.factors.map(|_| Factors::of(&self.belief.P));
+        self.factors = Factors::of(&self.belief.P);
     }
 
     /// Gives the parameters for which `which` is not 0 their prior variance back and forgets their correlations.
@@ -231,7 +208,7 @@ impl<const N: usize> Rls<N> {
         let D = SMatrix::from_diagonal(&kept);
         let opened = kept.zip_map(&self.prior, |kept, prior| (1.0 - kept) * prior);
         self.belief.P = D * self.belief.P * D + SMatrix::from_diagonal(&opened);
-        self.factors = self.factors.map(|_| Factors::of(&self.belief.P));
+        self.factors = Factors::of(&self.belief.P);
     }
 }
 
@@ -258,27 +235,7 @@ fn update_multiple<const N: usize>(
 
 state!(Outcome { residual, normalised, lambda, limited; });
 
-impl<const N: usize> State for Rls<N> {
-    fn visit(&mut self, archive: &mut Archive) {
-        let Self {
-            belief,
-            factors,
-            spread,
-            tie,
-            last,
-            updates,
-            prior: _,
-            policy: _,
-        } = self;
-        belief.visit(archive);
-        visit_built(factors, archive);
-        spread.visit(archive);
-        archive.require(*spread >= 0.0);
-        tie.visit(archive);
-        last.visit(archive);
-        updates.visit(archive);
-    }
-}
+state!(@[const N: usize] Rls<N> { belief, factors, spread, tie, last, updates; prior, policy } where |rls| rls.spread >= 0.0);
 
 #[cfg(test)]
 #[path = "rls_tests.rs"]

@@ -88,46 +88,6 @@ fn dynamic_forgetting_equals_batch_with_the_factors_it_chose() {
 }
 
 #[test]
-fn the_square_root_form_agrees_to_rounding_under_every_policy() {
-    for policy in [
-        Forgetting::None,
-        Forgetting::Constant(0.95),
-        Forgetting::Multiple([0.99, 0.9]),
-        Forgetting::Dynamic {
-            floor: 0.9,
-            sharpness: 1.0,
-            first: 0.98,
-        },
-    ] {
-        let mut factored = Rls::new(prior(), policy);
-        let mut plain = factored.in_square_root_form(false);
-        let mut limited = 0;
-        for (k, (y, h)) in samples(2000).into_iter().enumerate() {
-            // Half of the time only the first parameter is seen, so that the limit on the other one acts.
-            let h = if k % 1000 < 500 { h } else { vector![h.x, 0.0] };
-            if k == 700 {
-                plain.reset_to_prior(&vector![1.0, 0.0]);
-                factored.reset_to_prior(&vector![1.0, 0.0]);
-            }
-            let a = plain.update(y, &h, 0.01, k % 7 == 0).unwrap();
-            let b = factored.update(y, &h, 0.01, k % 7 == 0).unwrap();
-            limited += usize::from(a.limited && b.limited);
-            let scale = plain.belief.P.norm();
-            assert!(
-                (plain.belief.x - factored.belief.x).norm() < 1e-9,
-                "{policy:?} {k}"
-            );
-            assert!((plain.belief.P - factored.belief.P).norm() < 1e-9 * scale);
-            assert!((a.lambda - b.lambda).abs() < 1e-9);
-        }
-        assert!(
-            matches!(policy, Forgetting::None) || limited > 10,
-            "{policy:?}"
-        );
-    }
-}
-
-#[test]
 fn multiple_forgetting_with_one_parameter_is_constant_forgetting() {
     let prior = Gaussian::<1>::independent(vector![1.0], vector![10.0]);
     let mut multiple = Rls::new(prior, Forgetting::Multiple([0.97]));

@@ -35,19 +35,6 @@ impl<const N: usize> StuckDetector<N> {
         (self.run, self.changed) = (0, now);
     }
 
-    /// Takes `changes` samples, each another value than the one before, the last at `now`. None may have been repeated
-    /// just before.
-    pub fn take_changes(&mut self, changes: u32, now: Time) {
-        self.changes = self.changes.saturating_add(changes);
-        self.changed = now;
-    }
-
-    /// Returns true if the last sample was a repetition.
-    #[inline]
-    pub fn repeats(&self) -> bool {
-        self.run > 0
-    }
-
     /// Returns true if the instrument is stuck.
     #[inline]
     pub fn is_stuck(&self, now: Time) -> bool {
@@ -95,27 +82,15 @@ mod tests {
         assert!(!stuck(|_| 1.0 + 0.005 * random.normal(), 99, 60));
     }
 
-    /// The last sample was a repetition if it is that of before, from the first one on; 0 never is.
-    #[test]
-    fn a_sample_that_is_that_of_before_repeats() {
-        let mut detector = StuckDetector::default();
-        let samples = [(1.0, false), (1.0, true), (1.0, true), (2.0, false)];
-        let zeros = [(2.0, true), (0.0, false), (0.0, false)];
-        let mut last = 0.0;
-        for (k, (value, repeats)) in (0..).zip(samples.into_iter().chain(zeros)) {
-            detector.take([value], [last], Time::from_ns(10_000_000 * k));
-            assert_eq!(detector.repeats(), repeats, "{k}");
-            last = value;
-        }
-    }
-
     /// A slow channel is stuck by the number of its repetitions, twenty, and a fast one by the time of half a second.
     #[test]
     fn twenty_repetitions_and_half_a_second_are_stuck() {
         for (period_ns, first) in [(100_000_000, 20), (10_000_000, 51), (25_000_000, 21)] {
             let mut detector = StuckDetector::default();
             let mut now = Time::from_ns(0);
-            detector.take_changes(300, now);
+            for k in 0..300_u16 {
+                detector.take([2.0 + Real::from(k % 2)], [3.0 - Real::from(k % 2)], now);
+            }
             let repeats = (1..200).find(|_| {
                 now = Time::from_ns(now.ns() + period_ns);
                 detector.take([1.0], [1.0], now);

@@ -81,7 +81,7 @@ fn after(faulty: impl Fn(usize, Real) -> Option<Real>) -> Reading {
             };
             *place = value.map(|value| Sample { t, value });
         }
-        last = *front.read(&z, &Command::default(), 0.01).unwrap();
+        last = front.read(&z, &Command::default(), 0.01).unwrap();
     }
     last
 }

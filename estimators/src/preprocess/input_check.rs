@@ -1,8 +1,6 @@
 //! Checks of one step's input: every number finite and possible, the clock going forward.
 
-use core::slice;
-
-use crate::api::signals::{Command, MAX_DRIVES, Measurements, Sample};
+use crate::api::signals::{Command, Measurements};
 use crate::api::snapshot::state;
 use crate::{Error, Real, Time};
 
@@ -24,25 +22,12 @@ pub struct InputCheck {
 }
 
 impl InputCheck {
-    /// Checks one step's input and notes its instant; on an error nothing is changed. How the motor torques and wheel
-    /// speeds have come: those of the first `drives` units, and those of the others.
-    pub fn accept(
-        &mut self,
-        z: &Measurements,
-        u: &Command,
-        dt: Real,
-        drives: usize,
-    ) -> Result<[[Stamps; 2]; 2], Error> {
+    /// Checks one step's input and notes its instant; on an error nothing is changed.
+    pub fn accept(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<(), Error> {
         self.clock(z.t, dt)?;
-        let stamps = match all_possible(z, u, drives) {
-            Some(stamps) => stamps,
-            None => {
-                numbers(z, u)?;
-                [[Stamps::Differ; 2]; 2]
-            }
-        };
+        numbers(z, u)?;
         self.last = Some(z.t);
-        Ok(stamps)
+        Ok(())
     }
 
     fn clock(&self, t: Time, dt: Real) -> Result<(), Error> {
@@ -66,6 +51,7 @@ impl InputCheck {
     }
 }
 
+#[inline]
 fn possible(signal: &'static str, t: Time) -> Result<(), Error> {
     if t > MAX_TIME || t.ns() < -MAX_TIME.ns() {
         return Err(Error::OutOfRange(signal));
@@ -80,88 +66,6 @@ const MAX_TORQUE_NM: Real = 1e5;
 const MAX_SPEED_MPS: Real = 1e2;
 const MAX_STEERING_RAD: Real = 1e1;
 const MAX_BRAKE: Real = 1e2;
-
-/// Stamps of the samples of one channel of all drive units.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stamps {
-    /// None has.
-    Missing,
-    /// All have, with one stamp.
-    Same(Time),
-    /// Otherwise.
-    Differ,
-}
-
-/// The newest stamp of samples that have come so, own and others.
-#[inline]
-pub fn newest(samples: &[Option<Sample<Real>>], came: [Stamps; 2]) -> Option<Time> {
-    match came {
-        [Stamps::Missing, Stamps::Missing] => None,
-        [Stamps::Same(t), Stamps::Missing] => Some(t),
-        _ => samples.iter().flatten().map(|s| s.t).max(),
-    }
-}
-
-fn time_possible(t: Time) -> bool {
-    (t <= MAX_TIME) & (t.ns() >= -MAX_TIME.ns())
-}
-
-// NaN is not below any limit.
-fn within(value: Real, limit: Real) -> bool {
-    value.abs() <= limit
-}
-
-/// Compares the stamps of the samples; `None` if a sample is not possible.
-#[inline]
-fn stamps(samples: &[Option<Sample<Real>>], limit: Real) -> Option<Stamps> {
-    if missing(samples) {
-        return Some(Stamps::Missing);
-    }
-    let first = samples.iter().flatten().next()?;
-    let same = |s: &Sample<Real>| s.t == first.t && within(s.value, limit);
-    if time_possible(first.t) && samples.iter().all(|s| s.as_ref().is_some_and(same)) {
-        return Some(Stamps::Same(first.t));
-    }
-    let possible = |s: &Sample<Real>| time_possible(s.t) && within(s.value, limit);
-    let all = samples.iter().flatten().all(possible);
-    all.then_some(Stamps::Differ)
-}
-
-/// Returns true if there is no sample: eight at a time, as mostly there is none.
-#[inline]
-fn missing(samples: &[Option<Sample<Real>>]) -> bool {
-    let (eights, rest) = samples.as_chunks::<8>();
-    let some =
-        |eight: &[Option<Sample<Real>>; 8]| eight.iter().fold(false, |any, s| any | s.is_some());
-    !eights.iter().any(some) && rest.iter().all(Option::is_none)
-}
-
-/// Compares the stamps of motor torques and of wheel speeds; `None` if any number is not finite or not possible.
-/// [`numbers`] finds which one.
-#[inline]
-fn all_possible(z: &Measurements, u: &Command, drives: usize) -> Option<[[Stamps; 2]; 2]> {
-    let vector = |s: &Option<Sample<[Real; 3]>>, limit: Real| match s {
-        Some(s) => (s.value.iter()).fold(time_possible(s.t), |ok, v| ok & within(*v, limit)),
-        None => true,
-    };
-    let drives = drives.min(MAX_DRIVES);
-    let (torques, more_torques) = z.motor_torque_nm.split_at(drives);
-    let (speeds, more_speeds) = z.wheel_speed_mps.split_at(drives);
-    let [own_torques, other_torques, own_speeds, other_speeds, _] = [
-        stamps(torques, MAX_TORQUE_NM)?,
-        stamps(more_torques, MAX_TORQUE_NM)?,
-        stamps(speeds, MAX_SPEED_MPS)?,
-        stamps(more_speeds, MAX_SPEED_MPS)?,
-        stamps(slice::from_ref(&z.steering_angle_rad), MAX_STEERING_RAD)?,
-    ];
-    // Without early ends, so that comparisons run side by side.
-    let commands = u.motor_torque_nm.iter();
-    let rest = vector(&z.specific_force_mps2, MAX_FORCE_MPS2)
-        & vector(&z.angular_rate_radps, MAX_RATE_RADPS)
-        & commands.fold(true, |ok, torque| ok & within(*torque, MAX_TORQUE_NM))
-        & within(u.brake, MAX_BRAKE);
-    rest.then_some([[own_torques, other_torques], [own_speeds, other_speeds]])
-}
 
 /// Refuses the first number that is not finite, or not possible.
 fn numbers(z: &Measurements, u: &Command) -> Result<(), Error> {
@@ -189,15 +93,16 @@ fn numbers(z: &Measurements, u: &Command) -> Result<(), Error> {
     check("brake command", Time::default(), &[u.brake], MAX_BRAKE)
 }
 
+#[inline]
 fn check(signal: &'static str, t: Time, values: &[Real], limit: Real) -> Result<(), Error> {
     possible(signal, t)?;
-    if values.iter().any(|v| !v.is_finite()) {
-        return Err(Error::NotFinite(signal));
-    }
-    if values.iter().any(|v| v.abs() > limit) {
-        Err(Error::OutOfRange(signal))
-    } else {
+    // NaN is not below any limit. Without early ends, so that comparisons run side by side.
+    if values.iter().fold(true, |ok, v| ok & (v.abs() <= limit)) {
         Ok(())
+    } else if values.iter().any(|v| !v.is_finite()) {
+        Err(Error::NotFinite(signal))
+    } else {
+        Err(Error::OutOfRange(signal))
     }
 }
 
@@ -206,6 +111,7 @@ state!(InputCheck { last; });
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::api::signals::Sample;
 
     fn with_speed(t_s: f64, value: Real) -> Measurements {
         let t = Time::from_s(t_s);
@@ -217,34 +123,31 @@ mod tests {
     #[test]
     fn bad_input_is_named_and_changes_nothing() {
         let (mut check, u) = (InputCheck::default(), Command::default());
-        check.accept(&with_speed(1.0, 1.0), &u, 0.01, 8).unwrap();
+        check.accept(&with_speed(1.0, 1.0), &u, 0.01).unwrap();
         let before = check;
         let good = with_speed(2.0, 1.0);
         for dt in [0.0, -0.1, 2.0, Real::NAN, Real::INFINITY] {
-            let refused = check.accept(&good, &u, dt, 8);
+            let refused = check.accept(&good, &u, dt);
             assert!(matches!(refused, Err(Error::TimeStep(_))));
         }
         let at = |t_s: f64| with_speed(t_s, 1.0);
         for t_s in [1.0, 0.5, -1e9] {
-            let refused = check.accept(&at(t_s), &u, 0.01, 8);
+            let refused = check.accept(&at(t_s), &u, 0.01);
             assert!(matches!(refused, Err(Error::OutOfOrder { .. })));
         }
         for t_s in [f64::NAN, 1e10, -1e10] {
-            let refused = check.accept(&at(t_s), &u, 0.01, 8);
+            let refused = check.accept(&at(t_s), &u, 0.01);
             assert_eq!(refused, Err(Error::OutOfRange("time")));
         }
-        let refused = check.accept(&at(61.1), &u, 0.01, 8);
+        let refused = check.accept(&at(61.1), &u, 0.01);
         assert!(matches!(refused, Err(Error::TooFarAhead { .. })));
-        let refused = check.accept(&at(1.004), &u, 0.01, 8);
+        let refused = check.accept(&at(1.004), &u, 0.01);
         assert!(matches!(refused, Err(Error::ClockMismatch { .. })));
         for (value, error) in [
             (Real::NAN, Error::NotFinite("wheel speed")),
             (1e9, Error::OutOfRange("wheel speed")),
         ] {
-            assert_eq!(
-                check.accept(&with_speed(2.0, value), &u, 0.01, 8),
-                Err(error)
-            );
+            assert_eq!(check.accept(&with_speed(2.0, value), &u, 0.01), Err(error));
         }
         let z = Measurements {
             specific_force_mps2: Some(Sample {
@@ -254,7 +157,7 @@ mod tests {
             ..good
         };
         assert_eq!(
-            check.accept(&z, &u, 0.01, 8),
+            check.accept(&z, &u, 0.01),
             Err(Error::NotFinite("specific force"))
         );
         let brake = Command {
@@ -262,36 +165,11 @@ mod tests {
             ..u
         };
         assert_eq!(
-            check.accept(&good, &brake, 0.01, 8),
+            check.accept(&good, &brake, 0.01),
             Err(Error::NotFinite("brake command"))
         );
         assert_eq!(check, before);
-        check.accept(&good, &u, 0.01, 8).unwrap();
-    }
-
-    #[test]
-    fn how_samples_have_come() {
-        let (mut z, u) = (with_speed(1.0, 1.0), Command::default());
-        let came = |z: &Measurements| InputCheck::default().accept(z, &u, 0.01, 2);
-        let stamps = |z: &Measurements| came(z).map(|channels| channels.map(|[own, _]| own));
-        assert_eq!(stamps(&z), Ok([Stamps::Missing, Stamps::Differ]));
-        z.wheel_speed_mps[1] = z.wheel_speed_mps[0];
-        assert_eq!(stamps(&z), Ok([Stamps::Missing, Stamps::Same(z.t)]));
-        // A unit that the train does not have: it does not count, but must be possible.
-        z.motor_torque_nm[2] = z.wheel_speed_mps[0];
-        assert_eq!(stamps(&z), Ok([Stamps::Missing, Stamps::Same(z.t)]));
-        let nan = Some(Sample {
-            t: z.t,
-            value: Real::NAN,
-        });
-        (z.motor_torque_nm[2], z.motor_torque_nm[0]) = (nan, z.wheel_speed_mps[0]);
-        assert_eq!(stamps(&z), Err(Error::NotFinite("motor torque")));
-        z.motor_torque_nm = [z.wheel_speed_mps[0]; MAX_DRIVES];
-        z.motor_torque_nm[1] = Some(Sample {
-            t: Time::from_s(0.9),
-            value: 0.0,
-        });
-        assert_eq!(stamps(&z), Ok([Stamps::Differ, Stamps::Same(z.t)]));
+        check.accept(&good, &u, 0.01).unwrap();
     }
 
     #[test]
@@ -302,31 +180,22 @@ mod tests {
         // A pause of a minute to the nanosecond of its rounding; twice the time that has passed.
         for (since, dt) in [(60 * second - 1, 0.01), (second / 4, 0.5)] {
             let mut check = InputCheck::default();
-            check.accept(&at(second), &u, 0.01, 8).unwrap();
-            assert_eq!(
-                check.accept(&at(second + since), &u, dt, 8).map(drop),
-                Ok(())
-            );
+            check.accept(&at(second), &u, 0.01).unwrap();
+            assert_eq!(check.accept(&at(second + since), &u, dt), Ok(()));
             assert!(
                 check
-                    .accept(&at(second + since + 61 * second), &u, dt, 8)
+                    .accept(&at(second + since + 61 * second), &u, dt)
                     .is_err()
             );
         }
         for ns in [MAX_TIME.ns(), -MAX_TIME.ns()] {
-            assert_eq!(
-                InputCheck::default().accept(&at(ns), &u, 1.0, 8).map(drop),
-                Ok(())
-            );
+            assert_eq!(InputCheck::default().accept(&at(ns), &u, 1.0), Ok(()));
         }
         for value in [100.0, -100.0] {
             let z = with_speed(1.0, value);
-            assert_eq!(
-                InputCheck::default().accept(&z, &u, 0.01, 8).map(drop),
-                Ok(())
-            );
+            assert_eq!(InputCheck::default().accept(&z, &u, 0.01), Ok(()));
             let beyond = with_speed(1.0, 1.001 * value);
-            assert!(InputCheck::default().accept(&beyond, &u, 0.01, 8).is_err());
+            assert!(InputCheck::default().accept(&beyond, &u, 0.01).is_err());
         }
     }
 }

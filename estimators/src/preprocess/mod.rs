@@ -1,7 +1,6 @@
 //! From samples to signals: checks, freshness, one speed out of many wheels, matched filters.
 
 pub(crate) mod conditioning;
-pub(crate) mod drive_hold;
 pub(crate) mod front_end;
 pub(crate) mod input_check;
 pub(crate) mod resampler;

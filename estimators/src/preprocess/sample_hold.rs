@@ -6,64 +6,35 @@ use crate::instruments::arrivals::Arrivals;
 use crate::instruments::stuck_detector::StuckDetector;
 use crate::{Real, Time};
 
-/// Sample and hold of one channel: its last sample, fresh for a time that follows from the gaps between its samples,
-/// unless the sensor is stuck.
+/// Sample and hold of one instrument: its last sample, fresh for a time that follows from the gaps between its
+/// samples, unless the sensor is stuck. Its `N` axes come in one sample, and each may be stuck by itself.
 ///
 /// The timeout is three mean gaps between arrivals and four mean deviations of them, over 16 gaps, and never less than
 /// 0.1 s.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SampleHold {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SampleHold<const N: usize> {
     arrivals: Arrivals,
     late: u32,
-    value: Option<Real>,
-    stuck: StuckDetector<1>,
+    value: Option<[Real; N]>,
+    stuck: [StuckDetector<1>; N],
 }
 
-impl SampleHold {
+impl<const N: usize> Default for SampleHold<N> {
+    fn default() -> Self {
+        Self {
+            arrivals: Arrivals::default(),
+            late: 0,
+            value: None,
+            stuck: [StuckDetector::default(); N],
+        }
+    }
+}
+
+impl<const N: usize> SampleHold<N> {
     /// Takes a new sample and returns whether it was taken. A sample not younger than the last one is skipped, unless
     /// nothing younger has come for so long that the sensor's clock must have been set back.
     #[inline]
-    pub fn take(&mut self, sample: Option<Sample<Real>>, now: Time) -> bool {
-        let Some(sample) = sample else { return false };
-        if !self.arrivals.take(sample.t, now, self.value.is_none()) {
-            self.late = self.late.saturating_add(1);
-            return false;
-        }
-        if let Some(before) = self.value {
-            self.stuck.take([sample.value], [before], now);
-        }
-        self.value = Some(sample.value);
-        true
-    }
-
-    /// Returns true if the sensor is stuck.
-    pub fn is_stuck(&self, now: Time) -> bool {
-        self.stuck.is_stuck(now)
-    }
-
-    /// The held value; `None` once it is stale or while the sensor is stuck. `dt_s` is the estimator's step, the
-    /// shortest period it can see.
-    #[inline]
-    pub fn fresh(&self, now: Time, dt_s: Real) -> Option<Real> {
-        self.value
-            .filter(|_| self.arrivals.fresh(now, dt_s))
-            .filter(|_| !self.is_stuck(now))
-    }
-}
-
-/// Sample and hold of three axes that come in one sample; each may be stuck by itself.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct VectorHold {
-    arrivals: Arrivals,
-    late: u32,
-    value: Option<[Real; 3]>,
-    stuck: [StuckDetector<1>; 3],
-}
-
-impl VectorHold {
-    /// Takes a new sample and returns whether it was taken; see [`SampleHold::take`].
-    #[inline]
-    pub fn take(&mut self, sample: Option<Sample<[Real; 3]>>, now: Time) -> bool {
+    pub fn take(&mut self, sample: Option<Sample<[Real; N]>>, now: Time) -> bool {
         let Some(sample) = sample else { return false };
         if !self.arrivals.take(sample.t, now, self.value.is_none()) {
             self.late = self.late.saturating_add(1);
@@ -85,31 +56,37 @@ impl VectorHold {
     }
 
     /// The value held, fresh or not.
-    pub fn value(&self) -> Option<[Real; 3]> {
+    pub fn value(&self) -> Option<[Real; N]> {
         self.value
     }
 
-    /// Each axis of the held value; `None` once it is stale or while that axis is stuck. `dt_s` as for
-    /// [`SampleHold::fresh`].
+    /// Returns true if an axis of the sensor is stuck.
+    pub fn is_stuck(&self, now: Time) -> bool {
+        self.stuck.iter().any(|stuck| stuck.is_stuck(now))
+    }
+
+    /// Each axis of the held value; `None` once it is stale or while that axis is stuck. `dt_s` is the estimator's
+    /// step, the shortest period it can see.
     #[inline]
-    pub fn fresh(&self, now: Time, dt_s: Real) -> [Option<Real>; 3] {
-        let Some([x, y, z]) = self.value.filter(|_| self.arrivals.fresh(now, dt_s)) else {
-            return [None; 3];
-        };
-        let [a, b, c] = &self.stuck;
-        [(x, a), (y, b), (z, c)].map(|(value, stuck)| Some(value).filter(|_| !stuck.is_stuck(now)))
+    pub fn fresh(&self, now: Time, dt_s: Real) -> [Option<Real>; N] {
+        let mut fresh = [None; N];
+        if let Some(value) = self.value.filter(|_| self.arrivals.fresh(now, dt_s)) {
+            for ((fresh, value), stuck) in fresh.iter_mut().zip(value).zip(&self.stuck) {
+                *fresh = Some(value).filter(|_| !stuck.is_stuck(now));
+            }
+        }
+        fresh
     }
 }
 
-state!(SampleHold { arrivals, late, value, stuck; });
-state!(VectorHold { arrivals, late, value, stuck; });
+state!(@[const N: usize] SampleHold<N> { arrivals, late, value, stuck; });
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn at(t_s: f64, value: Real) -> Option<Sample<Real>> {
-        let t = Time::from_s(t_s);
+    fn at(t_s: f64, value: Real) -> Option<Sample<[Real; 1]>> {
+        let (t, value) = (Time::from_s(t_s), [value]);
         Some(Sample { t, value })
     }
 
@@ -120,8 +97,8 @@ mod tests {
             let t_s = 0.05 * f64::from(k);
             assert!(held.take(at(t_s, 1.0), Time::from_s(t_s)));
         }
-        assert_eq!(held.fresh(Time::from_s(0.65), 0.01), Some(1.0));
-        assert_eq!(held.fresh(Time::from_s(0.66), 0.01), None);
+        assert_eq!(held.fresh(Time::from_s(0.65), 0.01), [Some(1.0)]);
+        assert_eq!(held.fresh(Time::from_s(0.66), 0.01), [None]);
     }
 
     #[test]
@@ -134,17 +111,17 @@ mod tests {
         let timeout_s = 3.0 * (0.1 + 0.2 / 16.0) + 4.0 * 0.2 / 16.0;
         assert_eq!(
             held.fresh(Time::from_s(5.0 + timeout_s - 0.001), 0.01),
-            Some(1.0)
+            [Some(1.0)]
         );
         assert_eq!(
             held.fresh(Time::from_s(5.0 + timeout_s + 0.001), 0.01),
-            None
+            [None]
         );
     }
 
     /// Share of the time after the first second that the channel is stale: samples every `period` s, each `delay` s
     /// late, the earlier of them lost.
-    fn stale_share(period: f64, mut delay: impl FnMut() -> Option<f64>) -> (f64, SampleHold) {
+    fn stale_share(period: f64, mut delay: impl FnMut() -> Option<f64>) -> (f64, SampleHold<1>) {
         let step = 0.005;
         let mut held = SampleHold::default();
         let count = (60.0 / period) as usize;
@@ -160,7 +137,7 @@ mod tests {
                 held.take(at(stamp, now), Time::from_s(now));
                 next += 1;
             }
-            let none = held.fresh(Time::from_s(now), step as Real).is_none();
+            let none = held.fresh(Time::from_s(now), step as Real) == [None];
             stale += u32::from(now > 1.0 && none);
         }
         (f64::from(stale) / 10_800.0, held)
@@ -191,7 +168,7 @@ mod tests {
         assert!(!held.take(at(100.0, 2.0), Time::from_s(100.1)));
         assert!(!held.take(at(3.0, 2.0), Time::from_s(100.5)));
         assert!(held.take(at(3.5, 2.0), Time::from_s(101.5)));
-        assert_eq!(held.fresh(Time::from_s(101.5), 0.01), Some(2.0));
+        assert_eq!(held.fresh(Time::from_s(101.5), 0.01), [Some(2.0)]);
     }
 
     #[test]
@@ -210,18 +187,24 @@ mod tests {
         let at = |k: i64| Time::from_ns(10_000_000 * k);
         for k in 0..1_000 {
             let value = if k < 900 { random.normal() } else { 0.7 };
-            held.take(Some(Sample { t: at(k), value }), at(k));
+            held.take(
+                Some(Sample {
+                    t: at(k),
+                    value: [value],
+                }),
+                at(k),
+            );
         }
         assert!(held.is_stuck(at(1_000)));
-        assert_eq!(held.fresh(at(1_000), 0.01), None);
+        assert_eq!(held.fresh(at(1_000), 0.01), [None]);
     }
 
     /// Three axes in one sample are held as three channels would be, each with its own stuck detector.
     #[test]
     fn axes_of_one_sample_are_held_like_channels() {
         let mut random = crate::testing::Random::new(93);
-        let mut vector = VectorHold::default();
-        let mut channels = [SampleHold::default(); 3];
+        let mut vector = SampleHold::<3>::default();
+        let mut channels = [SampleHold::<1>::default(); 3];
         let mut stuck = 0;
         for k in 0..2_000_i64 {
             let now = Time::from_ns(10_000_000 * k);
@@ -234,12 +217,12 @@ mod tests {
             let each = channels.iter_mut().zip(value);
             for (channel, value) in each {
                 assert_eq!(
-                    channel.take(sample.map(|_| Sample { t, value }), now),
+                    channel.take(sample.map(|_| Sample { t, value: [value] }), now),
                     taken
                 );
             }
             let fresh = vector.fresh(now, 0.01);
-            assert_eq!(fresh, channels.each_ref().map(|c| c.fresh(now, 0.01)));
+            assert_eq!(fresh, channels.each_ref().map(|c| c.fresh(now, 0.01)[0]));
             stuck += u32::from(fresh[1].is_none() && fresh[0].is_some());
         }
         let [first, ..] = channels;
@@ -255,11 +238,11 @@ mod tests {
             let t_s = 0.04 * f64::from(k);
             held.take(at(t_s, 2.0), Time::from_s(t_s));
         }
-        assert_eq!((held.value, held.late), (Some(2.0), 0));
+        assert_eq!((held.value, held.late), (Some([2.0]), 0));
         assert!((held.arrivals.waited_s() - 0.04).abs() < 1e-6);
         for k in 1..=2 {
             assert!(!held.take(at(15.0, 9.0), Time::from_s(15.97)));
-            assert_eq!((held.value, held.late), (Some(2.0), k));
+            assert_eq!((held.value, held.late), (Some([2.0]), k));
         }
     }
 
@@ -273,7 +256,7 @@ mod tests {
             t_s += if k % 2 == 0 { 0.02 } else { 0.06 };
             held.take(at(t_s, 1.0), Time::from_s(t_s));
         }
-        assert!(held.fresh(Time::from_s(t_s + 0.19), 0.01).is_some());
-        assert!(held.fresh(Time::from_s(t_s + 0.21), 0.01).is_none());
+        assert!(held.fresh(Time::from_s(t_s + 0.19), 0.01)[0].is_some());
+        assert!(held.fresh(Time::from_s(t_s + 0.21), 0.01)[0].is_none());
     }
 }

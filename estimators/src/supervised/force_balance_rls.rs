@@ -59,7 +59,6 @@ params! {
         excitation_gate [flag] = true, "Give samples little weight, and do not forget by them, while the regressor is not excited.";
         load_change ["-"] = 20.0, 1.0 => 1e6, "Cumulated sum of the normalised residual that means another load, and reopens the mass.";
         load_change_detector [flag] = true, "Reopen the mass when residuals say that the load is another one.";
-        square_root [flag] = true, "Carry the covariance as its factors U D Uᵀ, which keep the digits that the covariance itself loses to rounding.";
     }
 }
 
@@ -119,7 +118,7 @@ impl ForceBalanceRls {
             params.curve_sd_m
         ];
         let prior = Gaussian::independent(vector![1.0, 0.0, 0.0, 0.0], sd);
-        let rls = Rls::new(prior, policy).in_square_root_form(params.square_root);
+        let rls = Rls::new(prior, policy);
         Self {
             params,
             rls,

@@ -71,28 +71,20 @@ fn without_noise_mass_resistance_and_what_curves_add_are_found_exactly() {
         sway_share: 0.0,
         ..params()
     };
-    for square_root in [true, false] {
-        let mut stage = Stage::new(
-            MassParams {
-                square_root,
-                ..wide
-            },
-            Forgetting::None,
-        );
-        let mut random = Random::new(11);
-        for _ in 0..300 {
-            stage.take(&truth().sample(&Instant::draw(&mut random)));
-        }
-        let found = stage.mass.mass_kg();
-        assert!((found.value / 15_000.0 - 1.0).abs() < 1e-6, "{found:?}");
-        assert!(found.valid && !stage.mass.saturated());
-        assert!((stage.internal("running_resistance") - 0.026).abs() < 1e-6);
-        assert!(stage.internal("accel_bias_mps2").abs() < 1e-5);
-        assert!(stage.internal("mass_residual_n").abs() < 0.01);
-        assert_eq!(stage.internal("load_changes"), 0.0);
-        // In a curve of 10 m: 0.026 + 0.04/10.
-        assert!((stage.mass.running_resistance(0.1) - 0.030).abs() < 1e-6);
+    let mut stage = Stage::new(wide, Forgetting::None);
+    let mut random = Random::new(11);
+    for _ in 0..300 {
+        stage.take(&truth().sample(&Instant::draw(&mut random)));
     }
+    let found = stage.mass.mass_kg();
+    assert!((found.value / 15_000.0 - 1.0).abs() < 1e-6, "{found:?}");
+    assert!(found.valid && !stage.mass.saturated());
+    assert!((stage.internal("running_resistance") - 0.026).abs() < 1e-6);
+    assert!(stage.internal("accel_bias_mps2").abs() < 1e-5);
+    assert!(stage.internal("mass_residual_n").abs() < 0.01);
+    assert_eq!(stage.internal("load_changes"), 0.0);
+    // In a curve of 10 m: 0.026 + 0.04/10.
+    assert!((stage.mass.running_resistance(0.1) - 0.030).abs() < 1e-6);
 }
 
 #[test]

@@ -115,7 +115,7 @@ impl Estimator for Driven {
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error> {
         let reading = self.signals.read(z, u, dt)?;
         let before = self.core.method.taken;
-        let estimate = self.core.advance(reading, z.t, dt);
+        let estimate = self.core.advance(&reading, z.t, dt);
         if self.core.method.taken > before {
             self.samples.push(Noted {
                 t: z.t.s() as Real,

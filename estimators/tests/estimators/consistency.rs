@@ -321,13 +321,13 @@ fn interacting_multiple_models() {
 }
 
 /// Least squares that keeps `KEPT`/100 of the weight, parameters drawn from the prior.
-struct LeastSquares<const KEPT: usize, const SQUARE_ROOT: bool> {
+struct LeastSquares<const KEPT: usize> {
     random: Random,
     truth: SVector<Real, 3>,
     rls: Rls<3>,
 }
 
-impl<const KEPT: usize, const SQUARE_ROOT: bool> Run for LeastSquares<KEPT, SQUARE_ROOT> {
+impl<const KEPT: usize> Run for LeastSquares<KEPT> {
     const STATES: usize = 3;
 
     fn start(mut random: Random) -> Self {
@@ -336,8 +336,7 @@ impl<const KEPT: usize, const SQUARE_ROOT: bool> Run for LeastSquares<KEPT, SQUA
         let sd: SVector<Real, 3> = prior.P.diagonal().map(Real::sqrt);
         Self {
             truth: prior.x + sd.component_mul(&draw),
-            rls: Rls::new(prior, Forgetting::Constant(KEPT as Real / 100.0))
-                .in_square_root_form(SQUARE_ROOT),
+            rls: Rls::new(prior, Forgetting::Constant(KEPT as Real / 100.0)),
             random,
         }
     }
@@ -357,18 +356,13 @@ impl<const KEPT: usize, const SQUARE_ROOT: bool> Run for LeastSquares<KEPT, SQUA
 
 #[test]
 fn least_squares_without_forgetting() {
-    assert_consistent::<LeastSquares<100, false>>(6);
-    assert_consistent::<LeastSquares<100, true>>(6);
+    assert_consistent::<LeastSquares<100>>(6);
 }
 
 #[test]
 fn least_squares_with_forgetting_is_as_wrong_about_constants_as_theory_says() {
-    for (nees, _) in [
-        settled::<LeastSquares<95, false>>(9),
-        settled::<LeastSquares<95, true>>(9),
-    ] {
-        assert!((0.95..1.05).contains(&(nees * 1.95)), "{nees}");
-    }
+    let (nees, _) = settled::<LeastSquares<95>>(9);
+    assert!((0.95..1.05).contains(&(nees * 1.95)), "{nees}");
 }
 
 #[test]

@@ -50,17 +50,11 @@ fn drive_of(drives: usize, steps: usize) -> Vec<(Measurements, Command)> {
         .collect()
 }
 
-/// Each estimator as it is built, and again without the square-root form where it has one.
 fn all() -> Vec<AnyEstimator> {
-    let plain = registry::NAMES
-        .iter()
-        .map(|name| registry::build(name, &vehicle(2), []).unwrap());
-    let unfactored = registry::NAMES.iter().filter_map(|name| {
-        registry::build(name, &vehicle(2), [("square_root", Setting::Flag(false))]).ok()
-    });
-    let all: Vec<_> = plain.chain(unfactored).collect();
-    assert!(all.len() > registry::NAMES.len());
-    all
+    let built = registry::NAMES.iter();
+    built
+        .map(|name| registry::build(name, &vehicle(2), []).unwrap())
+        .collect()
 }
 
 fn run(estimator: &mut AnyEstimator, drive: &[(Measurements, Command)]) {

@@ -326,15 +326,32 @@ fn references(all: &[Candidate<'_>], several: bool) -> Vec<String> {
         let known = c.title.known_unit().map(|u| u.name);
         is_slope && known.is_some_and(|u| Quantity::Slope.unit(u).is_some())
     });
+    let file = |c: &Candidate<'_>| match several {
+        true => format!("file: {}, ", quoted(c.file)),
+        false => String::new(),
+    };
     if let Some(c) = slope {
-        let file = match several {
-            true => format!("file: {}, ", quoted(c.file)),
-            false => String::new(),
-        };
         lines.push(format!(
-            "  slope: {{{file}column: {}, unit: {}, sd_deg: 0.1}}   # sd_deg: how well it is known",
+            "  slope: {{{}column: {}, unit: {}, sd_deg: 0.1}}   # sd_deg: how well it is known",
+            file(c),
             quoted(&c.name),
             c.title.known_unit().map_or("deg", |u| u.name)
+        ));
+    }
+    let named = |words: &[&str]| all.iter().find(|c| words.iter().any(|w| c.title.has(w)));
+    let altitude = named(&["altitude", "alt", "height"]);
+    let position = named(&["latitude", "lat"]).zip(named(&["longitude", "lon", "lng"]));
+    if let (None, Some(altitude), Some((latitude, longitude))) = (slope, altitude, position)
+        && [latitude, longitude]
+            .iter()
+            .all(|c| c.table == altitude.table)
+    {
+        let [column, latitude, longitude] =
+            [altitude, latitude, longitude].map(|c| quoted(&c.name));
+        lines.push(format!(
+            "  slope: {{{}altitude: {{column: {column}, latitude: {latitude}, longitude: {longitude}, unit: m, \
+             window_m: 20}}, sd_deg: 1}}   # sd_deg: how well it is known",
+            file(altitude),
         ));
     }
     let mass = all.iter().find(|c| {
@@ -463,6 +480,24 @@ mod tests {
                 "columns: [velL, velR]",
             ],
         );
+    }
+
+    /// Altitude and position of a receiver make a reference of the slope where no slope is recorded.
+    #[test]
+    fn positions_are_a_reference_of_the_slope() {
+        let log = (
+            "log.csv",
+            "t,v,latitude,longitude,altitude_m",
+            ",1.5,51.5,7.2,80",
+        );
+        let line = "slope: {altitude: {column: altitude_m, latitude: latitude, longitude: longitude, unit: m, window_m: 20}, sd_deg: 1}";
+        has(&proposed(&[log]), &[line]);
+        let slope = (
+            "log.csv",
+            "t,v,slope_deg,latitude,longitude,altitude_m",
+            ",1.5,0.1,51.5,7.2,80",
+        );
+        assert!(!proposed(&[slope]).contains("altitude: {"));
     }
 
     /// Three files make one map: the IMU, the four wheels without the steering, the torque, and the references.

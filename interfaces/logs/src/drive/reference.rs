@@ -2,8 +2,9 @@
 //! between its samples and that of altitude and distance is centred.
 
 use super::reference_columns::Columns;
-use crate::map::{Altitude, Map, SlopeReference};
-use crate::notation::Quantity;
+use crate::map::{Formula, Map, SlopeReference};
+use crate::notation::{Quantity, Unit};
+use geographiclib_rs::{Geodesic, InverseGeodesic};
 use monorig_sim::config::checked::Finite;
 use monorig_sim::error::Error;
 use std::collections::BTreeSet;
@@ -57,18 +58,12 @@ pub(super) fn want(map: &Map, wanted: &mut [BTreeSet<String>]) -> Result<(), Err
 
 /// The file and the columns of a slope; none of a constant.
 fn columns(map: &Map, slope: &SlopeReference) -> Result<Option<(usize, Vec<String>)>, Error> {
-    let mut columns: Vec<String> = match (&slope.column, &slope.altitude) {
-        (Some(column), _) => column.expression.columns.clone(),
-        (_, Some(a)) => a
-            .column
-            .expression
-            .columns
-            .iter()
-            .chain(&a.distance.expression.columns)
-            .cloned()
-            .collect(),
-        _ => return Ok(None),
-    };
+    let formulas = formulas(slope);
+    if formulas.is_empty() {
+        return Ok(None);
+    }
+    let columns = formulas.iter().map(|(f, _)| &f.expression.columns);
+    let mut columns: Vec<String> = columns.flatten().cloned().collect();
     columns.extend(
         slope
             .valid_if
@@ -161,38 +156,78 @@ impl SlopeOverTime {
     }
 }
 
+/// The formulas that a slope is made of, each with its unit; none of a constant.
+fn formulas(s: &SlopeReference) -> Vec<(&Formula, Option<&'static Unit>)> {
+    if let Some(column) = &s.column {
+        let unit = s
+            .unit
+            .as_ref()
+            .and_then(|u| Quantity::Slope.unit(u.as_str()));
+        return vec![(column, unit)];
+    }
+    let Some(a) = &s.altitude else {
+        return Vec::new();
+    };
+    let (length, degrees) = (
+        Quantity::Length.unit(a.unit.as_str()),
+        Quantity::Angle.unit("deg"),
+    );
+    let way = [
+        (&a.distance, length),
+        (&a.latitude, degrees),
+        (&a.longitude, degrees),
+    ];
+    let way = way
+        .into_iter()
+        .filter_map(|(f, unit)| Some((f.as_ref()?, unit)));
+    std::iter::once((&a.column, length)).chain(way).collect()
+}
+
 /// The samples of a slope.
 fn samples(map: &Map, s: &SlopeReference, origin_ns: i64) -> Result<Vec<(i64, f64)>, Error> {
-    let formulas = match (&s.column, &s.altitude) {
-        (Some(column), _) => vec![column],
-        (_, Some(a)) => vec![&a.column, &a.distance],
-        _ => return Ok(Vec::new()),
-    };
-    let (unit, quantity) = match &s.altitude {
-        None => (s.unit.as_ref(), Quantity::Slope),
-        Some(a) => (Some(&a.unit), Quantity::Length),
-    };
     let columns = Columns {
         key: "reference.slope",
         file: s.file.as_deref(),
-        formulas,
-        unit: unit.and_then(|u| quantity.unit(u.as_str())),
+        formulas: formulas(s),
         valid_if: s.valid_if.as_ref(),
     };
     let all = columns.read(map, origin_ns)?;
     Ok(match &s.altitude {
-        None => all.into_iter().map(|(t, [slope, _])| (t, slope)).collect(),
-        Some(a) => from_altitude(&all, a),
+        None => all.into_iter().map(|(t, [slope, ..])| (t, slope)).collect(),
+        Some(a) if a.distance.is_some() => from_altitude(&all, a.window_m.get(), f64::asin),
+        Some(a) => from_altitude(&along(&all, a.window_m.get()), a.window_m.get(), f64::atan),
     })
 }
 
-/// Regression of the altitude over the distance within half a window to both sides: rise over way along the slope is
-/// its sine.
-fn from_altitude(all: &[(i64, [f64; 2])], a: &Altitude) -> Vec<(i64, f64)> {
-    let half = 0.5 * a.window_m.get();
+/// Altitudes over the level way between positions (altitude, latitude, longitude; m, rad), the geodesic of WGS 84
+/// (Karney 2013). A position within a tenth of the window of the one before does not count: what a receiver wanders by
+/// while the vehicle stands is no way.
+fn along(all: &[(i64, [f64; 3])], window_m: f64) -> Vec<(i64, [f64; 3])> {
+    let earth = Geodesic::wgs84();
+    let (mut way, mut last) = (0.0, None);
+    let mut kept = Vec::new();
+    for &(t, [altitude, latitude, longitude]) in all {
+        let [lat, lon] = [latitude, longitude].map(f64::to_degrees);
+        let gone: f64 = match last {
+            Some((lat0, lon0)) => earth.inverse(lat0, lon0, lat, lon),
+            None => window_m,
+        };
+        if gone >= 0.1 * window_m {
+            way += gone;
+            last = Some((lat, lon));
+            kept.push((t, [altitude, way, 0.0]));
+        }
+    }
+    kept
+}
+
+/// Regression of the altitude over the distance within half a window to both sides, by the angle of a ratio: rise over
+/// way along the slope is its sine, over level way its tangent.
+fn from_altitude(all: &[(i64, [f64; 3])], window_m: f64, angle: fn(f64) -> f64) -> Vec<(i64, f64)> {
+    let half = 0.5 * window_m;
     let (mut from, mut to) = (0, 0);
     let mut slopes = Vec::new();
-    for &(t, [_, s]) in all {
+    for &(t, [_, s, _]) in all {
         while all.get(from).is_some_and(|(_, x)| x[1] < s - half) {
             from += 1;
         }
@@ -201,18 +236,18 @@ fn from_altitude(all: &[(i64, [f64; 2])], a: &Altitude) -> Vec<(i64, f64)> {
         }
         let window = all.get(from..to).unwrap_or(&[]);
         let reaches =
-            |end: Option<&(i64, [f64; 2])>| end.is_some_and(|(_, x)| (x[1] - s).abs() > 0.8 * half);
+            |end: Option<&(i64, [f64; 3])>| end.is_some_and(|(_, x)| (x[1] - s).abs() > 0.8 * half);
         if !reaches(window.first()) || !reaches(window.last()) {
             continue; // less than the window at both ends of the log, and where the vehicle stands
         }
         let n = window.len() as f64;
         let (ms, mh) = window
             .iter()
-            .fold((0.0, 0.0), |(a, b), (_, [h, s])| (a + s / n, b + h / n));
-        let (sxx, sxy) = window.iter().fold((0.0, 0.0), |(a, b), (_, [h, s])| {
+            .fold((0.0, 0.0), |(a, b), (_, [h, s, _])| (a + s / n, b + h / n));
+        let (sxx, sxy) = window.iter().fold((0.0, 0.0), |(a, b), (_, [h, s, _])| {
             (a + (s - ms).powi(2), b + (s - ms) * (h - mh))
         });
-        slopes.push((t, (sxy / sxx).clamp(-1.0, 1.0).asin()));
+        slopes.push((t, angle((sxy / sxx).clamp(-1.0, 1.0))));
     }
     slopes
 }
@@ -227,16 +262,39 @@ mod tests {
         let all: Vec<_> = (0..200)
             .map(|i| {
                 let s = f64::from(i) * 0.2;
-                (i64::from(i) * 100_000_000, [0.1 * s, s])
+                (i64::from(i) * 100_000_000, [0.1 * s, s, 0.0])
             })
             .collect();
-        let a: Altitude = serde_json::from_value(
-            serde_json::json!({"column": "h", "distance": "s", "unit": "m", "window_m": 4}),
-        )
-        .unwrap();
-        let slopes = from_altitude(&all, &a);
+        let slopes = from_altitude(&all, 4.0, f64::asin);
         assert!(slopes.len() > 170 && slopes.len() < 190, "{}", slopes.len());
         assert!(slopes.iter().all(|(_, x)| (x - 0.1f64.asin()).abs() < 1e-9));
+    }
+
+    /// A climb to the north-east at 60° of latitude, where a degree of longitude is half of one of latitude: by the
+    /// radii of curvature of the ellipsoid, another formula than that of the library, the slope is that of rise over
+    /// level way; a stop on the way, where the position wanders, changes nothing.
+    #[test]
+    fn altitude_over_positions_is_the_tangent() {
+        let (a, e2) = (6_378_137.0_f64, 0.006_694_379_990_14_f64);
+        let latitude = 60.0_f64.to_radians();
+        let w = 1.0 - e2 * latitude.sin().powi(2);
+        let meridian = a * (1.0 - e2) / w.powf(1.5);
+        let parallel = a / w.sqrt() * latitude.cos();
+        let all: Vec<_> = (0..600)
+            .map(|i| {
+                let (k, t) = (f64::from(i), i64::from(i) * 100_000_000);
+                let moved = if i < 300 { k } else { (k - 200.0).max(300.0) };
+                let wander = if moved == 300.0 { 0.3 * k.sin() } else { 0.0 };
+                let way = 0.5 * moved;
+                let [north, east] = [0.6 * way + wander, 0.8 * way];
+                (t, [0.1 * way, latitude + north / meridian, east / parallel])
+            })
+            .collect();
+        let slopes = from_altitude(&along(&all, 20.0), 20.0, f64::atan);
+        assert!(slopes.len() > 60, "{}", slopes.len());
+        let off = |x: f64| (x - 0.1f64.atan()).to_degrees().abs();
+        assert!(slopes.iter().all(|(_, x)| off(*x) < 0.06), "{slopes:?}");
+        assert!(slopes.iter().filter(|(_, x)| off(*x) < 0.01).count() > 40);
     }
 
     #[test]

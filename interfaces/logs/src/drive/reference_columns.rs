@@ -11,25 +11,23 @@ use std::collections::BTreeSet;
 /// Most samples of a reference.
 const MAX_SAMPLES: usize = 8_000_000;
 
-/// One or two formulas of the columns of a file.
+/// One to three formulas of the columns of a file.
 pub(super) struct Columns<'a> {
     /// Its place in the map file, for errors.
     pub key: &'a str,
     /// The file, by its name in the map.
     pub file: Option<&'a str>,
-    /// The formulas.
-    pub formulas: Vec<&'a Formula>,
-    /// Unit of them all.
-    pub unit: Option<&'a Unit>,
+    /// The formulas, each with its unit.
+    pub formulas: Vec<(&'a Formula, Option<&'a Unit>)>,
     /// Rows count only where this is true.
     pub valid_if: Option<&'a Condition>,
 }
 
 impl Columns<'_> {
-    /// The rows with a new value: time (ns of the replay) and the values of the formulas, SI; 0 in place of a second
-    /// one that there is not.
-    pub fn read(&self, map: &Map, origin_ns: i64) -> Result<Vec<(i64, [f64; 2])>, Error> {
-        let expressions = self.formulas.iter().map(|f| &f.expression);
+    /// The rows with a new value: time (ns of the replay) and the values of the formulas, SI; 0 in place of those that
+    /// there are not.
+    pub fn read(&self, map: &Map, origin_ns: i64) -> Result<Vec<(i64, [f64; 3])>, Error> {
+        let expressions = self.formulas.iter().map(|(f, _)| &f.expression);
         let expressions = expressions.chain(self.valid_if.iter().map(|c| &c.0));
         let names: Vec<String> = expressions.flat_map(|e| e.columns.clone()).collect();
         let file = map.file_of(self.key, self.file)?;
@@ -66,11 +64,11 @@ impl Columns<'_> {
             if !new || self.valid_if.is_some_and(|c| !c.0.holds(&of(&c.0.columns))) {
                 continue;
             }
-            let mut sample = [0.0; 2];
-            for (x, formula) in sample.iter_mut().zip(&self.formulas) {
+            let mut sample = [0.0; 3];
+            for (x, (formula, unit)) in sample.iter_mut().zip(&self.formulas) {
                 let expression = &formula.expression;
                 let value = expression.value(&of(&expression.columns));
-                *x = self.unit.map_or(f64::NAN, |u| u.to_si(value));
+                *x = unit.map_or(f64::NAN, |u| u.to_si(value));
             }
             if sample.iter().all(|x| x.is_finite()) {
                 all.push((row.row.stamp_ns.saturating_sub(origin_ns), sample));

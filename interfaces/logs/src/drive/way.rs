@@ -28,8 +28,7 @@ impl Way {
             let columns = Columns {
                 key,
                 file: w.file.as_deref(),
-                formulas: vec![&w.column],
-                unit,
+                formulas: vec![(&w.column, unit)],
                 valid_if: w.valid_if.as_ref(),
             };
             let sd = unit.map_or(f64::NAN, |u| u.to_si(w.sd.get()));
@@ -37,7 +36,7 @@ impl Way {
         };
         if let Some(w) = &r.distance {
             let (rows, sd_m) = read("reference.distance", w, Quantity::Length)?;
-            let samples = rows.into_iter().map(|(t, [d, _])| (t, d, 0)).collect();
+            let samples = rows.into_iter().map(|(t, [d, ..])| (t, d, 0)).collect();
             return Ok(Some(Self {
                 samples,
                 sd_m,
@@ -50,7 +49,7 @@ impl Way {
         let (rows, speed_sd_mps) = read("reference.speed", w, Quantity::Speed)?;
         let (mut way_m, mut stretch, mut last) = (0.0, 0, None);
         let mut samples = Vec::with_capacity(rows.len());
-        for (t, [v, _]) in rows {
+        for (t, [v, ..]) in rows {
             match last.replace((t, v)) {
                 Some((before, u)) if t - before <= MAX_GAP_NS => {
                     way_m += 0.5 * (u + v) * (t - before) as f64 * 1e-9;

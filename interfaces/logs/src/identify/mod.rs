@@ -191,6 +191,17 @@ pub(crate) fn parameters(
             "a longer drive, or more of its channels in the map",
         ));
     }
+    found.retain(|p| {
+        let (.., [low, high]) = p.kind.told();
+        let is_found = p.sd <= 0.25 * (high - low);
+        if !is_found {
+            let (name, value, sd, unit) = (&p.name, p.value, p.sd, p.unit);
+            lacks.push(format!(
+                "{name}: {value:.3} ± {sd:.3} {unit} could be anything"
+            ));
+        }
+        is_found
+    });
     for p in &mut found {
         let (.., [low, high]) = p.kind.told();
         let nearest = p.value.clamp(low, high);
@@ -238,8 +249,8 @@ fn drive_parameters(
 ) -> Result<Vec<Parameter>, String> {
     let vehicle = &plan.vehicle;
     let known = |w: &&ForceWindow| {
-        let all = [w.force_n, w.mass_kg, w.sin_effective, w.against];
-        w.moves && all.iter().all(|x| x.is_finite())
+        let all = [w.force_n, w.sin_effective, w.against];
+        w.moves && all.iter().all(|x| x.is_finite()) && (w.mass_kg.is_finite() || !seen.has_mass)
     };
     let moving: Vec<&ForceWindow> = balance.windows.iter().filter(known).collect();
     let length_s = balance.longest_s;
@@ -248,6 +259,34 @@ fn drive_parameters(
     };
     let weight = |w: &ForceWindow| -w.mass_kg * G * w.against;
     let nominal_m2 = vehicle.road.map_or(0.0, |r| r.drag_area_m2);
+    if !seen.has_mass {
+        // gain · force = mass · (a + g sin θ) + resistance · mass · g cos θ: only ratios are seen
+        let row = |w: &&ForceWindow| {
+            let columns = Vector2::new(w.acceleration + G * w.sin_effective, G * w.against);
+            let drag_n = nominal_m2 * drag_pressure(w, vehicle);
+            (
+                w.t_s,
+                columns,
+                w.force_n - drag_n - vehicle.rotating_mass_kg * w.acceleration,
+            )
+        };
+        let rows: Vec<_> = moving.iter().map(row).collect();
+        let fit = regression(&rows, MIN_WINDOWS, length_s).filter(|f| f.value[0] > 3.0 * f.sd[0]);
+        let f = fit.ok_or(
+            "they need the mass, or more of the drive: `--known mass,slope`, `reference.mass`",
+        )?;
+        let resistance = f.value[1] / f.value[0];
+        let sd = (f.sd[1] / f.value[0]).hypot(resistance * f.sd[0] / f.value[0]);
+        return Ok(vec![
+            ParameterKind::RunningResistance.is(resistance, sd.hypot(seen.slope_sd)),
+            Parameter {
+                name: "mass over torque gain".into(),
+                unit: "kg",
+                meaning: "the total mass if the torque gain is 1; `--known mass,slope` finds the gain",
+                ..ParameterKind::Figure.is(f.value[0], f.sd[0])
+            },
+        ]);
+    }
     let fit = |drag_m2: f64| {
         let row = move |w: &&ForceWindow| {
             let drag = drag_pressure(w, vehicle);
@@ -267,7 +306,6 @@ fn drive_parameters(
                 let lacks = |what| format!("they need {what}");
                 match () {
                     () if !plan.targets().any(Target::is_traction) => lacks("`channels.traction`"),
-                    () if !seen.has_mass => lacks("the mass: `--known mass,slope`, `reference.mass`"),
                     () => too_few(moving.len(), "speed, traction, mass and slope while the vehicle moves one way and does not brake"),
                 }
             })?;
@@ -491,7 +529,7 @@ reference: {slope: {column: slope, unit: rad, sd_deg: 0}, mass: {kg: 10000, sd_k
         let path = dir.path().join("log.map.yaml");
         std::fs::write(&path, map).unwrap();
         let found = identify(&Map::load(&path).unwrap()).unwrap().0;
-        let near = |name: &str, planted: f64, most: f64| {
+        let near = |found: &[Parameter], name: &str, planted: f64, most: f64| {
             let p = found.iter().find(|p| p.name == name).unwrap();
             let off = (p.value - planted).abs();
             assert!(
@@ -502,16 +540,20 @@ reference: {slope: {column: slope, unit: rad, sd_deg: 0}, mass: {kg: 10000, sd_k
             );
             assert!(p.sd < most, "{name}: ± {}", p.sd);
         };
-        near("torque gain", gain, 0.01);
-        near("running resistance", resistance, 0.001);
-        near(
-            "lean",
-            lean / (1.0 + lean) * 180.0 / std::f64::consts::PI,
-            0.3,
-        );
-        near("accelerometer bias", bias, 0.01);
-        near("noise of the specific force forward", 0.05, 0.001);
-        near("noise of the wheel speed 1", 0.003, 1e-4);
+        near(&found, "torque gain", gain, 0.01);
+        near(&found, "running resistance", resistance, 0.001);
+        let lean = (lean / (1.0 + lean)).to_degrees();
+        near(&found, "lean", lean, 0.3);
+        near(&found, "accelerometer bias", bias, 0.01);
+        near(&found, "noise of the specific force forward", 0.05, 0.001);
+        near(&found, "noise of the wheel speed 1", 0.003, 1e-4);
+
+        // without the mass its ratio to the gain, and the resistance
+        std::fs::write(&path, map.replace(", mass: {kg: 10000, sd_kg: 0}", "")).unwrap();
+        let found = identify(&Map::load(&path).unwrap()).unwrap().0;
+        assert!(found.iter().all(|p| p.kind != ParameterKind::TorqueGain));
+        near(&found, "mass over torque gain", mass / gain, 0.01 * mass);
+        near(&found, "running resistance", resistance, 0.001);
     }
 
     /// A vehicle whose wheels are 2.5 % smaller than the map has them, along marks every 7 m that were surveyed to 5

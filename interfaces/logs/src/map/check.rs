@@ -339,6 +339,14 @@ fn slope_reference(key: &str, slope: Option<&SlopeReference>) -> Result<(), Wron
         }
         if let Some(a) = &s.altitude {
             unit(&format!("{key}.altitude"), &a.unit, Quantity::Length)?;
+            let given = [&a.distance, &a.latitude, &a.longitude].map(Option::is_some);
+            if given != [true, false, false] && given != [false, true, true] {
+                return wrong(
+                    format!("{key}.altitude"),
+                    "an altitude goes over a distance, or over positions",
+                    "either `distance`, or `latitude` and `longitude`",
+                );
+            }
         }
     }
     Ok(())

@@ -20,4 +20,4 @@ pub(crate) use channels::{MeasuredChannel, key, quantity};
 pub(crate) use faulted_channel::FaultedChannel;
 pub(crate) use file::{Clock, LogFault, LogFaultKind, Many, Nominal, Origin};
 pub(crate) use formula::{Condition, Formula};
-pub(crate) use reference_keys::{Altitude, SlopeReference, WayReference};
+pub(crate) use reference_keys::{SlopeReference, WayReference};

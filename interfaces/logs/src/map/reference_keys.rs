@@ -63,15 +63,21 @@ pub(crate) struct SlopeReference {
     pub valid_if: Option<Condition>,
 }
 
-/// The slope from altitude over distance: the regression over a stated window, centred.
+/// The slope from altitude over distance, or over the way between positions: the regression over a stated window,
+/// centred.
+#[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Altitude {
     /// Column of the altitude.
     pub column: Formula,
-    /// Column of the distance along the way, in the same file.
-    pub distance: Formula,
-    /// Unit of both.
+    /// Column of the distance along the way, in the same file; or `latitude` and `longitude`.
+    pub distance: Option<Formula>,
+    /// Column of the latitude, degrees (WGS 84), in the same file.
+    pub latitude: Option<Formula>,
+    /// Column of the longitude, degrees, in the same file.
+    pub longitude: Option<Formula>,
+    /// Unit of altitude and distance.
     pub unit: UnitName,
     /// Length of the window, m.
     pub window_m: Positive,

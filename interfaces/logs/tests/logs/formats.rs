@@ -220,6 +220,48 @@ fn can_of_python_can_with_the_values_of_cantools() {
     }
 }
 
+/// Every DBC file in the sources of cantools: random frames have the values that cantools decodes, and no others.
+#[test]
+#[ignore = "needs a folder that reference/dbc_of_cantools.py makes; .ci/run does it"]
+fn dbc_files_of_cantools() {
+    let folder = std::env::var_os("MONORIG_DBC_FOLDER").expect("MONORIG_DBC_FOLDER");
+    let (mut signals, mut wrong) = (0, Vec::new());
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let written = entry.unwrap().path();
+        if written.extension().is_none_or(|e| e != "csv") {
+            continue;
+        }
+        let mut expected: BTreeMap<String, Vec<(i64, f64)>> = BTreeMap::new();
+        for line in std::fs::read_to_string(&written).unwrap().lines() {
+            let [t, name, value] = line.split(',').collect::<Vec<_>>()[..] else {
+                panic!("{line}");
+            };
+            let sample = (t.parse().unwrap(), value.parse().unwrap());
+            expected.entry(name.to_owned()).or_default().push(sample);
+        }
+        let options = ReadOptions {
+            dbc: Some(written.with_extension("dbc")),
+            ..ReadOptions::default()
+        };
+        let columns = read_with(&written.with_extension("log"), &options);
+        let columns = columns.unwrap_or_else(|e| panic!("{}: {e}", written.display()));
+        for (name, written_values) in &expected {
+            let found = columns.get(name).map_or(&[][..], Vec::as_slice);
+            let finite = found.iter().filter(|(.., x)| x.is_finite());
+            let near = |((t, _, x), (u, y)): (&(i64, i64, f64), &(i64, f64))| {
+                t == u && (x - y).abs() <= 1e-12 * y.abs().max(1.0)
+            };
+            let same = finite.clone().count() == written_values.len()
+                && finite.zip(written_values).all(near);
+            signals += 1;
+            if !same {
+                wrong.push(format!("{}: {name}", written.display()));
+            }
+        }
+    }
+    assert!(signals > 500 && wrong.is_empty(), "{signals}: {wrong:#?}");
+}
+
 #[test]
 fn parquet_of_pyarrow_and_pandas() {
     for packed in ["none", "snappy", "zstd", "gzip"] {
