@@ -35,11 +35,11 @@ for double): a train of 8 drive units and 18 m over a rail of changing grade, a 
 10 ms with a new sample on every channel. Made by `python docs/tools/firmware.py`: link-time optimisation,
 `opt-level = "s"`, QEMU (`mps2-an386`, one instruction a nanosecond), {date.today()}, revision {revision()}.
 
-- *Flash*: code and constants beyond a program without an estimator, whatever of `libm` and of software floating point it takes included.
+- *Flash*: code and constants beyond a program without an estimator, with the used parts of `libm` and of software floating point.
 - *RAM*: the estimator itself; there is no heap. *Stack*: the deepest of all steps.
 - *By name*: `dffrls_aekf_robust` through the registry, with all sources.
-- The methods as printed are left out: no controller is to run them.
-- In single precision nothing of the estimators calculates in double precision, but `sinf` and `cosf` of `libm` do inside.
+- The methods as printed are left out: no controller should run them.
+- In single precision the estimators calculate nothing in double precision, but `sinf` and `cosf` of `libm` do.
 
 """
 

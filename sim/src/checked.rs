@@ -4,9 +4,9 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// Beyond this size a number in a file is taken for a typing error.
+/// Size beyond which a number in a file counts as a typing error.
 const MAX_MAGNITUDE: f64 = 1e12;
-/// Below this size a number that is not zero is taken for one: what is divided by it has no physics.
+/// Size below which a number other than zero counts as a typing error: a division by it has no physical meaning.
 const MIN_MAGNITUDE: f64 = 1e-30;
 
 macro_rules! checked {
@@ -87,7 +87,7 @@ macro_rules! zero {
 }
 zero!(Finite, NonNegative, Fraction);
 
-/// The `version: 1` every file of ours starts with: anything else is refused, not guessed at.
+/// The key `version: 1` at the start of every file; any other version is refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "f64", into = "u32")]
 pub struct Version1;

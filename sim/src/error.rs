@@ -27,13 +27,13 @@ pub enum Error {
     /// An estimator cannot go on.
     #[error("the estimator {name} broke down at t = {t_s:.3} s{}: {what}", of_seed(*seed))]
     Estimator {
-        /// Its name in the scenario.
+        /// Name in the scenario.
         name: String,
         /// Seed of the run, if it is one with a seed.
         seed: Option<u64>,
         /// Simulated time, s.
         t_s: f64,
-        /// Its reason.
+        /// Reason of the error.
         what: String,
     },
     /// The controller cannot go on.
@@ -43,7 +43,7 @@ pub enum Error {
         seed: u64,
         /// Simulated time, s.
         t_s: f64,
-        /// Its reason.
+        /// Reason of the error.
         what: String,
     },
 }
@@ -149,7 +149,7 @@ impl DataError {
         }
     }
 
-    /// The same of one item of a larger whole: `key` becomes `parent.key`.
+    /// Moves the error below the key `parent` of a larger whole: `key` becomes `parent.key`.
     pub(crate) fn under(self, parent: &str) -> Self {
         let key = match self.key.is_empty() {
             true => parent.to_owned(),
@@ -159,7 +159,7 @@ impl DataError {
     }
 }
 
-/// For data that came from no file, as in a simulation built in code.
+/// Converts an error of data without a file, as in a simulation built in code.
 impl From<DataError> for Error {
     fn from(e: DataError) -> Self {
         Error::Input(Box::new(InputError {

@@ -1,4 +1,4 @@
-"""`attitude` and `rail_fusion` on one recorded drive, from the equations of docs/src/methods/rail_fusion_equations.md, in their plainest form.
+"""`attitude` and `rail_fusion` on one recorded drive, from the equations of estimators/EQUATIONS.md, in their plainest form.
 
 Jacobians by the complex step, full matrices, the Joseph form written out, lists and dictionaries for the memory of the rail.
 

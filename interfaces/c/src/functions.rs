@@ -99,7 +99,7 @@ unsafe fn instance<'a>(memory: *const c_void) -> Option<&'a Instance> {
     unsafe { memory.cast::<Instance>().as_ref() }
 }
 
-/// The same to be changed.
+/// Returns the instance in this memory for changes.
 ///
 /// # Safety
 /// As [`instance`], used by nobody else.

@@ -1,4 +1,4 @@
-//! A parameter that an estimator has, and one that is set.
+//! Description of a parameter of an estimator, and a parameter that is set.
 
 use crate::text::Text;
 use monorig_estimators::api::params::{Key, KeyKind, Setting};
@@ -84,8 +84,8 @@ impl From<&Key> for Parameter {
 }
 
 impl Parameter {
-    /// The parameter as ours are, with its texts kept by `keep` and its words by `keep_all`; none if it has a kind that
-    /// there is not, a range that is none, or no words.
+    /// Converts the description into our key, with its texts kept by `keep` and its words by `keep_all`; `None` for an
+    /// unknown kind, an empty range, or a choice without words.
     pub fn key(
         &self,
         keep: impl Fn(&str) -> &'static str,

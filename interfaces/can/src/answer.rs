@@ -18,7 +18,7 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// Hands over its frames, that of the motion as the last.
+    /// Gives the frames of the answer to `each`, the frame of the motion last.
     pub fn frames(&self, numbers: Numbers, each: &mut impl FnMut(&Frame)) {
         use Value::{Flag, Number};
         let (e, sequence) = (&self.estimate, Value::Sequence(self.sequence));
@@ -78,7 +78,7 @@ pub enum Came {
 }
 
 impl Answers {
-    /// Of frames with such numbers.
+    /// Makes a reader of answers with numbers of this kind.
     pub fn new(numbers: Numbers) -> Self {
         Self {
             numbers,

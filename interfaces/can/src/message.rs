@@ -26,7 +26,7 @@ const MAX_SIGNALS: usize = 7;
 pub enum Message {
     /// A sample.
     Sample(Slot),
-    /// Command of a motor torque, counted from 0; then that of the clamp pressure, then that of the brake.
+    /// Command of a motor torque, counted from 0; then the command of the clamp pressure, then of the brake.
     Command(Commanded),
     /// The end of a step: its samples and commands have been sent.
     Step,
@@ -111,7 +111,7 @@ impl Message {
         }
     }
 
-    /// Its identifier.
+    /// Returns the identifier of the message.
     pub fn id(self) -> u32 {
         match self {
             Self::Sample(slot) => {
@@ -171,7 +171,7 @@ impl Message {
         }
     }
 
-    /// Its signals in their order.
+    /// Returns the signals of the message in their order.
     pub fn signals(self) -> impl Iterator<Item = Signal> {
         self.table().into_iter().flatten()
     }

@@ -43,7 +43,7 @@ impl Name {
         }
     }
 
-    /// The same with the number of an index.
+    /// Adds the number of an index to the name.
     pub(crate) const fn at(mut self, index: usize) -> Self {
         self.number = Some(index + 1);
         self
@@ -82,7 +82,7 @@ pub(crate) enum Content {
 /// A signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Signal {
-    /// Its name; of an instant and a length of time without the unit.
+    /// Name of the signal; for an instant and a length of time without the unit.
     name: Name,
     unit: &'static str,
     pub(crate) content: Content,
@@ -97,7 +97,7 @@ impl Signal {
         }
     }
 
-    /// Its bits.
+    /// Returns the number of bits of the signal.
     pub(crate) fn bits(&self, numbers: Numbers) -> u32 {
         match (self.content, numbers) {
             (Content::Flag, _) => 1,
@@ -184,7 +184,7 @@ impl Signal {
         }
     }
 
-    /// The number of a raw number; NaN for that of none.
+    /// Converts a raw number into a number; NaN for the raw number that means "no number".
     pub(crate) fn number(&self, raw: u64, numbers: Numbers) -> f64 {
         if numbers == Numbers::Float {
             return f64::from_bits(raw);

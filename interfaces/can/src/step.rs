@@ -16,14 +16,14 @@ pub struct Step {
     pub u: Command,
     /// Time since the step before, s.
     pub dt_s: f64,
-    /// True for the first step: the estimator forgets all before it.
+    /// True for the first step: the estimator starts from its initial state.
     pub start: bool,
-    /// Its number.
+    /// Number of the step.
     pub sequence: u16,
 }
 
 impl Step {
-    /// Hands over its frames for a vehicle of so many drive units, that of the step itself as the last.
+    /// Gives the frames of a step for this number of drive units to `each`, the frame of the step itself last.
     pub fn frames(&self, numbers: Numbers, drives: usize, each: &mut impl FnMut(&Frame)) {
         let mut send = |message: Message, values: &[Value]| {
             each(&message.encode(numbers, values).0);
@@ -65,7 +65,7 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// Of frames with such numbers.
+    /// Makes a reader of steps with numbers of this kind.
     pub fn new(numbers: Numbers) -> Self {
         Self {
             numbers,

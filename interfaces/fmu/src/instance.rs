@@ -1,4 +1,4 @@
-//! An instance of an FMU, whatever the standard: its variables, its phase, and who is told what goes wrong.
+//! An instance of an FMU for both standards: its variables, its phase, and the receiver of its messages.
 
 use crate::model::{self, Model, Stepped};
 use crate::part::{FILE, Part, token};
@@ -126,7 +126,7 @@ fn read(resources: &str, wanted: &str) -> Result<(Vec<Variable>, Box<dyn Model>)
 }
 
 impl Instance {
-    /// Makes one of what stands in the resources. What is wrong is told to the importer.
+    /// Makes an instance from the resources of the FMU. An error is reported to the importer.
     pub fn new(name: &CStr, token: &str, resources: &str, log: Log) -> Option<Self> {
         let made = catch_unwind(|| read(resources, token));
         let made = made.unwrap_or_else(|_| Err("it panicked".to_owned()));
@@ -147,7 +147,7 @@ impl Instance {
         }
     }
 
-    /// Does something with an instance. An error is told, and a panic ends the instance.
+    /// Runs `act` on the instance. An error is reported to the importer, and a panic ends the instance.
     pub fn act(&mut self, act: impl FnOnce(&mut Self) -> Result<i32, String>) -> i32 {
         let acted = catch_unwind(AssertUnwindSafe(|| act(self)));
         let acted = acted.unwrap_or_else(|_| {

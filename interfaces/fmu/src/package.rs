@@ -15,7 +15,7 @@ pub struct Package {
     part: Part,
     about: String,
     step_s: Option<f64>,
-    /// Files in `resources/`, beside that of the part.
+    /// Files in `resources/` beside the file of the part.
     files: BTreeMap<String, Vec<u8>>,
 }
 

@@ -1,4 +1,4 @@
-//! Content of an FMU, as `resources/part.json` in it says.
+//! Content of an FMU, as it stands in `resources/part.json`.
 
 use monorig_estimators::Vehicle;
 use monorig_estimators::api::signals::{Command, Shape, Slot};
@@ -34,7 +34,7 @@ pub(crate) enum Part {
 pub(crate) struct EstimatorPart {
     /// Name of its type.
     pub name: String,
-    /// It is of the library beside this file, and not one of ours.
+    /// True for an estimator of the library beside this file, false for one of monorig.
     pub in_library: bool,
     /// Nominal values of the vehicle.
     pub vehicle: VehicleFile,
@@ -42,7 +42,7 @@ pub(crate) struct EstimatorPart {
     pub parameters: BTreeMap<String, ParameterValue>,
     /// Quantities that the vehicle measures.
     pub measured: Vec<String>,
-    /// Its state can be saved.
+    /// True if the state can be saved.
     pub keeps_state: bool,
 }
 
@@ -52,7 +52,7 @@ pub(crate) struct EstimatorPart {
 pub(crate) struct PlantPart {
     /// Name of the scenario.
     pub name: String,
-    /// Its file in `resources/`.
+    /// Name of the file in `resources/`.
     pub file: String,
     /// Values that are changed in it.
     pub set: Vec<(String, String)>,
@@ -73,7 +73,7 @@ impl Part {
     }
 }
 
-/// The samples that the instruments of a simulation take; those of a user's own instruments are left out.
+/// Returns the samples of the instruments of a simulation, without the user's own instruments.
 pub(crate) fn measured(simulation: &Simulation) -> impl Iterator<Item = Slot> {
     let channels = simulation.sensors.channels();
     let fitted = move |slot: &Slot| {
@@ -120,7 +120,7 @@ pub(crate) fn vehicle(file: &VehicleFile) -> Result<Vehicle, String> {
     Vehicle::new(data).map_err(|e| e.to_string())
 }
 
-/// The token of a part: an FMU that was put together from two is not taken.
+/// Computes the token of a part, by which an FMU that was put together from two FMUs is refused.
 pub(crate) fn token(part: &[u8]) -> String {
     let digest = Sha256::digest(part);
     let hex: String = digest.iter().take(16).map(|b| format!("{b:02x}")).collect();

@@ -1,4 +1,4 @@
-//! The functions of FMI 2.0 for co-simulation, and what those of 3.0 share with them.
+//! Functions of FMI 2.0 for co-simulation, and the code that they share with FMI 3.0.
 #![allow(non_snake_case)]
 
 use crate::instance::{ERROR, Instance, Log, LogTwo, OK};

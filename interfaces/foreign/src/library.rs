@@ -22,7 +22,7 @@ const MAX_BYTES: u64 = 1 << 30;
 
 /// The functions of a library, as the header declares them.
 pub(crate) struct Library {
-    /// As messages name it.
+    /// Name of the library in messages.
     pub at: String,
     names: Vec<&'static str>,
     size: unsafe extern "C" fn(*const c_char) -> u64,

@@ -48,7 +48,7 @@ pub(crate) struct Known {
 /// A part that a scenario names.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct NamedPart {
-    /// Its role in the loop.
+    /// Role of the part in the loop.
     what: u64,
     path: PathBuf,
     /// The keys of the scenario beside its parameters, as JSON.
@@ -71,7 +71,7 @@ impl NamedPart {
         message.text(&self.settings)
     }
 
-    /// Its file, as reasons name it.
+    /// Returns the file of the part for messages.
     fn at(&self) -> String {
         let name = self.path.file_name().unwrap_or(self.path.as_os_str());
         name.to_string_lossy().chars().take(LONGEST_NAME).collect()
@@ -102,7 +102,7 @@ impl Host {
         Ok(described)
     }
 
-    /// A process that runs an instance of a part; what it says of the instance is its answer.
+    /// Starts a process that runs an instance of a part; the description of the instance is its answer.
     pub fn build(
         self: &Arc<Self>,
         part: &NamedPart,
@@ -236,9 +236,9 @@ struct PartProcess {
     from: BufReader<Answers>,
     message: Message,
     body: Vec<u8>,
-    /// Why it answers no more.
+    /// Reason why the process answers no more.
     lost: Option<String>,
-    /// Its temporary files, removed when it has ended, however that was.
+    /// Temporary files of the process, removed after its end.
     _folder: TempDir,
 }
 
@@ -278,7 +278,7 @@ impl PartProcess {
         answered.map_err(|e| self.lose(&e))
     }
 
-    /// The same for what can be refused in words.
+    /// Asks the process for an action that it may refuse with a reason.
     fn ask_or(&mut self, part: &NamedPart, during: &str) -> Result<(), Refusal> {
         let what = self.ask().map_err(|why| part.refused(&why, during))?;
         if what == DONE {
@@ -293,7 +293,7 @@ impl PartProcess {
         read(Body(&self.body)).map_err(|e| self.lose(&e))
     }
 
-    /// Ends the process, and says why it is of no use any more.
+    /// Ends the process, and returns the reason why it is of no use any more.
     fn lose(&mut self, e: &io::Error) -> String {
         let why = match e.kind() {
             ErrorKind::WouldBlock | ErrorKind::TimedOut => {

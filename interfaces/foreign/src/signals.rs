@@ -1,5 +1,5 @@
-//! Names of an estimator's inputs and outputs in an FMU: those of the measured quantities and of the estimate, with an
-//! axis or the number of a drive unit.
+//! Names of an estimator's inputs and outputs in an FMU: measured quantities and estimate, with an axis or the number
+//! of a drive unit.
 
 use monorig_estimators::api::signals::{Estimate, Shape, Slot, Value};
 
@@ -11,7 +11,7 @@ pub struct Quantity {
     pub unit: &'static str,
     /// Description in one sentence.
     pub about: &'static str,
-    /// Its place in an estimate.
+    /// Returns the place of the value in an estimate.
     pub at: fn(&mut Estimate) -> &mut Value,
 }
 

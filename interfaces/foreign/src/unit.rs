@@ -27,7 +27,7 @@ const fn unit(name: &'static str, [kg, m, s, rad]: [i32; 4], factor: f64) -> Uni
     }
 }
 
-/// Those of inputs and outputs, and of parameters those that the base units can express.
+/// Units of inputs, outputs and parameters that the base units can express.
 const UNITS: [Unit; 24] = [
     unit("s", [0, 0, 1, 0], 1.0),
     unit("Hz", [0, 0, -1, 0], 1.0),
@@ -55,7 +55,7 @@ const UNITS: [Unit; 24] = [
     unit("MPa", [1, -1, -2, 0], 1e6),
 ];
 
-/// Names of units that tools write without saying what they are: taken at their word.
+/// Names of units that tools write without their base units.
 const OTHERS: [Unit; 6] = [
     unit("°", [0, 0, 0, 1], std::f64::consts::PI / 180.0),
     unit("deg/s", [0, 0, -1, 1], std::f64::consts::PI / 180.0),
@@ -65,7 +65,7 @@ const OTHERS: [Unit; 6] = [
     unit("kN", [1, 1, -2, 0], 1e3),
 ];
 
-/// The unit of this name, one of ours or one that tools write.
+/// Finds the unit of this name among our units and the units of other tools.
 pub(crate) fn named(name: &str) -> Option<&'static Unit> {
     find(name).or_else(|| OTHERS.iter().find(|u| u.name == name))
 }

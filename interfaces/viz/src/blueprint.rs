@@ -114,7 +114,7 @@ fn lanes(estimators: &[String]) -> Vec<EntityPath> {
     estimators.iter().map(|e| lane_entity(e)).collect()
 }
 
-/// For each estimator a tab with its errors and its validity; none if all are shown together.
+/// Makes a tab for each estimator with its errors and its validity; `None` if one tab shows all estimators.
 fn each(b: &mut Builder, contents: &Contents<'_>) -> Option<Placed> {
     if contents.estimators.len() <= contents.shown.len() {
         return None;
@@ -256,11 +256,11 @@ fn errors_axis(
 
 /// An axis ends so much beyond the largest error.
 const ROOM: f64 = 1.1;
-/// So many estimators that leave the axis are named in the title; the others are counted.
+/// Largest number of estimators beyond the axis that the title names; the others are counted.
 const NAMED_OFF_SCALE: usize = 3;
 
-/// For each estimator a tab: innovation, NIS with its limits, test ratios with the gate, and internal quantities, a
-/// plot for each unit.
+/// Makes a tab for each estimator: innovation, NIS with its limits, test ratios with the gate, and internal quantities,
+/// a plot for each unit.
 fn filters(b: &mut Builder, contents: &Contents<'_>) -> Option<Placed> {
     let names = contents.estimators.iter();
     let tabs: Vec<Placed> = names

@@ -7,8 +7,8 @@ const REFERENCE: [u8; 3] = [190, 160, 255];
 pub const LIMIT: [u8; 3] = [150, 150, 150];
 /// The Cramér-Rao bound: in plots of errors, where there is no line of the truth.
 const BOUND: [u8; 3] = [235, 235, 235];
-/// Colours of estimators and of other lines: those of the reports in their dark theme (`lab/src/reports/style.css`), in
-/// the same order, so that an estimator has one colour in both.
+/// Colours of estimators and of other lines, in the order of the reports' dark theme (`lab/src/reports/style.css`), so
+/// that an estimator has the same colour in both.
 const PALETTE: [[u8; 3]; 6] = [
     [0x4a, 0xa8, 0xe8],
     [0xff, 0x8c, 0x42],
@@ -19,14 +19,14 @@ const PALETTE: [[u8; 3]; 6] = [
 ];
 /// Names of the colours.
 const NAMES: [&str; PALETTE.len()] = ["blue", "orange", "green", "pink", "yellow", "pale blue"];
-/// A level rail, one that climbs and one that descends at [`FULL_GRADE_RAD`].
+/// Colours of a level rail, of a climbing rail and of a descending rail at [`FULL_GRADE_RAD`].
 const LEVEL: [f64; 3] = [165.0, 168.0, 172.0];
 const CLIMB: [f64; 3] = [230.0, 120.0, 30.0];
 const DESCENT: [f64; 3] = [50.0, 130.0, 230.0];
 /// Steeper slopes have the same colour: 12°.
 const FULL_GRADE_RAD: f64 = 0.21;
 
-/// The colour of an estimator, by its place among those of the run.
+/// Returns the colour of an estimator by its place among the estimators of the run.
 pub fn estimator(index: usize) -> [u8; 3] {
     PALETTE[index % PALETTE.len()]
 }

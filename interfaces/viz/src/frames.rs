@@ -17,7 +17,7 @@ const HEADER_BYTES: usize = MessageHeader::ENCODED_SIZE_BYTES;
 const FOOTER_BYTES: u64 = StreamFooter::ENCODED_SIZE_BYTES as u64;
 /// A byte that LZ4 has packed stands for at most so many.
 const MOST_PACKED: u64 = 256;
-/// Longest index: ours have some megabytes.
+/// Longest index that is read; our recordings have some megabytes.
 const MAX_INDEX_BYTES: u64 = 256 << 20;
 
 /// Puts the index in order: Rerun's encoder keeps the manifests, and the fields of each one's schema, in hash maps,

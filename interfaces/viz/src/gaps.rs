@@ -2,7 +2,7 @@
 
 /// Gaps of sampled channels up to this length are the time between two samples, ns.
 const SHORT_GAP_NS: i64 = 250_000_000;
-/// So are gaps up to this many times the shortest time between two samples.
+/// Longest distance of two samples that is no gap, as a multiple of the shortest distance.
 const SAMPLE_INTERVALS: i64 = 5;
 
 /// Finds the rows of one line that are drawn, and those at which it breaks, chunk after chunk.
@@ -16,7 +16,8 @@ pub struct GapFinder {
 }
 
 impl GapFinder {
-    /// For a line whose channel is `sampled` less often than there are rows, or for one that has a value in every row.
+    /// Makes a detector for a line whose channel is `sampled` less often than there are rows, or has a value in every
+    /// row.
     pub fn new(sampled: bool) -> Self {
         Self {
             sampled,

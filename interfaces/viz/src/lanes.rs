@@ -15,9 +15,9 @@ const STATES: [(&str, [u8; 3]); 4] = [
     ("mass and slope valid", [0, 150, 100]),
 ];
 
-/// So many estimators are shown together.
+/// Largest number of estimators that are shown together.
 const HANDFUL: usize = 5;
-/// A change of validity is told when it has lasted so long, ns.
+/// Shortest time, ns, after which a change of validity is written.
 const LASTING_NS: i64 = 1_000_000_000;
 
 /// One lane for each estimator.
@@ -32,10 +32,10 @@ struct Lane {
     /// Channels that are 1 where mass and slope are valid.
     valid: [Option<usize>; 2],
     state: Option<usize>,
-    /// Time of the last change, and the last state that was told.
+    /// Time of the last change, and the last state that was written.
     since_ns: i64,
     told: usize,
-    /// True if its changes are told.
+    /// True if changes of this estimator are written.
     shown: bool,
 }
 
@@ -85,8 +85,7 @@ impl ValidityLanes {
         &self.shown
     }
 
-    /// Sends the changes in a chunk, and returns those to tell: of the estimators that are shown together, where they
-    /// have lasted.
+    /// Sends the changes in a chunk, and returns the lasting changes of the estimators that are shown together.
     pub fn log(
         &mut self,
         stream: &mut MessageStream,

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 pub struct Origin(Vector3<f64>);
 
 impl Origin {
-    /// The first sample of the rail; without a rail, that of the world.
+    /// Returns the first sample of the rail as the origin; without a rail, the origin of the world.
     pub fn of(layout: &Layout<'_>) -> Self {
         Self(layout.rail.first().map_or(Vector3::zeros(), |f| f.p))
     }
@@ -20,7 +20,7 @@ impl Origin {
         Self(place)
     }
 
-    /// In the world, m.
+    /// Returns the origin in the world, m.
     pub fn world(&self) -> Vector3<f64> {
         self.0
     }

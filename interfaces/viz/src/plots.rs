@@ -116,7 +116,7 @@ pub const FORCES: [Titled; 8] = [
     (Plot::Sway, "Sway of the load, °"),
     (Plot::Rail, "Off the rail or the lane, clearance, m"),
 ];
-/// Plots of instruments: what they measured, and nothing else, so that a sample that is missing is seen.
+/// Plots of the instruments: samples only, so that a missing sample is visible.
 pub const SENSORS: [Titled; 5] = [
     (Plot::SpecificForce, "Specific force, m/s²"),
     (Plot::AngularRate, "Angular rate, rad/s"),

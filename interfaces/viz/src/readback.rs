@@ -62,9 +62,8 @@ pub fn read(path: &Path) -> Result<Recording, Error> {
     }
 }
 
-/// Read files into one store, as a viewer does that is given all of them: recordings are told apart by the application
-/// and the id that stand in each message and by nothing else, so that files with the same become one recording. In the
-/// order in which they begin.
+/// Reads files into one store, as a viewer with all of them does: only application and id of a message separate
+/// recordings, so files with the same application and id become one recording. In the order in which they begin.
 pub fn read_all(paths: &[&Path]) -> Result<Vec<Recording>, Error> {
     let mut all = Vec::new();
     for path in paths {

@@ -34,7 +34,7 @@ struct Cell {
 }
 
 impl Readout {
-    /// From the channels of a run; the truth of a recorded drive is the reference of its log.
+    /// Makes the readout from the channels of a run; the truth of a recorded drive is the reference of its log.
     pub fn new(channels: &[Channel], recorded: bool) -> Self {
         let find = |path: String| channels.iter().position(|c| c.path == path);
         let cell = |path: &str, scale, digits| Cell {

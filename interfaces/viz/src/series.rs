@@ -54,8 +54,8 @@ pub struct PlottedSeries {
     in_loop: bool,
 }
 
-/// All lines of these channels, those of the estimator in the loop stronger and over the others; then the differences
-/// of two that are compared, and the limits.
+/// Returns all lines of these channels, the estimator in the loop with a stronger line over the others, then the
+/// differences of two compared runs, and the limits.
 pub fn plan(channels: &[Channel], emphasis: &Emphasis<'_>) -> Vec<PlottedSeries> {
     let estimators = estimators(channels);
     let mut all = Vec::new();

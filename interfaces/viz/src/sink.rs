@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 /// Chunks of this length suit a recording that goes to a file only, s.
 pub const CHUNK_S: f64 = 30.0;
-/// Chunks of this length suit a recording that is watched, s: shorter ones cost more.
+/// Length of a chunk for a recording that is watched, s; shorter chunks cost more.
 pub const LIVE_CHUNK_S: f64 = 10.0;
 
 /// Lines of a thinned recording have about so many points a second.

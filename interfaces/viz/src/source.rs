@@ -20,7 +20,7 @@ pub enum ScalarSource {
         sd: usize,
         /// Factor.
         scale: f64,
-        /// As above.
+        /// Column with the mark *valid*.
         valid: Option<usize>,
     },
     /// Estimate less truth.
@@ -31,7 +31,7 @@ pub enum ScalarSource {
         truth: usize,
         /// Factor of the difference.
         scale: ErrorScale,
-        /// As above.
+        /// Column with the mark *valid*.
         valid: Option<usize>,
     },
     /// Two scalars a row: −2 sd and +2 sd, round zero.
@@ -40,20 +40,20 @@ pub enum ScalarSource {
         sd: usize,
         /// Index of the truth's channel.
         truth: usize,
-        /// As of the error.
+        /// Scale of the error.
         scale: ErrorScale,
-        /// As above.
+        /// Column with the mark *valid*.
         valid: Option<usize>,
     },
-    /// The error of one estimate less that of another, both without their signs.
+    /// Difference of the magnitudes of the errors of two estimates.
     ErrorDifference {
         /// Indices of the channels of the estimate that counts, and of the one it is compared with.
         channels: [usize; 2],
         /// Index of the truth's channel.
         truth: usize,
-        /// As of the error.
+        /// Scale of the errors.
         scale: ErrorScale,
-        /// As above, for each of the two.
+        /// Column with the mark *valid* of each estimate.
         valid: [Option<usize>; 2],
     },
     /// A limit: the same at the first and the last row of each chunk.
@@ -63,7 +63,7 @@ pub enum ScalarSource {
 /// Factor of an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ErrorScale {
-    /// This factor, such as 180/π.
+    /// A factor, such as 180/π.
     Factor(f64),
     /// 100 over the truth: per cent of it.
     PercentOfTruth,

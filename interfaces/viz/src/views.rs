@@ -54,7 +54,7 @@ impl Camera {
 /// Axis and legend of a plot.
 #[derive(Clone, Copy, Debug)]
 pub struct PlotStyle {
-    /// Range of the axis; none = that of the data.
+    /// Range of the axis; `None` for the range of the data.
     pub range: Option<[f64; 2]>,
     /// Corner of the legend.
     pub corner: Corner2D,

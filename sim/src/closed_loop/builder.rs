@@ -113,7 +113,7 @@ impl SimulationBuilder {
         self
     }
 
-    /// An instrument of one's own beside those of the data sheet.
+    /// Adds your own instrument to the instruments of the data sheet.
     pub fn instrument(mut self, instrument: Box<dyn Instrument>) -> Self {
         self.instruments.push(instrument);
         self
@@ -124,7 +124,7 @@ impl SimulationBuilder {
         self.estimator_with(name, move |_| Ok(estimator))
     }
 
-    /// The same for one that is made for the nominal vehicle, or refuses it.
+    /// Adds an estimator that is made for the nominal vehicle, or refuses this vehicle.
     pub fn estimator_with(
         mut self,
         name: &str,
@@ -135,7 +135,7 @@ impl SimulationBuilder {
         self
     }
 
-    /// An estimator of the registry, under this name: its type is that of the key `is`, or has the same name.
+    /// Adds an estimator of the registry under this name; the key `is` gives its type, by default the name.
     pub fn registered_estimator(mut self, name: &str, settings: Settings) -> Self {
         let estimators = &mut self.scenario.file.estimators;
         if estimators.insert(name.into(), settings).is_some() {
@@ -178,7 +178,7 @@ impl SimulationBuilder {
         self
     }
 
-    /// Chooses a plant by name: one of ours or of the registry. Default: rigid bodies in rapier.
+    /// Chooses a plant by name, from monorig or from the registry. Default: rigid bodies in rapier.
     pub fn plant_kind(mut self, kind: PlantKind) -> Self {
         self.scenario.file.physics.plant = Some(kind);
         self
@@ -235,7 +235,8 @@ impl SimulationBuilder {
         self
     }
 
-    /// Tells estimators and controller the true values of the vehicle, not drawn ones: of a vehicle, not of a run.
+    /// Gives estimators and controller the true values of the vehicle in place of drawn values, as the data sheet of a
+    /// vehicle needs.
     pub fn told_exactly(self) -> Self {
         self.edit(|file| {
             let why = "what is wanted is the vehicle's data sheet".into();

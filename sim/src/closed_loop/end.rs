@@ -4,13 +4,13 @@ use super::estimators::RunningEstimator;
 use crate::error::Error;
 use crate::interrupt;
 
-/// When a run ends.
+/// Conditions for the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct EndCondition {
     /// After this time, s.
     pub after_s: f64,
-    /// When the front is at this chainage, m; infinite if it does not matter.
+    /// Chainage of the front at which the run ends, m; infinite without this condition.
     pub at_m: f64,
     /// Chainage of the front at the start, m.
     pub start_m: f64,
@@ -27,7 +27,7 @@ pub enum Ended {
     Finished,
     /// The time was over before the chainage was reached.
     TimeOver,
-    /// It was stopped from outside.
+    /// The run was stopped from outside.
     Interrupted,
 }
 

@@ -48,7 +48,7 @@ impl RunningEstimator {
         }
     }
 
-    /// The same with the estimator inside of another, such as one that resets it.
+    /// Puts the estimator inside another estimator, such as one that resets it.
     pub(crate) fn within(mut self, around: &dyn Fn(BoxedEstimator) -> BoxedEstimator) -> Self {
         self.estimator = around(self.estimator);
         self
@@ -113,18 +113,18 @@ impl RunningEstimator {
         (self.refused > 0).then(|| (self.name.clone(), self.refused, self.reason.clone()))
     }
 
-    /// Counts of its answers, if it runs outside of the program in real time: what the rig has seen of it, and no
-    /// internals of its own.
+    /// Returns the counts of answers of an estimator that runs outside of the program in real time; they are measured
+    /// by the rig and are no internals of the estimator.
     pub fn answers(&self) -> Option<AnswerCounts> {
         self.answers.as_ref().map(AnswerCounter::get)
     }
 
-    /// Its internals, by name and unit.
+    /// Returns the internals by name and unit.
     pub fn list_internals(&self) -> &[Internal] {
         self.estimator.internals()
     }
 
-    /// Internals now, by their names; `None` for one that it does not have.
+    /// Returns the present internals with these names; `None` for a name that the estimator does not have.
     pub fn internals_named<const N: usize>(&self, names: [&str; N]) -> [Option<f64>; N] {
         let list = self.list_internals();
         let places = names.map(|name| list.iter().position(|i| i.name == name));
@@ -136,7 +136,7 @@ impl RunningEstimator {
         places.map(|place| values.get(place?).copied())
     }
 
-    /// Its internals now, appended to `row` in the order of their names.
+    /// Appends the present internals to `row` in the order of their names.
     pub fn internals(&self, row: &mut Vec<f64>) {
         let from = row.len();
         row.resize(from + self.list_internals().len(), f64::NAN);

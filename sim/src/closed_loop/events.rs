@@ -9,11 +9,11 @@ use std::collections::VecDeque;
 /// The computer that the estimators run on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Computer {
-    /// It runs.
+    /// The computer of the estimators runs.
     Up,
-    /// It restarts: no estimator runs.
+    /// The computer of the estimators restarts: no estimator runs.
     Down,
-    /// It has just restarted: every estimator begins anew.
+    /// The computer of the estimators has just restarted: every estimator starts again.
     UpAgain,
 }
 
@@ -36,7 +36,7 @@ pub struct EventSchedule {
     dragging_brake: f64,
     /// Index of the drive unit that gives no torque.
     isolated_drive: Option<usize>,
-    /// When the computer of the estimators is up again, s; none while it is up.
+    /// Time at which the computer of the estimators runs again, s; `None` while it runs.
     up_again_s: Option<f64>,
     happened: Vec<String>,
 }

@@ -16,7 +16,7 @@ pub enum Unfit {
 }
 
 impl Unfit {
-    /// As an error of the file it is in.
+    /// Converts the error into an error of its file.
     pub fn in_file(self, scenario: &Scenario, sheet: &Path) -> Error {
         match self {
             Unfit::Sheet(e) => e.in_file(sheet),

@@ -51,8 +51,8 @@ fn load(train: &Train, load: usize, at_m: f64, imu_body: usize) -> Option<Suspen
     })
 }
 
-/// The two places that carry a body, m behind `at_m`: its own stations, or those of what it hangs on. `None` if it
-/// hangs on nothing.
+/// Returns the two places that carry a body, m behind `at_m`: its own stations, or the stations of the body on which it
+/// hangs. `None` if it hangs on nothing.
 fn places_of(train: &Train, i: usize, at_m: f64, depth: usize) -> Option<[f64; 2]> {
     let body = &train.bodies[i];
     let span = |places: &mut dyn Iterator<Item = f64>| {

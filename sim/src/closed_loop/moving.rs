@@ -50,7 +50,7 @@ impl Moving {
         }
     }
 
-    /// It is a car.
+    /// Returns true for a car.
     pub fn is_car(&self) -> bool {
         matches!(self, Self::Car(_))
     }

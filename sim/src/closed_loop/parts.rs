@@ -61,7 +61,7 @@ pub fn estimators(
     Ok(built)
 }
 
-/// The first quantity that an estimator shows whose name cannot be that of a column.
+/// Returns the first internal quantity of an estimator whose name cannot be the name of a column.
 fn bad_internal(estimator: &BoxedEstimator) -> Option<&'static str> {
     let mut names = BTreeSet::new();
     let odd = |c: char| c.is_control() || "/\\".contains(c);
@@ -89,7 +89,7 @@ pub fn controller(
         .map_err(|w| scenario.error("drive.controller", w.message, w.help))
 }
 
-/// The instruments that a scenario names beside those of its sheet, in the order of their names, checked and built.
+/// Builds the instruments that a scenario names beside the instruments of its sheet, in the order of their names.
 pub fn instruments(
     scenario: &Scenario,
     registry: &Registry,

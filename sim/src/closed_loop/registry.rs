@@ -176,7 +176,7 @@ const CONTROLLER_KEYS: &[&str] = &["kind", "fmu", "map", "feedforward"];
 /// Keys of a scenario's plant that are not parameters.
 const PLANT_KEYS: &[&str] = &["kind"];
 
-/// The estimator of ours that is built for a vehicle on a rail only.
+/// Our estimator that is built only for a vehicle on a rail.
 const RAIL_ONLY: &str = "rail_fusion";
 
 impl Default for Registry {
@@ -370,14 +370,14 @@ impl Registry {
         self.load_library = Some(Arc::new(load));
     }
 
-    /// The same registry for runs on a wall clock, to which estimators outside of the program are held.
+    /// Makes the registry for runs on a wall clock, whose deadlines hold for estimators outside of the program.
     pub fn on_clock(mut self, clock: Option<Arc<WallClock>>) -> Self {
         self.clock = clock;
         self
     }
 
-    /// The same registry for files that others may have sent: of the libraries, FMUs and programs that these name, only
-    /// the estimators of these names are run. The user names them, and not the file.
+    /// Makes the registry for files from others: of their libraries, FMUs and programs only the estimators with these
+    /// names are run. The user names them, and not the file.
     pub fn only_foreign(mut self, names: impl IntoIterator<Item = String>) -> Self {
         self.foreign = Some(names.into_iter().collect());
         self
@@ -404,7 +404,7 @@ impl Registry {
             .collect()
     }
 
-    /// The type of an estimator of a scenario: that of its library, the one outside, or the one of its name.
+    /// Returns the type of an estimator of a scenario: from its library, outside of the program, or by its name.
     pub fn estimator_of(&self, name: &str, settings: &Settings) -> Result<EstimatorType, Refusal> {
         if !settings.is_foreign() {
             return self.find_estimator(settings.type_name(name)).cloned();
@@ -432,7 +432,7 @@ impl Registry {
         self.load_controller = Some(Arc::new(load));
     }
 
-    /// The type of the controller of a scenario: that of its FMU, or the one of its name.
+    /// Returns the type of the controller of a scenario: from its FMU, or by its name.
     pub fn controller_of(&self, settings: &ControllerSettings) -> Result<ControllerType, Refusal> {
         let Some(fmu) = &settings.fmu else {
             let kind = settings.kind.as_deref().unwrap_or(DEFAULT_CONTROLLER);
@@ -480,13 +480,13 @@ impl<B: ?Sized> PartType<B> {
         self
     }
 
-    /// The same, of an estimator outside of the program whose answers are counted there.
+    /// Adds the counter for the answers of an estimator outside of the program.
     pub fn counted_by(mut self, counter: AnswerCounter) -> Self {
         self.answers = Some(counter);
         self
     }
 
-    /// Its name in scenarios.
+    /// Returns the name in scenarios.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -496,7 +496,7 @@ impl<B: ?Sized> PartType<B> {
         &self.about
     }
 
-    /// Its parameters.
+    /// Returns the parameters of the type.
     pub fn keys(&self) -> impl Iterator<Item = &'static Key> + use<B> {
         self.groups.iter().copied().flatten()
     }
@@ -544,7 +544,8 @@ impl EstimatorType {
         (self.build)(vehicle, settings)
     }
 
-    /// Builds one of ours by its type, without a box; `None` of a type that a program adds, and where it is refused.
+    /// Builds one of our estimators by its type, without a box; `None` for a type of another program, and where the
+    /// estimator refuses.
     pub fn build_ours(
         &self,
         vehicle: &Vehicle,

@@ -5,8 +5,8 @@ use crate::config::scenario::{PlantKind, Scenario};
 use monorig_estimators::api::params::Setting;
 use serde_json::{Map, Value, json};
 
-/// The scenario with its defaults, and under `parameters` those of its parts from the registry; null is what is
-/// derived from the vehicle.
+/// Returns the scenario with its defaults, and under `parameters` the parameters of its parts from the registry; null
+/// is a value derived from the vehicle.
 pub fn resolved(scenario: &Scenario, registry: &Registry) -> Value {
     let mut estimators = Map::new();
     for (name, settings) in &scenario.file.estimators {

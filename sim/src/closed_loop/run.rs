@@ -62,9 +62,9 @@ fn closed_loop(
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Seen {
-    /// Its task.
+    /// Task of the controller.
     pub reference: Reference,
-    /// Its knowledge.
+    /// Inputs of the controller.
     pub perception: Perception,
 }
 
@@ -185,14 +185,14 @@ impl Simulation {
         reference
     }
 
-    /// Gives the samples to every estimator, `dt_s` (s) after the last ones.
+    /// Gives the samples to every estimator, `dt_s` (s) after the samples before.
     fn estimate(&mut self, z: &Measurements, command: &Command, dt_s: f64) -> Result<(), Error> {
         let mut all = self.estimators.iter_mut();
         let stepped = all.try_for_each(|estimator| estimator.step(z, command, dt_s));
         stepped.map_err(|e| self.of_seed(e))
     }
 
-    /// Lets every estimator begin anew.
+    /// Resets every estimator.
     fn restart_estimators(&mut self) -> Result<(), Error> {
         let t_s = self.plant.truth().t_s;
         let mut all = self.estimators.iter_mut();

@@ -28,7 +28,7 @@ pub struct Simulation {
     pub train: Train,
     /// The train or the car in motion.
     pub plant: Box<dyn Plant>,
-    /// True of a plant of monorig's own, not of one that a program brings.
+    /// True for a plant of monorig, false for a plant of another program.
     pub(crate) plant_is_ours: bool,
     /// The instruments.
     pub sensors: Suite,
@@ -52,7 +52,7 @@ pub struct Simulation {
     pub(crate) end: EndCondition,
     /// Step, s.
     pub dt_s: f64,
-    /// Chainage of the IMU minus that of the front, m.
+    /// Chainage of the IMU minus chainage of the front, m.
     pub imu_offset_m: f64,
     /// Obstacles and roadway walls.
     pub(crate) obstacles: Vec<ObstacleBox>,

@@ -1,11 +1,11 @@
-//! Values that are told of a vehicle, drawn about the truth once a run.
+//! Values of the nominal vehicle, drawn about the truth once in each run.
 
 use crate::config::scenario::{NominalVehicle, Scenario, ToldValue};
 use crate::sensors::stream::Stream;
 use monorig_estimators::api::tolerances::{TOLERANCES, Tolerances};
 
-/// Draws what estimators and controller are told. Each value has a stream of its own: to fix one leaves the others as
-/// they were.
+/// Draws the nominal vehicle for estimators and controller. Each value has a stream of its own: to fix one leaves the
+/// others as they were.
 pub struct Told<'a> {
     nominal: &'a NominalVehicle,
     tolerances: Tolerances,
@@ -15,7 +15,7 @@ pub struct Told<'a> {
 }
 
 impl<'a> Told<'a> {
-    /// Of the run of a scenario with this seed.
+    /// Makes the drawn values of the run of a scenario with this seed.
     pub fn new(scenario: &'a Scenario, seed: u64) -> Self {
         Self {
             nominal: &scenario.file.vehicle,
@@ -25,7 +25,8 @@ impl<'a> Told<'a> {
         }
     }
 
-    /// The value of this true value that is told: it is given, or drawn with this standard deviation of its logarithm.
+    /// Returns the nominal value for this true value: the given value, or one drawn with this standard deviation of its
+    /// logarithm.
     pub fn near(
         &self,
         name: &str,
@@ -42,7 +43,7 @@ impl<'a> Told<'a> {
         )
     }
 
-    /// The efficiency that is told: one that would be above 1 is drawn to the other side of the truth.
+    /// Returns the nominal efficiency; a value above 1 is drawn to the other side of the truth.
     pub fn efficiency(&self, truth: f64) -> f64 {
         let told = self.near("efficiency", self.nominal.efficiency, truth, |t| {
             t.efficiency
@@ -87,7 +88,7 @@ fn tolerated(stream: &mut Stream) -> f64 {
     }
 }
 
-/// Standard deviations from which the scenario draws what it tells: 0 of what it gives or tells exactly, and of a car.
+/// Returns the standard deviations of the drawn values: 0 for given and exact values, and for a car.
 pub fn tolerances(scenario: &Scenario) -> Tolerances {
     let nominal = &scenario.file.vehicle;
     let car = scenario.file.car.is_some() || scenario.is_recorded();

@@ -19,7 +19,7 @@ impl PartialEq for WallClock {
 }
 
 impl WallClock {
-    /// So many simulated seconds a second: 1 = real time.
+    /// Makes a clock with this number of simulated seconds in a second: 1 is real time.
     pub fn new(times_real: f64) -> Self {
         Self {
             times_real,
@@ -43,7 +43,7 @@ impl WallClock {
         *self.origin.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
 
-    /// The instant at which the simulation is due at this time, s. The first one that is asked for is now.
+    /// Returns the instant at which the simulation is due at this time, s; the first call starts the clock.
     pub fn due(&self, t_s: f64) -> Instant {
         let known = *self.origin.lock().unwrap_or_else(PoisonError::into_inner);
         match known {

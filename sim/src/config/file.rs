@@ -53,7 +53,8 @@ pub fn read_result(path: &Path) -> Result<String, Error> {
     text(path, &bounded(path, limits::MAX_RESULT_BYTES)?)
 }
 
-/// Reads a page or a recording of ours, which may be larger than other results. An error names what is there instead.
+/// Reads a page or a recording of monorig, which may be larger than other results. An error names what is there
+/// instead.
 pub fn read_large(path: &Path) -> Result<Vec<u8>, Error> {
     bounded(path, limits::MAX_LARGE_BYTES)
 }
@@ -181,8 +182,7 @@ pub fn named(file: &Path, key: &str, name: &str) -> Result<PathBuf, Error> {
     }
 }
 
-/// The name of what a file describes: that of the file without its ending. Results go into a folder of this name, so it
-/// must be one.
+/// Returns the name of the file without its extension. Results go into a folder of this name, so it must be one.
 pub fn name_of(path: &Path) -> Result<String, Error> {
     let stem = path.file_stem().unwrap_or_default();
     let name = stem.to_string_lossy().into_owned();
@@ -201,7 +201,7 @@ pub(crate) fn read_yaml<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
     Document::read(path)?.parse()
 }
 
-/// The same with changes made to it.
+/// Reads a YAML file with changes.
 pub(crate) fn read_yaml_with<T: DeserializeOwned>(path: &Path, sets: &Sets) -> Result<T, Error> {
     let mut document = Document::read(path)?;
     document.apply(sets)?;
@@ -263,7 +263,7 @@ impl Document {
         Self::of(path, read_text(path)?)
     }
 
-    /// The same with the text that a file of this path would have.
+    /// Makes a document of the text that a file with this path would have.
     pub fn of(path: &Path, text: String) -> Result<Self, Error> {
         let mut document = Self {
             path: path.into(),
@@ -353,7 +353,7 @@ impl Document {
             .collect()
     }
 
-    /// True if a text, read as such a file, says the same.
+    /// Returns true if a text, read as this kind of file, has the same content.
     pub fn is_of(&self, text: &str) -> bool {
         serde_yaml::from_str::<serde_yaml::Value>(text).is_ok_and(|tree| tree == self.tree)
     }
@@ -390,7 +390,7 @@ impl Document {
         .into()
     }
 
-    /// More than a file of ours can have.
+    /// Makes the error of a file that is larger than allowed.
     fn over(&self, over: limits::Over) -> Error {
         InputError {
             file: self.path.clone(),

@@ -44,21 +44,21 @@ impl Drop for Restore {
 }
 
 impl InputFiles {
-    /// Makes a part of a larger whole: files are taken from the whole, and are listed in both.
+    /// Makes a part of a larger whole: a file is read from the whole, and is listed in both.
     pub(crate) fn part_of(whole: Self) -> Self {
         let part = Self::default();
         part.lock().whole = Some(whole);
         part
     }
 
-    /// Do `work`; what it reads is kept here, and taken from here if it was read before.
+    /// Runs `work` and keeps the files that it reads; a file that was read before is not read again.
     pub fn during<T>(&self, work: impl FnOnce() -> T) -> T {
         let before = CURRENT.with(|current| current.borrow_mut().replace(self.clone()));
         let _restore = Restore(before);
         work()
     }
 
-    /// Those that this thread reads into at the moment; none outside of [`InputFiles::during`].
+    /// Returns the files into which this thread reads at the moment; `None` outside of [`InputFiles::during`].
     pub(crate) fn current() -> Option<Self> {
         CURRENT.with(|current| current.borrow().clone())
     }
@@ -68,7 +68,7 @@ impl InputFiles {
         self.lock().sealed = true;
     }
 
-    /// Notes the way to a program that runs elsewhere: no check sum tells whether it is still the same.
+    /// Notes the address of a program that runs elsewhere and has no check sum.
     pub(crate) fn runs_elsewhere(&self, way: &str) {
         let mut shared = self.lock();
         shared.elsewhere = Some(way.to_owned());
@@ -157,7 +157,7 @@ impl InputFiles {
     }
 }
 
-/// The same files: those that share what was read.
+/// Two values are equal if they share their files.
 impl PartialEq for InputFiles {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.shared, &other.shared)
@@ -197,7 +197,7 @@ fn read() -> MutexGuard<'static, Option<BTreeSet<PathBuf>>> {
     READ.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// From now on, no file that this program reads is written over, under whatever name.
+/// Protects the files that this program reads: no result is written over them, under whatever name.
 pub fn guard_inputs() {
     read().get_or_insert_default();
 }

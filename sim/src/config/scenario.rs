@@ -174,7 +174,7 @@ impl ScenarioFile {
         times.map(|(from_s, _)| from_s).filter(move |s| *s >= end_s)
     }
 
-    /// Plant of the run: the one that is named, else that of a car, else rapier.
+    /// Returns the plant of the run: the named plant, else the plant of a car, else rapier.
     pub fn plant(&self) -> PlantKind {
         self.physics.plant.clone().unwrap_or(match self.car {
             Some(_) => PlantKind::Road,
@@ -190,7 +190,7 @@ impl ScenarioFile {
 }
 
 impl IntegrityLimits {
-    /// Of a scenario.
+    /// Returns the limits of a scenario.
     pub fn of(file: &ScenarioFile) -> Self {
         Self::from(&file.integrity)
     }

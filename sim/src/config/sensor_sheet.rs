@@ -35,7 +35,7 @@ impl Sheet {
         Self::load_with(file, &Sets::default())
     }
 
-    /// The same with changes made to it.
+    /// Loads a sensor sheet with changes.
     pub fn load_with(file: &Path, sets: &Sets) -> Result<Self, Error> {
         let sheet = Self::new(file.into(), read_yaml_with(file, sets)?);
         sheet.map_err(|e| with_sets(e, sets))

@@ -181,7 +181,7 @@ impl Rail {
         Self::load_with(path, &Sets::default())
     }
 
-    /// The same with changes made to the track file.
+    /// Loads a track with changes of the track file.
     pub(crate) fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
         let rail = Self::read(&read_yaml_with(path, sets)?, path);
         rail.map_err(|e| with_sets(e, sets))

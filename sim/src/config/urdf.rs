@@ -37,13 +37,13 @@ pub struct UrdfUnit {
 /// Links lumped into one rigid body. Its frame is the frame of its first link.
 #[derive(Clone, Debug)]
 pub struct UrdfBody {
-    /// Its first link.
+    /// Name of the first link.
     pub root: String,
     /// Pose of the body frame in the frame of the unit's root link.
     pub pose: Isometry3<f64>,
     /// Mass properties in the body frame.
     pub mass: MassProperties,
-    /// Its visible and collision shapes.
+    /// Shapes of the link: visible and for collisions.
     pub shapes: Vec<Shape>,
 }
 

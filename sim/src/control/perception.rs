@@ -1,4 +1,4 @@
-//! Perception: speed, slip, mass and grade as the controller sees them.
+//! Perception: speed, slip, mass and grade as inputs of the controller.
 
 use crate::plant::Truth;
 use monorig_estimators::api::signals::{
@@ -18,7 +18,7 @@ pub struct Perception {
     pub grade_rad: f64,
     /// Total mass for the feed-forward, kg; the nominal one without.
     pub total_mass_kg: f64,
-    /// True if grade and mass are those of now, and not held or nominal values.
+    /// True if grade and mass are present values, and not held or nominal values.
     pub valid: bool,
     /// Wheel speed of each drive unit minus the speed, m/s: what spins or locks.
     pub slip_mps: [f64; MAX_DRIVES],

@@ -41,7 +41,7 @@ pub trait Plant {
     fn diverging_body(&self) -> Option<&str> {
         None
     }
-    /// True for a recorded drive that is played back: its motion is what a log says, and may not be known.
+    /// Returns true for a recorded drive that is played back: its motion comes from a log, and may be unknown.
     fn is_recorded(&self) -> bool {
         false
     }
@@ -109,9 +109,9 @@ pub struct RoadState {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct TruthSd {
-    /// Of the total mass, kg.
+    /// Standard deviation of the total mass, kg.
     pub total_mass_kg: f64,
-    /// Of the grade, rad.
+    /// Standard deviation of the grade, rad.
     pub grade_rad: f64,
 }
 

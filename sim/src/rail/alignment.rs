@@ -5,7 +5,7 @@
 
 use crate::error::DataError;
 
-/// Longest track, m; a longer one is taken for a typing error.
+/// Longest track, m; a longer track counts as a typing error.
 pub(crate) const MAX_LENGTH_M: f64 = 50_000.0;
 /// Shortest element, m.
 const MIN_PIECE_M: f64 = 1e-3;
@@ -109,7 +109,7 @@ impl Angle {
         }
     }
 
-    /// Its derivative at s, 1/m.
+    /// Returns the derivative at s, 1/m.
     pub fn slope(&self, s: f64) -> f64 {
         self.piece(s).map_or(0.0, |p| p.law.slope(s - p.from))
     }
@@ -259,7 +259,7 @@ impl AlignmentBuilder {
         self.bend(0.5 * length, [k, 0.0], keys)
     }
 
-    /// Checks that an element is at least `MIN_PIECE_M` long; a shorter one is taken for a typing error.
+    /// Checks that an element is at least `MIN_PIECE_M` long; a shorter element counts as a typing error.
     pub(crate) fn long_enough(&self, length: f64, key: &str) -> Result<(), DataError> {
         if length < MIN_PIECE_M {
             return Err(DataError::new(

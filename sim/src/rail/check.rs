@@ -9,8 +9,8 @@ use crate::train::Limits;
 const ROUNDING: f64 = 1.0 + 1e-9;
 
 impl Rail {
-    /// Checks radii, grades and length against what a train can run on; keys in errors are those of the track file.
-    /// Kinks and steps of rail joints are not counted.
+    /// Checks radii, grades and length against the limits of a train; keys in errors are keys of the track file. Kinks
+    /// and steps of rail joints are not counted.
     pub(crate) fn check(&self, limits: &Limits) -> Result<(), DataError> {
         self.radii(
             &self.horizontal,

@@ -11,7 +11,7 @@
 
 use crate::error::DataError;
 
-/// Length over which a kink turns, m: ours, about the play of a bolted joint, and ten times a step of the physics at
+/// Length over which a kink turns, m: chosen, about the play of a bolted joint, and ten times a step of the physics at
 /// walking pace.
 pub const ROUNDING_M: f64 = 0.02;
 const MAX_KINK_DEG: f64 = 2.0;
@@ -41,7 +41,7 @@ pub struct Joints {
 }
 
 impl Joints {
-    /// The joints of a rail of this length, m. Keys in errors are those of [`JointSpec`].
+    /// Makes the joints of a rail of this length, m. Keys in errors are those of [`JointSpec`].
     pub fn new(j: &JointSpec, length: f64) -> Result<Self, DataError> {
         let bad =
             |key: &str, message: String, help: String| Err(DataError::new(key, message, help));
@@ -86,7 +86,7 @@ impl Joints {
         })
     }
 
-    /// The same joints without their steps; none if they have no steps.
+    /// Returns the joints without their steps; `None` if they have no steps.
     pub(crate) fn without_steps(&self) -> Option<Self> {
         (self.step > 0.0).then_some(Self { step: 0.0, ..*self })
     }

@@ -47,7 +47,7 @@ impl Section {
 pub struct Rail {
     /// Name from the track file.
     pub name: String,
-    /// Its named elements; of one that is repeated the first.
+    /// Named elements of the rail; of a repeated element the first.
     pub places: Vec<Place>,
     horizontal: Angle,
     vertical: Angle,
@@ -88,7 +88,7 @@ impl Rail {
         }
     }
 
-    /// Its end as messages give it, m: whole millimetres, never beyond it.
+    /// Returns the end of the rail for messages, m: whole millimetres, never beyond the end.
     pub(crate) fn end_m(&self) -> f64 {
         libm::floor(self.length() * 1e3 + 1e-6) / 1e3
     }
@@ -111,7 +111,7 @@ impl Rail {
         }
     }
 
-    /// Closed outline of what is seen of it in (l, u), m, around the line.
+    /// Returns the closed visible outline of the rail in (l, u), m, around the line.
     pub(crate) fn outline(&self) -> &[[f64; 2]] {
         match &self.section {
             Section::Rail(profile) => &profile.outline,
@@ -131,7 +131,8 @@ impl Rail {
         self.vertical.value(s)
     }
 
-    /// Heading ψ of the alignment at s, rad, + left (counter-clockwise from the world's x axis, seen from above).
+    /// Returns the heading ψ of the alignment at s, rad, + left (counter-clockwise about the world's z axis, from the x
+    /// axis).
     pub fn heading(&self, s: f64) -> f64 {
         self.horizontal.value(s)
     }
@@ -175,7 +176,8 @@ impl Rail {
         self.smooth().track(p, cursor)
     }
 
-    /// As [`Rail::frame_at`], on the line without the steps of joints: a point has no wheels that roll over them.
+    /// Returns the frame as [`Rail::frame_at`] does, on the line without the steps of joints: a point has no wheels
+    /// that roll over them.
     pub(crate) fn frame_without_steps(&self, s: f64, cursor: &mut Cursor) -> RailFrame {
         frame_of(self.smooth(), s, cursor)
     }

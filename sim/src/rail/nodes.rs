@@ -322,7 +322,8 @@ impl Nodes {
         best.1
     }
 
-    /// Chainages from `from` to `to` at which to cut a swept mesh: ends of straight nodes, every `step` on curved ones.
+    /// Returns chainages between `from` and `to` at which a swept mesh is cut: the ends of straight nodes, every `step`
+    /// on curved nodes.
     pub(super) fn cuts(&self, from: f64, to: f64, step: f64) -> Vec<f64> {
         let mut cuts = vec![from];
         for n in &self.0[self.find(from, 0)..=self.find(to, self.0.len())] {

@@ -45,7 +45,7 @@ pub(crate) const PARTS: [&[usize]; 3] =
     [&[0, 1, 2, 3, 10, 11], &[10, 3, 4, 9], &[4, 5, 6, 7, 8, 9]];
 
 impl Profile {
-    /// The profile of these lengths. Keys in errors are those of [`ProfileSpec`].
+    /// Makes the profile with these lengths. Keys in errors are those of [`ProfileSpec`].
     pub(crate) fn new(p: &ProfileSpec) -> Result<Self, DataError> {
         let bad = |key: &str, message: &str, help: &str| Err(DataError::new(key, message, help));
         let (h, b, web) = (p.height_m, p.flange_width_m, p.web_m);

@@ -31,7 +31,7 @@ enum Order {
 }
 
 impl<S: Sink + Send + 'static> BackgroundSink<S> {
-    /// For this sink.
+    /// Wraps this sink.
     pub fn new(sink: S) -> Self {
         Self {
             sink: Some(sink),

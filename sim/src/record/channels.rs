@@ -20,7 +20,7 @@ struct Column<T> {
     value: fn(&T) -> f64,
 }
 
-/// From rows of name, unit, description and value: a table of columns.
+/// Makes a table of columns from rows of name, unit, description and value.
 macro_rules! columns {
     ($(#[$doc:meta])* $table:ident: $of:ty, |$x:ident| { $($name:literal [$unit:literal] $text:literal = $value:expr;)* }) => {
         $(#[$doc])*
@@ -35,13 +35,13 @@ macro_rules! columns {
 pub struct ChannelDescription {
     /// Path with `N` for the number of a drive unit, `NAME` for an estimator, `SOURCE` for a source of measurements.
     pub path: String,
-    /// Unit; empty where it is that of the source.
+    /// Unit of the channel; empty if it is the unit of the source.
     pub unit: &'static str,
     /// Description in one sentence.
     pub doc: &'static str,
 }
 
-/// All kinds of channels but those of instruments and of internals, which are those of a run.
+/// Returns all kinds of channels except the channels of instruments and internals, which depend on the run.
 pub fn descriptions() -> Vec<ChannelDescription> {
     fn add<T>(all: &mut Vec<ChannelDescription>, path: &str, columns: &[Column<T>]) {
         all.extend(columns.iter().map(|c| ChannelDescription {

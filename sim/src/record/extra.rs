@@ -4,7 +4,7 @@ use super::Channel;
 use crate::closed_loop::Simulation;
 use crate::plant::Truth;
 
-/// Channels beside those of the simulator, such as the Cramér-Rao bound of the run.
+/// Channels in addition to the channels of the simulator, such as the Cramér-Rao bound of the run.
 pub trait ExtraChannels {
     /// The channels. Called once, when the run is about to start.
     fn begin(&mut self, simulation: &Simulation) -> Vec<Channel>;

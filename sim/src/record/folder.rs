@@ -92,7 +92,7 @@ pub fn is_name(name: &str) -> bool {
         && !name.contains(char::is_control)
 }
 
-/// Longest name; file systems have 255, and names of ours get something behind them.
+/// Longest name, bytes: file systems allow 255, and monorig appends to names.
 const MAX_NAME_BYTES: usize = 200;
 
 /// The folder of a scenario's runs, directly in `root`: a name that leads elsewhere is refused.

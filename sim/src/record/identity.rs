@@ -1,4 +1,4 @@
-//! Identity of the program that made a result: results of another program are not taken for its own.
+//! Identity of the program that made a result: a program does not continue results of another program.
 
 use super::arithmetic;
 use crate::config::input_files::hex;
@@ -26,7 +26,7 @@ pub struct Identity {
 }
 
 impl Identity {
-    /// Of the program that is running; `revision` as its build found it.
+    /// Returns the identity of the running program; `revision` comes from its build.
     pub fn of_program(revision: Option<&str>) -> Self {
         static PROGRAM: OnceLock<String> = OnceLock::new();
         static ARITHMETIC: OnceLock<String> = OnceLock::new();
@@ -38,7 +38,8 @@ impl Identity {
         }
     }
 
-    /// Of a library that another program has loaded, such as a module of Python: its file stands for the program.
+    /// Returns the identity of a library that another program has loaded, such as a module of Python: the library's
+    /// file stands for the program.
     pub fn of_library(file: &Path, revision: Option<&str>) -> Self {
         Self {
             program: digest(File::open(file)),

@@ -48,7 +48,7 @@ pub struct Manifest {
     pub hash: String,
     /// SHA-256 of every other file of the run, by name.
     pub outputs: BTreeMap<String, String>,
-    /// The scenario with all defaults filled in, those of the parameters of estimators and controller too.
+    /// Scenario with all defaults, also with those of the parameters of estimators and controller.
     pub resolved: serde_json::Value,
 }
 

@@ -73,9 +73,9 @@ pub struct Emphasis<'a> {
 /// Time in which a fault acts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MarkedTime {
-    /// Its begin, s.
+    /// Begin, s.
     pub from_s: f64,
-    /// Its end, s; infinite if it lasts to the end of the run.
+    /// End, s; infinite if it lasts to the end of the run.
     pub to_s: f64,
     /// Name of the instrument.
     pub of: String,

@@ -66,7 +66,7 @@ impl Columns {
     }
 }
 
-/// Read every value of a file of channels. One that breaks off, or is not ours, is an error.
+/// Reads every value of a file of channels; a torn file, or a file of another program, is an error.
 pub fn read(path: &Path) -> Result<Contents, Error> {
     decoded(|| read_all(path)).unwrap_or_else(|e| Err(broken(path, e)))
 }

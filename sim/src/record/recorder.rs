@@ -89,7 +89,7 @@ impl<'a> Recorder<'a> {
         self
     }
 
-    /// Record these channels too, behind those of the simulator.
+    /// Records these channels too, behind the channels of the simulator.
     pub fn with(mut self, extra: impl ExtraChannels + 'a) -> Self {
         self.extra = Some(Box::new(extra));
         self

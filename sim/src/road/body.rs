@@ -137,7 +137,8 @@ pub struct CarBody {
 }
 
 impl CarBody {
-    /// In the middle of the lane at chainage `s` (m), at `speed` (m/s); a car that stands is held by its brake.
+    /// Places the car in the middle of the lane at chainage `s` (m), at `speed` (m/s); a standing car is held by its
+    /// brake.
     pub fn new(model: CarModel, rail: &Rail, s: f64, speed: f64, zones: Vec<AdhesionZone>) -> Self {
         let mut finder = Finder::default();
         let g = &model.geometry;

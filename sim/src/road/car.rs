@@ -28,7 +28,7 @@ const MAX_HEIGHT_RATIO: f64 = 1.0;
 /// A car of checked data.
 #[derive(Clone, Debug)]
 pub struct Car {
-    /// Its data sheet.
+    /// Data sheet of the car.
     pub data: CarFile,
 }
 
@@ -38,7 +38,7 @@ impl Car {
         Self::load_with(path, &Sets::default())
     }
 
-    /// The same with changes made to the file.
+    /// Loads a car with changes of its file.
     pub(crate) fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
         let file: CarFile = read_yaml_with(path, sets)?;
         Self::new(file).map_err(|e| with_sets(e.in_file(path), sets))
@@ -218,7 +218,7 @@ impl Car {
         }
     }
 
-    /// From the centre of gravity to the foremost point, m: the overhangs are alike.
+    /// Returns the distance from the centre of gravity to the foremost point, m, with equal overhangs.
     pub(crate) fn nose_m(&self) -> f64 {
         let (d, length) = (&self.data, self.data.body.size_m[0].get());
         let g = self.geometry();

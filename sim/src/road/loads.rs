@@ -16,7 +16,7 @@
 pub struct LeanState {
     /// Specific force taken up by the springs, m/s².
     pub q: f64,
-    /// Its rate, m/s³.
+    /// Rate of change of this specific force, m/s³.
     pub rate: f64,
 }
 
@@ -36,7 +36,7 @@ pub struct Suspension {
 }
 
 impl LeanState {
-    /// In balance with a specific force, m/s².
+    /// Makes springs in balance with a specific force, m/s².
     pub fn settled(force: f64) -> Self {
         Self {
             q: force,
@@ -62,9 +62,9 @@ impl LeanState {
 pub struct ChassisGeometry {
     /// Mass, kg.
     pub mass_kg: f64,
-    /// From the centre of gravity to the front axle, m.
+    /// Distance from the centre of gravity to the front axle, m.
     pub front_m: f64,
-    /// From the centre of gravity to the rear axle, m.
+    /// Distance from the centre of gravity to the rear axle, m.
     pub rear_m: f64,
     /// Distance of left and right wheels, m.
     pub track_width_m: f64,

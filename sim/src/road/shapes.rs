@@ -9,7 +9,7 @@ const PAINT: [f32; 4] = [0.35, 0.02, 0.03, 1.0];
 const GLASS: [f32; 4] = [0.05, 0.06, 0.08, 1.0];
 const RUBBER: [f32; 4] = [0.02, 0.02, 0.02, 1.0];
 
-/// The wheels stand out of the body by so much, so that both can be seen, m.
+/// Distance by which the wheels stand out of the body, so that both are visible, m.
 const PROTRUSION_M: f64 = 0.02;
 
 /// A body, a cabin on it, and four wheels that turn. `nose_m`: from the car's origin to its front, m.

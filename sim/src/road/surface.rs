@@ -13,7 +13,7 @@ pub struct Surface {
     pub middle: RailFrame,
     /// Sine of the grade that the weight feels, along the lane's middle.
     pub sine: f64,
-    /// Its derivative, 1/m: what presses the car on the road in a sag.
+    /// Derivative of the grade, 1/m, which presses the car on the road in a sag.
     pub sag_1pm: f64,
     /// Angle of the chord between the axles, rad, + nose up.
     pub pitch_rad: f64,

@@ -37,7 +37,7 @@ pub struct Acting {
     pub brake_nm: f64,
     /// Load, N.
     pub load_n: f64,
-    /// Adhesion over that of the clean dry road.
+    /// Adhesion relative to the clean dry road.
     pub grip: f64,
     /// Speed of the centre, along the wheel and to its left, m/s.
     pub velocity: [f64; 2],

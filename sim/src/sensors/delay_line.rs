@@ -20,7 +20,7 @@ pub struct Reading<const N: usize> {
     pub ideal: [f64; N],
 }
 
-/// Samples on their way, by the instant they arrive. Its memory is taken once.
+/// Samples on their way, ordered by the instant of their arrival. The memory is allocated once.
 #[derive(Clone, Debug)]
 pub struct DelayLine<const N: usize> {
     latency_ns: i64,
@@ -59,7 +59,7 @@ impl<const N: usize> DelayLine<N> {
         }
     }
 
-    /// Send off a reading taken at `taken_ns`.
+    /// Sends off a reading that was taken at `taken_ns`.
     pub fn send(&mut self, taken_ns: i64, reading: Reading<N>) {
         if self.queue.len() == self.queue.capacity() {
             self.queue.pop_front(); // nothing is collected: drop the oldest rather than grow
@@ -69,8 +69,8 @@ impl<const N: usize> DelayLine<N> {
         self.queue.insert(after, (arrival_ns, reading));
     }
 
-    /// Takes the readings that have arrived by `now_ns` since the last call: none, one, or the one that [`Many`] makes
-    /// of several.
+    /// Returns the reading that has arrived by `now_ns` since the last call: `None`, the only one, or the one that
+    /// [`Many`] makes of several.
     pub fn receive(&mut self, now_ns: i64) -> Option<Reading<N>> {
         if self.queue.front().is_none_or(|(ns, _)| *ns > now_ns) {
             return None; // most steps bring nothing

@@ -1,4 +1,4 @@
-//! How one axis of an instrument differs from the truth, effect by effect, in the order of the signal path:
+//! Error model of one axis of an instrument, effect by effect, in the order of the signal path:
 //!
 //! 1. `x₁ = (1 + s + s_warm) x`: scale, known part + part drawn once a run + part that comes with warming up;
 //! 2. `x₂ = x₁ + 4 L R u (1 − u) sign x₁`, u = min(|x₁|/R, 1): terminal-based linearity L of full scale R: right at

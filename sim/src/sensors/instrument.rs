@@ -39,7 +39,7 @@ pub trait Instrument {
     fn ideal(&self, _z: &mut Measurements) {}
     /// Adds a fault to reading number `unit`, or to all of them.
     fn add_fault(&mut self, unit: Option<usize>, fault: FaultWindow);
-    /// Its recorded columns.
+    /// Returns the recorded columns of the instrument.
     fn channels(&self) -> Vec<SensorChannel>;
 }
 

@@ -1,4 +1,4 @@
-//! The instants at which values are taken.
+//! Schedule of the instants at which values are taken.
 //!
 //! A sensor of rate f is due at k/f, in whole nanoseconds computed from k each time: hours of run do not drift. The
 //! value is *taken* at the due instant plus jitter, but *stamped* with the due instant. Lost samples never arrive.
@@ -11,7 +11,7 @@ pub fn to_ns(t_s: f64) -> i64 {
     libm::round(t_s * 1e9) as i64
 }
 
-/// The instants at which values are taken.
+/// Schedule of the instants at which values are taken.
 #[derive(Clone, Debug)]
 pub struct Schedule {
     rate_hz: f64,

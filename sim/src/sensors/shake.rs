@@ -81,7 +81,7 @@ impl<const N: usize> Shake<N> {
         self.sampler.begin(step, before, now);
     }
 
-    /// The shaking that adds to a value taken at `t_ns`; as [`ValueSampler::take`].
+    /// Returns the shaking that adds to a value at `t_ns`, as [`ValueSampler::take`] does.
     pub fn take(&mut self, t_ns: i64) -> Option<[f64; N]> {
         self.sampler.take(t_ns)
     }

@@ -188,7 +188,7 @@ impl SignalPath<1> {
     }
 }
 
-/// From the axes of the mount to those of the sensor.
+/// Turns values from the axes of the mount to the axes of the sensor.
 pub trait Align<const N: usize> {
     /// The vector in sensor axes.
     fn align(&self, v: [f64; N]) -> [f64; N];

@@ -169,7 +169,7 @@ impl Suite {
         mounts
     }
 
-    /// Recorded columns of the instruments that are fitted, those of one place (IMU, drive unit) together.
+    /// Returns the recorded columns of the fitted instruments, the columns of one place (IMU, drive unit) together.
     pub fn channels(&self) -> Vec<SensorChannel> {
         let place = |c: &SensorChannel| c.path.rsplit_once('/').map_or("", |p| p.0).to_owned();
         let mut channels: Vec<_> = self.instruments.iter().flat_map(|i| i.channels()).collect();

@@ -29,7 +29,7 @@ pub struct ValueSampler<const N: usize> {
 }
 
 impl<const N: usize> ValueSampler<N> {
-    /// Nothing seen yet; `bandwidth_hz` is the corner of the low-pass that the signal goes through.
+    /// Makes a sampler without values; `bandwidth_hz` is the corner of the low-pass of the signal.
     pub fn new(mode: SamplingMode, bandwidth_hz: Option<f64>) -> Self {
         Self {
             mode,
@@ -62,7 +62,7 @@ impl<const N: usize> ValueSampler<N> {
         self.here_ns = span.from_ns;
     }
 
-    /// The value taken at `t_ns`, within the span; of a mean `None` at the first instant, which only opens a period.
+    /// Returns the value at `t_ns`, within the span; for a mean `None` at the first instant, which only opens a period.
     pub fn take(&mut self, t_ns: i64) -> Option<[f64; N]> {
         match self.mode {
             SamplingMode::Instant => Some(self.at(t_ns)),

@@ -23,7 +23,7 @@ impl MassProperties {
         }
     }
 
-    /// The same part seen from frame A, where `pose` is the pose of the part's frame in A.
+    /// Returns the same part in frame A, where `pose` is the pose of the part's frame in A.
     pub fn seen_from(&self, pose: &Isometry3<f64>) -> Self {
         let r = pose.rotation.to_rotation_matrix();
         Self {
@@ -48,7 +48,7 @@ impl MassProperties {
         }
     }
 
-    /// The same shape made of lighter or heavier stuff.
+    /// Returns the same shape with another mass.
     pub fn scaled_to(&self, mass_kg: f64) -> Self {
         Self {
             mass_kg,

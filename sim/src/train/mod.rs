@@ -161,7 +161,7 @@ impl Train {
         self.drives.iter().map(reflected).sum()
     }
 
-    /// The same train with another payload, kg; 0 = empty hook.
+    /// Returns the same train with another payload, kg; 0 is an empty hook.
     pub fn with_load_mass(mut self, mass_kg: f64) -> Result<Self, DataError> {
         let max = self.limits.max_load_kg;
         if !(0.0..=max).contains(&mass_kg) {

@@ -4,7 +4,7 @@
 pub(crate) enum Stepped {
     /// The outputs are new.
     Done,
-    /// The step was refused for this reason; the outputs are marked not valid, and the next step may be taken.
+    /// The step was refused for this reason; the outputs are marked not valid, and the next step is possible.
     Refused(String),
     /// No step of this length can be made; nothing has changed.
     NotMade(String),

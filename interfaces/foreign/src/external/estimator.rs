@@ -50,7 +50,7 @@ pub(super) struct Outside {
     answered: bool,
     /// True once the first step was answered in real time.
     begun: bool,
-    /// Why it answers no more.
+    /// Reason why the estimator answers no more.
     lost: Option<String>,
 }
 
@@ -86,7 +86,7 @@ impl Outside {
         }
     }
 
-    /// The same in real time on a clock, with the counts of its answers in `counter`.
+    /// Makes the estimator for real time on a clock, with the counts of its answers in `counter`.
     pub fn on_clock(
         mut self,
         clock: Arc<WallClock>,

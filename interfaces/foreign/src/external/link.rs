@@ -5,7 +5,7 @@ use monorig_wire::frame::Frame;
 /// A way to an estimator: frames there and back. The errors say what is wrong at the other end, in words that follow
 /// its name.
 pub(super) trait Link: Send {
-    /// Its end, as messages name it.
+    /// Returns the address of the other end for messages.
     fn at(&self) -> &str;
 
     /// Begins to put frames together.

@@ -16,7 +16,7 @@ use std::time::Duration;
 /// Time for frames to come before the step is sent again, and for the process to take what is written.
 const WAIT: Duration = Duration::from_millis(500);
 const WRITE: Duration = Duration::from_secs(2);
-/// Most bytes of a line that is read, and of a bad one that is shown.
+/// Largest number of bytes of a line that is read, and of a wrong line that is shown.
 const MAX_LINE: usize = 4096;
 const SHOWN: usize = 24;
 /// Longest name of a program in a message, characters.
@@ -117,7 +117,7 @@ impl Process {
 }
 
 impl StartedProcess {
-    /// Why nothing more comes.
+    /// Returns the reason why no more lines come.
     fn over(&mut self) -> String {
         let _ = self.socket.shutdown(Shutdown::Both);
         match self.child.end() {

@@ -1,4 +1,4 @@
-//! An estimator of ours as an external one: what a controller would run, on this machine.
+//! Runs an estimator of monorig as an external estimator, as a controller would, on this machine.
 
 use monorig_sim::closed_loop::registry::BoxedEstimator;
 use monorig_sim::lines::read_line;

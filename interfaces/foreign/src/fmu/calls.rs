@@ -20,7 +20,7 @@ type Set2<T> = unsafe extern "C" fn(Handle, *const u32, usize, *const T) -> i32;
 type Set3<T> = unsafe extern "C" fn(Handle, *const u32, usize, *const T, usize) -> i32;
 type HandleCall = unsafe extern "C" fn(Handle) -> i32;
 
-/// Who gets the messages of an instance. The logger in `log.c` knows the first field.
+/// Receiver of the messages of an instance. The logger in `log.c` knows the first field.
 #[repr(C)]
 struct Listener {
     tell: unsafe extern "C" fn(*const Listener, Text),
@@ -210,13 +210,13 @@ impl Calls {
 
 /// An FMU of this program.
 pub(crate) struct Fmu {
-    /// As messages name it.
+    /// Name of the FMU in messages.
     pub at: String,
     pub description: Description,
     pub calls: Calls,
     /// Folder of its resources.
     pub resources: PathBuf,
-    /// True while its one instance is in use; none for one that can have several.
+    /// True while the only possible instance is in use; `None` for an FMU that can have several instances.
     pub in_use: Option<AtomicBool>,
 }
 
@@ -351,7 +351,7 @@ impl Instance {
         }
     }
 
-    /// Takes a status; one that the standards do not know is an error.
+    /// Checks a status; a status that the standards do not have is an error.
     fn status(&mut self, code: i32) -> i32 {
         let code = if code < 0 { ERROR } else { code };
         self.worst = self.worst.max(code);
@@ -483,7 +483,7 @@ impl Instance {
         self.status(code)
     }
 
-    /// Its state as bytes; none if it keeps none.
+    /// Returns the state as bytes; `None` if the FMU cannot save its state.
     pub fn save(&self) -> Option<Vec<u8>> {
         let states = self.states()?;
         let mut state: Handle = null_mut();

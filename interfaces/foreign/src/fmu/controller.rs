@@ -132,7 +132,7 @@ struct Ports {
 }
 
 impl Ports {
-    /// Finds the variables for ours.
+    /// Finds the FMU's variables for our inputs and outputs.
     fn find(fmu: &Fmu, map: &Map) -> Result<Self, Refusal> {
         let outputs = commands();
         let mut known: Vec<String> = outputs.iter().map(|c| c.0.clone()).collect();

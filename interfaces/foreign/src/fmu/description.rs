@@ -51,11 +51,11 @@ pub(crate) struct Variable {
     pub causality: String,
     pub about: String,
     pub unit: Option<String>,
-    /// The unit, if the FMU says what it is.
+    /// Base units of the unit, if the FMU gives them.
     pub base: Option<BaseUnit>,
     /// Least and largest value.
     pub range: [Option<f64>; 2],
-    /// As it stands there.
+    /// Start value as text of the description.
     pub start: Option<String>,
     /// Words and their numbers.
     pub words: Vec<(String, i64)>,

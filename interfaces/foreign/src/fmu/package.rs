@@ -21,7 +21,7 @@ pub(crate) const FOLDER: &str = "monorig-fmu-";
 /// The FMUs of this program, each once.
 static LOADED: Mutex<BTreeMap<PathBuf, &'static Fmu>> = Mutex::new(BTreeMap::new());
 
-/// The folder for those of FMUs, if this process was given one; else it is that of the system for temporary files.
+/// Folder for the folders of FMUs, if this process was given one; else the system's folder for temporary files.
 #[cfg(unix)]
 static PLACE: std::sync::OnceLock<PathBuf> = std::sync::OnceLock::new();
 

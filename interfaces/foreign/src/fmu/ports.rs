@@ -1,5 +1,5 @@
-//! Which variables of an FMU stand for which of our inputs and outputs: by name, or by the `map` of the scenario. Those
-//! of an estimator are here, those of a controller beside it.
+//! Assignment of an FMU's variables to our inputs and outputs, by name or by the `map` of the scenario. This file has the
+//! ports of an estimator; the controller has its ports beside it.
 
 use super::calls::Fmu;
 use super::description::{BaseUnit, Description, Kind, Variable};
@@ -10,7 +10,7 @@ use monorig_sim::closed_loop::registry::Refusal;
 use monorig_sim::config::scenario::ParameterValue;
 use std::collections::BTreeMap;
 
-/// Names that an FMU has for ours, and numbers for standard deviations.
+/// Names of the FMU in place of our names, and numbers in place of standard deviations.
 pub(crate) type Map = BTreeMap<String, ParameterValue>;
 
 /// Source of the value of an input.
@@ -36,7 +36,7 @@ impl Source {
     }
 }
 
-/// An input of ours: name, unit, source.
+/// One of our inputs: name, unit, source.
 type Input = (String, &'static str, Source);
 
 /// All inputs that there can be.
@@ -69,11 +69,11 @@ pub(crate) struct EstimatorPorts {
     pub flags_at: Vec<FlagAt>,
     /// Place of the mark that a step was refused, among the flags.
     pub refused: Option<usize>,
-    /// The parameter that says that samples have stamps.
+    /// The FMU's parameter that switches to samples with stamps.
     pub stamped: Option<u32>,
     /// Values that the FMU does not give in each step.
     pub start: Estimate,
-    /// It gives no effective grade: that is the grade.
+    /// True if the FMU has no effective grade: the grade is then the effective grade.
     pub grade_is_effective: bool,
 }
 
@@ -85,7 +85,7 @@ pub(crate) struct Names<'a> {
 }
 
 impl<'a> Names<'a> {
-    /// Of an FMU; refuses a map with names that are none of ours, or with values that are no names.
+    /// Makes the names of an FMU; refuses a map with names that we do not have, or with values that are no names.
     pub fn new(fmu: &'a Fmu, map: &'a Map, known: &[String], role: &str) -> Result<Self, Refusal> {
         for (ours, value) in map {
             if !known.contains(ours) {
@@ -115,14 +115,14 @@ impl<'a> Names<'a> {
         })
     }
 
-    /// Their outputs, in a sentence.
+    /// Returns a sentence with the outputs of the FMU.
     pub fn outputs(&self) -> String {
         let outputs = self.theirs.values().filter(|v| v.causality == "output");
         let outputs: Vec<&str> = outputs.map(|v| v.name.as_str()).collect();
         outputs.join(", ")
     }
 
-    /// The variable that stands for one of ours; none if there is none and the map names none.
+    /// Finds the variable for one of our names; `None` if the FMU has no such variable and the map does not name one.
     pub fn find(
         &self,
         ours: &str,
@@ -197,7 +197,7 @@ impl<'a> Names<'a> {
     }
 }
 
-/// Inputs of an FMU that none of ours, by these names, feeds.
+/// Returns the inputs of an FMU to which none of our names is connected.
 pub(crate) fn unconnected<'a>(
     description: &'a Description,
     map: &Map,
@@ -235,7 +235,7 @@ pub(crate) fn names_of(quantity: &str) -> [String; 3] {
 }
 
 impl EstimatorPorts {
-    /// Finds the variables for ours.
+    /// Finds the FMU's variables for our inputs and outputs.
     pub fn find(fmu: &Fmu, map: &Map) -> Result<Self, Refusal> {
         let outputs = QUANTITIES.iter().flat_map(|q| names_of(q.name));
         let others = NUMBERS.iter().map(|n| n.0).chain(FLAGS.iter().map(|f| f.0));

@@ -26,7 +26,7 @@ const NOT_OFFERED: [&str; 8] = [
     STAMPED,
 ];
 
-/// A parameter of an FMU as ours are; none of a kind that a scenario cannot set.
+/// Converts a parameter of an FMU into our key; `None` for a kind that a scenario cannot set.
 fn key(v: &Variable) -> Option<Key> {
     let start = v.start.as_deref().unwrap_or_default();
     let kind = match v.kind {
@@ -63,7 +63,7 @@ fn key(v: &Variable) -> Option<Key> {
 /// Parameters of an FMU that a scenario can set, in groups.
 type Groups = &'static [&'static [Key]];
 
-/// The parameters of an FMU, and its inputs that nothing of ours feeds. `role` is what it is in the loop.
+/// Returns the parameters of an FMU, and its inputs that are not connected to ours. `role` is what it is in the loop.
 pub(crate) fn parameters(
     fmu: &Fmu,
     path: &Path,
@@ -300,7 +300,7 @@ impl RunningFmu {
         self.broken = why.err();
     }
 
-    /// Its state as bytes; none if it keeps none.
+    /// Returns the state as bytes; `None` if the FMU cannot save its state.
     pub fn save(&self) -> Option<Vec<u8>> {
         self.instance.save()
     }

@@ -72,7 +72,7 @@ pub(super) fn plain(serde: &str) -> ErrorMessage {
     }
 }
 
-/// An error of text → tree; `line` is the line it was seen at.
+/// Makes the message of a syntax error; `line` is the line of the error.
 pub(super) fn syntax(yaml: &str, line: &str) -> ErrorMessage {
     let said = yaml.split(" at line ").next().unwrap_or(yaml);
     let (message, help) = if said.contains("more than one document") {

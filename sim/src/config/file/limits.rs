@@ -1,4 +1,4 @@
-//! Limits of input files: what is far beyond any file of ours is refused before it is parsed, with the limit in the
+//! Limits of input files: a file far beyond the size of our files is refused before it is parsed, with the limit in the
 //! message.
 //!
 //! The YAML reader takes time that grows with the square of the brackets in a file, memory for every mark in it, and

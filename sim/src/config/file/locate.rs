@@ -1,5 +1,5 @@
-//! From a key path to line and column: the text is walked again, and an error is raised on purpose at the target,
-//! because the YAML reader gives the place of errors and of nothing else.
+//! Finds line and column of a key path: the text is read again, and an error is raised on purpose at the target,
+//! because the YAML reader gives the place of errors only.
 
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::fmt;
@@ -10,11 +10,11 @@ const HERE: &str = "this is the place looked for";
 /// Part of an entry to locate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Target {
-    /// Its value.
+    /// Place of the value.
     Value,
-    /// Its key.
+    /// Place of the key.
     Key,
-    /// Its key where it stands for the second time.
+    /// Place of the key where it occurs for the second time.
     SecondKey,
 }
 

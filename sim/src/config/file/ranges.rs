@@ -75,7 +75,8 @@ fn below(tree: &Value, path: &str, key: &str) -> Option<(String, String, String)
     }
 }
 
-/// Message and help for a number that is out of the range of its key; its own type tells of NaN and infinity.
+/// Returns message and help for a number outside of the range of its key; the type of the number refuses NaN and
+/// infinity.
 fn out_of_range(key: &str, x: f64) -> Option<(String, String)> {
     if x == 0.0 || !x.is_finite() {
         return None;

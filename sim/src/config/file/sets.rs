@@ -20,7 +20,7 @@ impl Sets {
         }
     }
 
-    /// The same changes, written elsewhere: `place` such as `` `vary` of study.yaml ``.
+    /// Gives the changes another place in messages, such as `` `vary` of study.yaml ``.
     pub fn written_in(mut self, place: &str) -> Self {
         self.written_in = Some(place.into());
         self
@@ -54,7 +54,7 @@ impl Sets {
         self.list.iter()
     }
 
-    /// As the user wrote it.
+    /// Returns the change as the user wrote it.
     pub(crate) fn written(&self, path: &str, value: &str) -> String {
         let prefix = &self.prefix;
         match &self.written_in {

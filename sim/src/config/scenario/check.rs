@@ -7,7 +7,7 @@ use super::wrong::{Wrong, wrong};
 use super::{DriveCycle, Event, FeedForward, PlantKind, ScenarioFile, SpeedPoint};
 use crate::config::checked::NonNegative;
 
-/// A run of more physics steps than this (23 days at 2 ms) is taken for a typing error.
+/// Number of physics steps beyond which a run counts as a typing error (23 days at 2 ms).
 const MAX_STEPS: f64 = 1e9;
 
 /// Check a scenario file by itself.

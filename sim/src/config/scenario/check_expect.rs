@@ -86,7 +86,7 @@ fn can_be_missed(key: &str, share: Fraction) -> Result<(), Wrong> {
     }
 }
 
-/// Largest k of a protection level: that of an aircraft's precision approach is 6.
+/// Largest k of a protection level; the precision approach of an aircraft has 6.
 const MAX_K: f64 = 10.0;
 /// Largest alert limit of the mass, as a share of it.
 const MAX_MASS_ALERT: f64 = 1.0;

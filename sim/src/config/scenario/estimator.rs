@@ -96,8 +96,8 @@ impl EstimatorKeys {
         self.is.as_deref().unwrap_or(name)
     }
 
-    /// Its type in words, given its name in the scenario: a foreign one with its library, an external one with the
-    /// way to it.
+    /// Returns the type in words for this name in the scenario: a foreign estimator with its library, an external one
+    /// with its address.
     pub fn origin(&self, name: &str) -> String {
         if let Some(external) = &self.external {
             return format!("external, {external}");
@@ -116,7 +116,7 @@ impl EstimatorKeys {
 }
 
 impl Settings {
-    /// These values, and no file.
+    /// Makes settings of these values, without a file.
     pub fn new(values: BTreeMap<String, ParameterValue>) -> Self {
         Self {
             values,
@@ -132,14 +132,14 @@ impl Settings {
         })
     }
 
-    /// The same from a shared library, as it is named and where it was found.
+    /// Takes the estimator from a shared library, with its name in the scenario and the file that was found.
     pub fn in_library(mut self, library: &str, file: PathBuf) -> Self {
         self.library = Some(library.into());
         self.library_file = Some(file);
         self
     }
 
-    /// The same from an FMU, as it is named and where it was found.
+    /// Takes the estimator from an FMU, with its name in the scenario and the file that was found.
     pub fn in_fmu(mut self, fmu: &str, file: PathBuf) -> Self {
         self.fmu = Some(fmu.into());
         self.library_file = Some(file);

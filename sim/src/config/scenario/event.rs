@@ -112,7 +112,7 @@ pub enum Event {
 }
 
 impl Event {
-    /// Its name, if it has one.
+    /// Returns the name of the event, if it has one.
     pub(crate) fn name(&self) -> Option<&str> {
         match self {
             Event::LoadMass { name, .. }
@@ -126,7 +126,8 @@ impl Event {
         }
     }
 
-    /// When it first happens or begins, and when it ends, if it does, s; none for what happens at a place.
+    /// Returns the first begin and the end of the event, s; `None` for an event at a place, no end for an event without
+    /// one.
     pub fn times_s(&self) -> Option<(f64, Option<f64>)> {
         match self {
             Event::LoadMass { at_s, .. }

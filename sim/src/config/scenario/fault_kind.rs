@@ -60,8 +60,8 @@ pub enum FaultKind {
     AxesYzSwapped,
 }
 
-/// Of a fault that needs a size: what is missing in an error, how it is made of the size, which sizes it can have, what
-/// the size is.
+/// Properties of a fault that needs a size: the missing key of an error, the constructor from a size, the range of
+/// sizes, the meaning of the size.
 pub(super) type Sized = (
     &'static str,
     fn(f64) -> fault::Fault,
@@ -80,7 +80,7 @@ impl FaultKind {
         self.needs_size() && self != Self::Dropouts || matches!(self, Self::Stuck | Self::WrongSign)
     }
 
-    /// Its name in a scenario.
+    /// Returns the name of the fault in a scenario.
     pub fn name(self) -> String {
         let name = serde_json::to_value(self);
         name.ok()

@@ -1,4 +1,4 @@
-//! An instrument that a program adds beside those of the data sheet.
+//! An instrument that a program adds to the instruments of the data sheet.
 
 use super::named_part::{NamedPart, PartKeys};
 use schemars::JsonSchema;

@@ -1,4 +1,4 @@
-//! When an estimate marked valid is misleading: alert limits of a scenario.
+//! Alert limits of a scenario, beyond which a valid estimate misleads.
 
 use crate::config::checked::{Fraction, Positive};
 use schemars::JsonSchema;

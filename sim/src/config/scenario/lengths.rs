@@ -1,4 +1,4 @@
-//! Longest lists of a scenario. A longer one is taken for a mix-up, and would need more memory than there is.
+//! Longest lists of a scenario; a longer list counts as a mistake, and would need too much memory.
 
 use super::ScenarioFile;
 use super::wrong::{Wrong, wrong};

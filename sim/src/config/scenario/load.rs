@@ -1,4 +1,4 @@
-//! From a file name to a scenario ready to run.
+//! Loads a scenario from its file, ready to run.
 
 use super::{
     Availability, Expectation, Integrity, KnownFailure, ParameterFile, Record, ScenarioFile,
@@ -139,7 +139,7 @@ fn read_unchanged(key: &str, file: &Path, document: &Document) -> Result<(), Err
     }
 }
 
-/// The same for all estimators. Programs outside start in the folder of the document.
+/// Finds the libraries of all estimators. Programs outside start in the folder of the document.
 fn find_libraries(
     estimators: &mut BTreeMap<String, Settings>,
     document: &Document,
@@ -175,7 +175,7 @@ impl Scenario {
         Self::load_with(path, &Sets::new(overrides))
     }
 
-    /// The same with changes that were written elsewhere than on the command line.
+    /// Loads a scenario with changes that do not come from the command line.
     pub fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
         let whole = InputFiles::current();
         let inputs = whole.map_or_else(InputFiles::default, InputFiles::part_of);
@@ -286,7 +286,7 @@ impl Scenario {
         self.log.is_some()
     }
 
-    /// The part of a recorded drive that is played, as its map says; none if it is the whole.
+    /// Returns the part of a recorded drive that the map selects; `None` for the whole drive.
     pub fn trim(&self) -> Option<&serde_json::Value> {
         let trim = self.log.as_ref()?.pointer("/map/trim")?;
         trim.as_object()
@@ -294,8 +294,7 @@ impl Scenario {
             .then_some(trim)
     }
 
-    /// The scenario of a recorded drive: what its map file `document` says of estimators, bounds and recording, and
-    /// nothing of a simulation.
+    /// Makes the scenario of a recorded drive from the estimators, bounds and recording in its map file `document`.
     pub(crate) fn of_log(
         log: LogScenario,
         document: Document,

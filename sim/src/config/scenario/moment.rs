@@ -41,11 +41,11 @@ pub struct Moment {
 /// A part of the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VehiclePart {
-    /// Its front.
+    /// Front of the vehicle.
     Front,
-    /// Its IMU.
+    /// IMU of the vehicle.
     Imu,
-    /// Its rear.
+    /// Rear of the vehicle.
     Rear,
 }
 

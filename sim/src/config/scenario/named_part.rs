@@ -42,7 +42,7 @@ pub trait PartKeys: for<'de> Deserialize<'de> + JsonSchema {
 }
 
 impl<K> NamedPart<K> {
-    /// The same with another value of a parameter.
+    /// Sets the value of a parameter.
     pub fn set(mut self, key: &str, value: impl Into<ParameterValue>) -> Self {
         self.values.insert(key.into(), value.into());
         self

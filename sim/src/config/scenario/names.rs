@@ -8,7 +8,7 @@ pub fn valid_name(name: &str) -> bool {
             .all(|b| b.is_ascii_alphanumeric() || b == b'_' || b == b'-')
 }
 
-/// The same name with everything that it cannot have replaced by `_`.
+/// Returns the name with `_` in place of every character that is not allowed.
 pub(super) fn near_name(name: &str) -> String {
     let valid = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     let near: String = name

@@ -1,4 +1,4 @@
-//! The values of the vehicle that estimators and controller are told.
+//! Nominal vehicle: the values with which estimators and controller are built.
 
 use crate::config::checked::{Finite, NonNegative, Positive};
 use schemars::JsonSchema;
@@ -61,7 +61,7 @@ pub enum ToldValue {
 }
 
 impl NominalVehicle {
-    /// Returns true if this value is told as it is in truth.
+    /// Returns true if the nominal value is the true value.
     pub fn is_exact(&self, value: ToldValue) -> bool {
         self.exact.contains_key(&ToldValue::All) || self.exact.contains_key(&value)
     }

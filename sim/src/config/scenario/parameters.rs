@@ -25,7 +25,7 @@ pub enum ParameterValue {
 }
 
 impl ParameterValue {
-    /// As the estimators take it.
+    /// Returns the value as a setting of an estimator.
     pub fn setting(&self) -> Setting<'_> {
         match self {
             Self::Number(number) => Setting::Number(number.get()),
@@ -152,7 +152,7 @@ impl ParameterFile {
         Ok(file)
     }
 
-    /// As it stands in the file.
+    /// Returns the text of the value in a file.
     pub fn to_yaml(&self) -> String {
         // Strings and finite numbers: nothing in here can fail to serialise.
         serde_yaml::to_string(self).unwrap_or_default()

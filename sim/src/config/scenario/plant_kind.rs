@@ -1,4 +1,4 @@
-//! The plant that a scenario names: one of ours, or one that a program adds.
+//! Plant of a scenario: a plant of monorig, or of another program.
 
 use super::named_part::{NamedPart, PartKeys};
 use schemars::JsonSchema;
@@ -49,12 +49,12 @@ const OURS: [(&str, PlantKind); 3] = [
 ];
 
 impl PlantKind {
-    /// The names of ours.
+    /// Returns the names of monorig's plants.
     pub fn names() -> impl Iterator<Item = &'static str> {
         OURS.iter().map(|(name, _)| *name)
     }
 
-    /// One of the registry, with its defaults; one of ours if that has the name.
+    /// Returns the plant of monorig with this name, else a plant of the registry with its defaults.
     pub fn named(name: &str) -> Self {
         let ours = OURS.iter().find(|(known, _)| *known == name);
         ours.map_or_else(

@@ -1,4 +1,4 @@
-//! Figures that others have published for a set-up: shown beside ours, never a bound by themselves.
+//! Published figures for a set-up, shown beside our figures, and never a bound by themselves.
 
 use crate::config::checked::Finite;
 use schemars::JsonSchema;

@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use std::borrow::Cow;
 use std::fmt;
 
-/// Most runs of a scenario; more are taken for a typing error.
+/// Largest number of runs of a scenario; a larger number counts as a typing error.
 const MAX_SEEDS: usize = 100_000;
 
 /// Seeds, each once, at least one.
@@ -24,7 +24,7 @@ impl Seeds {
         &self.0
     }
 
-    /// From YAML: `7`, `1..10` or `[1, 5, 9]`.
+    /// Reads seeds from YAML: `7`, `1..10` or `[1, 5, 9]`.
     pub fn parse(yaml: &str) -> Result<Self, String> {
         serde_yaml::from_str(yaml).map_err(|e| e.to_string())
     }

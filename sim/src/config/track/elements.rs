@@ -92,7 +92,7 @@ pub struct Vertical {
     pub elements: Option<Vec<Vertical>>,
 }
 
-/// Largest turn of an arc, degrees: more than a hundred turns is taken for a typing error.
+/// Largest turn of an arc, degrees; more than a hundred turns count as a typing error.
 const MAX_TURN_DEG: f64 = 36_000.0;
 
 /// The keys of one element: which are there, which its kind takes, and errors that name them.
@@ -341,7 +341,7 @@ pub(super) fn vertical(
     Ok(())
 }
 
-/// Keep the place of an element that has a name. Of one that is repeated the first counts.
+/// Keeps the place of an element with a name; of a repeated element the first place counts.
 fn named(
     name: &Option<String>,
     path: &str,

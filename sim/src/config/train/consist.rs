@@ -19,7 +19,7 @@ impl Train {
         Self::load_with(path, &Sets::default())
     }
 
-    /// The same with changes made to the train file.
+    /// Loads a consist with changes of the train file.
     pub(crate) fn load_with(path: &Path, sets: &Sets) -> Result<Self, Error> {
         load(path, sets).map_err(|e| with_sets(e, sets))
     }
@@ -50,7 +50,7 @@ fn load(path: &Path, sets: &Sets) -> Result<Train, Error> {
 pub(super) struct PlacedUnit {
     pub unit: Unit,
     pub turn: Isometry3<f64>,
-    /// Its first body.
+    /// Index of the first body of the unit.
     pub first: usize,
     /// Couplings at its front and rear: body and anchor.
     couplings: [(usize, Vector3<f64>); 2],
@@ -179,7 +179,7 @@ impl ConsistBuilder<'_> {
         Ok(())
     }
 
-    /// The bodies of one URDF, its floating ones included.
+    /// Adds the bodies of one URDF, also the floating ones.
     pub fn add_bodies(
         &mut self,
         unit: &Unit,

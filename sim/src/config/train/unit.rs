@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 pub struct Unit {
     /// The YAML file.
     pub(crate) path: PathBuf,
-    /// Its contents.
+    /// Content of the unit file.
     pub(crate) file: UnitFile,
     /// The URDF.
     pub(crate) urdf: UrdfUnit,

@@ -1,6 +1,5 @@
-//! Limits of URDF files, counted before the XML reader sees them: it calls itself once a level, and compares every
-//! attribute of a tag with every other (quick-xml 0.39, RUSTSEC-2026-0194 and -0195, which urdf-rs 0.10 still builds
-//! upon).
+//! Limits of URDF files, counted before the XML reader starts: it recurses once a level, and compares every attribute
+//! of a tag with every other (quick-xml 0.39, RUSTSEC-2026-0194 and -0195, on which urdf-rs 0.10 depends).
 
 use super::file::File;
 use crate::error::Error;

@@ -47,7 +47,7 @@ struct ContactPart {
 }
 
 impl ContactPart {
-    /// Its pose now.
+    /// Returns the present pose of the collider.
     fn placed(&self, bodies: &[BodyState]) -> Pose {
         convert::pose(&bodies[self.body]) * self.pose
     }

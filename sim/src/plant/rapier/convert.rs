@@ -36,7 +36,7 @@ pub fn mass_properties(b: &Body) -> MassProperties {
     )
 }
 
-/// A shape for collisions, and its pose in the frame of ours.
+/// Makes a shape for collisions, and its pose in our frame.
 pub fn shared_shape(g: &Geometry) -> Option<(SharedShape, Pose)> {
     Some(match g {
         Geometry::Box(size) => (

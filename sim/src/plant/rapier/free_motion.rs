@@ -28,7 +28,7 @@ pub struct FreeBody {
 }
 
 impl FreeBody {
-    /// Of this mass, centre of mass and inertia. A body without inertia does not turn.
+    /// Makes a body with the mass, centre of mass and inertia of `b`. A body without inertia does not turn.
     pub fn new(b: &Body) -> Self {
         Self {
             inverse_mass: 1.0 / b.mass_kg,

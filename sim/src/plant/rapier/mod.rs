@@ -37,7 +37,7 @@ const SETTLE_S: f64 = 20.0;
 const SETTLE_KEEP: f64 = 0.995;
 /// Speed below which it has settled, m/s.
 const SETTLED_SPEED_MPS: f64 = 1e-7;
-/// For so many steps, so that a turning point of a swing is not taken for rest.
+/// Number of steps at rest before a body counts as settled, so that a turning point of a swing is not taken for rest.
 const SETTLED_STEPS: u32 = 500;
 
 /// The train in rapier.

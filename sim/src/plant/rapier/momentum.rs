@@ -27,8 +27,8 @@ impl World {
             .sum()
     }
 
-    /// The force balance of a step of `dt` (s): from the momentum `before` it, that of the bodies `turned` into the
-    /// directions of this step with their velocities before it, and the velocities now.
+    /// Computes the force balance of a step of `dt` (s) from the momentum `before` the step, the momentum `turned` into
+    /// the directions of this step with the velocities before it, and the present velocities.
     pub(super) fn update_balance(&mut self, before: &Momentum, turned: f64, dt: f64) {
         let (rotating, rotating_mass) = self.dynamics.rotating_momentum();
         let bodies = self.bodies_momentum();

@@ -11,7 +11,7 @@ pub struct AdhesionZone {
     pub adhesion: f64,
 }
 
-/// Coefficient at chainage `s`: that of the last zone which covers it, else `dry`.
+/// Returns the coefficient at chainage `s`: the value of the last zone that covers it, else `dry`.
 pub(crate) fn at(zones: &[AdhesionZone], s: f64, dry: f64) -> f64 {
     zones
         .iter()

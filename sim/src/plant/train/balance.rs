@@ -80,7 +80,8 @@ pub(crate) struct Directions {
 }
 
 impl Directions {
-    /// For a train of `count` bodies; `suspended` lists each body that hangs, with those that it hangs from.
+    /// Makes the balance of a train of `count` bodies; `suspended` lists each suspended body with the bodies on which
+    /// it hangs.
     pub fn new(count: usize, suspended: Vec<(usize, Vec<usize>)>) -> Self {
         Self {
             now: vec![Vector3::zeros(); count],
@@ -93,7 +94,7 @@ impl Directions {
         self.now[body] = unit(tangents);
     }
 
-    /// Set the directions of the suspended bodies from those of the rail-bound ones.
+    /// Sets the directions of the suspended bodies from the directions of the rail-bound bodies.
     pub fn complete(&mut self) {
         for (body, above) in &self.suspended {
             let sum: Vector3<f64> = above.iter().map(|i| self.now[*i]).sum();

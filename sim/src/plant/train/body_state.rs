@@ -9,7 +9,7 @@ pub struct BodyState {
     pub p: Vector3<f64>,
     /// Rotation from the body frame to the world.
     pub(crate) q: UnitQuaternion<f64>,
-    /// The same as a matrix.
+    /// Rotation as a matrix.
     pub r: Matrix3<f64>,
     /// Centre of mass, m.
     pub c: Vector3<f64>,

@@ -30,7 +30,7 @@ pub struct Bristle {
 /// Parameters of a friction wheel.
 #[derive(Clone, Copy, Debug)]
 pub struct WheelParameters {
-    /// Its contact.
+    /// Contact of the wheel.
     pub bristle: Bristle,
     /// Inertia about its axle, with its share of the motor, kg·m².
     pub inertia: f64,

@@ -45,8 +45,7 @@ impl Dynamics {
         e
     }
 
-    /// Momentum of the turning wheels and motors as the rim sees it, Σ J ω / r, kg·m/s, and the mass it belongs to, Σ J
-    /// / r², kg.
+    /// Returns the momentum of the turning wheels and motors at the rim, Σ J ω / r, kg·m/s, and its mass, Σ J / r², kg.
     pub fn rotating_momentum(&self) -> (f64, f64) {
         let (mut momentum, mut mass) = (0.0, 0.0);
         for u in &self.drives {

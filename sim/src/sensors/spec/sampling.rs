@@ -37,7 +37,7 @@ pub struct Sampling {
 }
 
 impl Sampling {
-    /// This many samples per second, Hz, that arrive at once, all of them, with right stamps.
+    /// Makes a sampling with this rate, Hz, where every sample arrives at once with a right stamp.
     pub fn at(rate_hz: f64) -> Self {
         Self {
             rate_hz: Positive::new(rate_hz),
