@@ -259,6 +259,13 @@ fn drive_parameters(
     };
     let weight = |w: &ForceWindow| -w.mass_kg * G * w.against;
     let nominal_m2 = vehicle.road.map_or(0.0, |r| r.drag_area_m2);
+    let lacks = || match plan.targets().any(Target::is_traction) {
+        false => "they need `channels.traction`".to_owned(),
+        true => too_few(
+            moving.len(),
+            "speed, traction, slope and, where it is known, mass while the vehicle moves one way and does not brake",
+        ),
+    };
     if !seen.has_mass {
         // gain · force = mass · (a + g sin θ) + resistance · mass · g cos θ: only ratios are seen
         let row = |w: &&ForceWindow| {
@@ -272,9 +279,7 @@ fn drive_parameters(
         };
         let rows: Vec<_> = moving.iter().map(row).collect();
         let fit = regression(&rows, MIN_WINDOWS, length_s).filter(|f| f.value[0] > 3.0 * f.sd[0]);
-        let f = fit.ok_or(
-            "they need the mass, or more of the drive: `--known mass,slope`, `reference.mass`",
-        )?;
+        let f = fit.ok_or_else(lacks)?;
         let resistance = f.value[1] / f.value[0];
         let sd = (f.sd[1] / f.value[0]).hypot(resistance * f.sd[0] / f.value[0]);
         return Ok(vec![
@@ -302,13 +307,7 @@ fn drive_parameters(
         Some(f) => [0, 1, 2].map(|i: usize| (f.value[i], f.sd[i])).to_vec(),
         None => {
             let rows: Vec<_> = fit(nominal_m2).map(|(t, h, y, _)| (t, h, y)).collect();
-            let f = regression(&rows, MIN_WINDOWS, length_s).ok_or_else(|| {
-                let lacks = |what| format!("they need {what}");
-                match () {
-                    () if !plan.targets().any(Target::is_traction) => lacks("`channels.traction`"),
-                    () => too_few(moving.len(), "speed, traction, mass and slope while the vehicle moves one way and does not brake"),
-                }
-            })?;
+            let f = regression(&rows, MIN_WINDOWS, length_s).ok_or_else(lacks)?;
             [0, 1].map(|i: usize| (f.value[i], f.sd[i])).to_vec()
         }
     };

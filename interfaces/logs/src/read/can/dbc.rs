@@ -4,8 +4,8 @@
 use crate::read::text;
 use crate::wrong;
 use can_dbc::{
-    ByteOrder, Dbc, ExtendedMultiplex, MessageId, MultiplexIndicator, SignalExtendedValueType,
-    ValueType,
+    AttributeValue, ByteOrder, Dbc, ExtendedMultiplex, MessageId, MultiplexIndicator,
+    SignalExtendedValueType, ValueType,
 };
 use monorig_sim::config::file::read_bytes;
 use monorig_sim::error::Error;
@@ -27,6 +27,16 @@ pub struct Database {
 struct Apart<'a> {
     floats: HashMap<(MessageId, &'a str), &'a SignalExtendedValueType>,
     multiplexed: HashMap<(MessageId, &'a str), &'a ExtendedMultiplex>,
+    /// Names of more than 32 characters, of which the message has a shorter form; those of messages by no name.
+    long_names: HashMap<(MessageId, &'a str), &'a str>,
+}
+
+impl Apart<'_> {
+    /// The long name of a signal of a message, or of the message; the short one where there is no other.
+    fn name(&self, message: MessageId, signal: &str, short: &str) -> String {
+        let long = self.long_names.get(&(message, signal));
+        long.map_or(short, |name| name).to_owned()
+    }
 }
 
 /// A message.
@@ -91,6 +101,19 @@ impl Database {
         for x in &dbc.extended_multiplex {
             apart.multiplexed.insert((x.message_id, &x.signal_name), x);
         }
+        let of_messages = dbc
+            .attribute_values_message
+            .iter()
+            .map(|a| (a.message_id, "", &a.name, &a.value));
+        let of_signals = dbc.attribute_values_signal.iter();
+        let of_signals = of_signals.map(|a| (a.message_id, &*a.signal_name, &a.name, &a.value));
+        for (id, signal, attribute, value) in of_messages.chain(of_signals) {
+            let is_name =
+                ["SystemMessageLongSymbol", "SystemSignalLongSymbol"].contains(&&**attribute);
+            if let (true, AttributeValue::String(name)) = (is_name, value) {
+                apart.long_names.insert((id, signal), name);
+            }
+        }
         for m in &dbc.messages {
             let id = match m.id {
                 MessageId::Standard(id) => (u32::from(id), false),
@@ -98,7 +121,7 @@ impl Database {
             };
             let signals = m.signals.iter().map(|s| Signal::new(&apart, m, s));
             let message = Message {
-                name: m.name.clone(),
+                name: apart.name(m.id, "", &m.name),
                 signals: signals.collect(),
             };
             messages.insert(id, message);
@@ -194,7 +217,7 @@ impl Signal {
             )
         });
         Self {
-            name: s.name.clone(),
+            name: apart.name(m.id, &s.name, &s.name),
             unit: s.unit.clone(),
             start: s.start_bit as u32,
             size,
