@@ -62,72 +62,6 @@ impl Kind {
     }
 }
 
-/// The front of an estimator: of those that have one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[allow(clippy::large_enum_variant)]
-pub enum AnyFront {
-    /// Of a published method.
-    Method(Front<SignalSource>),
-    /// Of `rail_fusion`.
-    Train(Front<TrainSource>),
-}
-
-/// Output of a front in one step.
-#[derive(Clone, Copy, Debug)]
-pub enum AnyInput {
-    /// Of a published method.
-    Method(MethodInput),
-    /// Of `rail_fusion`.
-    Train(TrainInput),
-}
-
-impl AnyFront {
-    /// Checks one step's input and makes of it that of the rest of the estimator; on an error nothing is changed.
-    pub fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<AnyInput, Error> {
-        match self {
-            AnyFront::Method(front) => front.step(z, u, dt).map(AnyInput::Method),
-            AnyFront::Train(front) => front.step(z, u, dt).map(AnyInput::Train),
-        }
-    }
-}
-
-/// The front of an estimator of this kind and name.
-macro_rules! front {
-    (Published $module:ident $estimator:ident) => {
-        $estimator.front().map(AnyFront::Method)
-    };
-    (Ours rail_fusion $estimator:ident) => {
-        $estimator.front().map(AnyFront::Train)
-    };
-    ($kind:ident $module:ident $estimator:ident) => {
-        None
-    };
-}
-
-/// A step of an estimator of this kind and name on an input of its front.
-macro_rules! step_on {
-    (Published $module:ident $estimator:ident, $input:ident) => {
-        match $input {
-            AnyInput::Method(input) => $estimator.step_on(input),
-            AnyInput::Train(_) => Err(other_front()),
-        }
-    };
-    (Ours rail_fusion $estimator:ident, $input:ident) => {
-        match $input {
-            AnyInput::Train(input) => $estimator.step_on(input),
-            AnyInput::Method(_) => Err(other_front()),
-        }
-    };
-    ($kind:ident $module:ident $estimator:ident, $input:ident) => {
-        Err(other_front())
-    };
-}
-
-/// The refusal of an input that no front of the estimator has made.
-fn other_front() -> Error {
-    Error::own("the estimator has no front of this kind")
-}
-
 /// From one list: the names, the key tables, the construction and the enum of all estimators.
 macro_rules! registry {
     (
@@ -210,24 +144,6 @@ macro_rules! registry {
                 match self {
                     $(#[cfg(feature = $family)] AnyEstimator::$pipeline(_) => $name,)*
                     $(#[cfg(feature = "printed")] AnyEstimator::$print(_) => $print_name,)*
-                }
-            }
-
-            /// The front, as it is now; `None` of an estimator that has none.
-            pub fn front(&self) -> Option<AnyFront> {
-                match self {
-                    $(#[cfg(feature = $family)] AnyEstimator::$pipeline(_estimator) => front!($kind $module _estimator),)*
-                    $(#[cfg(feature = "printed")] AnyEstimator::$print(_) => None,)*
-                }
-            }
-
-            /// One step of what is behind the front, on what the front has made of the samples. Internals that the
-            /// front finds stay as they are, but for the lagged grade. After an error the estimator is of no use.
-            #[allow(unused_variables, reason = "a build may have no estimator with a front")]
-            pub fn step_on(&mut self, input: &AnyInput) -> Result<Estimate, Error> {
-                match self {
-                    $(#[cfg(feature = $family)] AnyEstimator::$pipeline(_estimator) => step_on!($kind $module _estimator, input),)*
-                    $(#[cfg(feature = "printed")] AnyEstimator::$print(_) => Err(other_front()),)*
                 }
             }
 

@@ -1,7 +1,4 @@
 //! Common frame of every pipeline: checked input, a new start after a step that diverges, reset.
-//!
-//! The front makes of the samples of a step the input of the rest, whatever the parameters of the rest are. A search
-//! for parameters runs it once over a recording, and a trial runs the rest alone on its outputs, with the same bits.
 
 use crate::api::aid::AidStatus;
 pub(crate) use crate::api::estimator::copy_into;
@@ -41,44 +38,6 @@ pub trait Pipeline: Copy {
     /// Its state, for a snapshot. A pipeline without this method keeps none.
     fn visit(&mut self, archive: &mut Archive) {
         archive.refuse(SnapshotError::NotKept);
-    }
-}
-
-/// First stage of a pipeline: turns readings into inputs of the rest. Two that are equal make the same of the same
-/// readings.
-pub trait Stage: Copy + PartialEq {
-    /// Input of the rest in one step.
-    type Input: Copy;
-
-    /// The input of one step at the instant `t` after `dt` seconds.
-    fn step(&mut self, reading: &Reading, t: Time, dt: Real) -> Self::Input;
-}
-
-/// A pipeline whose first stage takes nothing of what the rest finds.
-pub trait Staged: Pipeline {
-    /// Its first stage.
-    type Stage: Stage;
-
-    /// The first stage, as it is now; `None` where it does take something of what the rest finds.
-    fn stage(&self) -> Option<Self::Stage>;
-
-    /// One step of the rest. Internals that the first stage finds stay as they are.
-    fn advance_on(&mut self, input: &<Self::Stage as Stage>::Input) -> Estimate;
-}
-
-/// The whole front of an estimator: signal front end and first stage. Two that are equal make the same of the same
-/// samples.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Front<S> {
-    pub(crate) front_end: FrontEnd,
-    pub(crate) stage: S,
-}
-
-impl<S: Stage> Front<S> {
-    /// Checks one step's input and makes of it that of the rest; on an error nothing is changed.
-    pub fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<S::Input, Error> {
-        let reading = self.front_end.read(z, u, dt)?;
-        Ok(self.stage.step(&reading, z.t, dt))
     }
 }
 
@@ -130,24 +89,6 @@ impl<P: Pipeline, Q: Parameters + Copy> Runner<P, Q> {
 }
 
 /// For a search for parameters.
-impl<P: Staged, Q> Runner<P, Q> {
-    /// The front, as it is now; `None` where it takes something of what the rest finds.
-    pub fn front(&self) -> Option<Front<P::Stage>> {
-        Some(Front {
-            front_end: self.signals,
-            stage: self.pipeline.stage()?,
-        })
-    }
-
-    /// One step of the rest alone, on what the front has made of the samples. After an error the estimator is of no
-    /// use.
-    pub fn step_on(&mut self, input: &<P::Stage as Stage>::Input) -> Result<Estimate, Error> {
-        let estimate = self.pipeline.advance_on(input);
-        let diverged = Error::Diverged;
-        estimate.is_finite().then_some(estimate).ok_or(diverged)
-    }
-}
-
 /// The same name, vehicle, parameters and state.
 impl<P: PartialEq, Q: PartialEq> PartialEq for Runner<P, Q> {
     fn eq(&self, other: &Self) -> bool {

@@ -5,13 +5,11 @@
 
 use monorig_estimators::registry;
 use monorig_lab::batch::map_in_order;
-use monorig_lab::replay::kept::{KeptInputs, play_kept};
 use monorig_lab::replay::{play::play, record::record};
 use monorig_lab::tuning::optimise::{Search, minimise, random_point};
 use monorig_lab::tuning::study::Optimiser;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_tests::scenario;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 const ROUNDS: usize = 100;
@@ -107,7 +105,7 @@ fn main() {
     whole_pipelines();
 }
 
-/// Trials over one run of 110 s (vehicle test): from its samples, and behind a front on kept inputs. Words behind `--`
+/// Trials over one run of 110 s (vehicle test). Words behind `--`
 /// choose estimators whose names hold one of them.
 fn whole_pipelines() {
     let s = scenario(
@@ -118,9 +116,7 @@ fn whole_pipelines() {
         .expect("run")
         .expect("whole");
     let steps = columns.len();
-    println!(
-        "evaluations per second, vehicle test ({steps} steps), one core: from samples, on kept inputs, ratio"
-    );
+    println!("evaluations per second, vehicle test ({steps} steps), one core");
     for name in registry::NAMES.iter().filter(|name| wanted(name)) {
         let build = || registry::build(name, &columns.vehicle, []).expect("defaults");
         let sampled = rate(1, || {
@@ -134,19 +130,7 @@ fn whole_pipelines() {
             "  {name:<24} {sampled:6.1} ({:4.0} ns a step)",
             each(sampled)
         );
-        let Some(front) = build().front() else {
-            println!("{told}");
-            continue;
-        };
-        let kept = Arc::new(KeptInputs::new(&columns, front));
-        let alone = rate(1, || {
-            play_kept(&columns, &kept, "tuned", build(), |batch| {
-                std::hint::black_box(batch);
-            })
-            .expect("a replay");
-        });
-        let ratio = alone / sampled;
-        println!("{told}  {alone:6.1} ({:4.0} ns)  {ratio:.2}", each(alone));
+        println!("{told}");
     }
 }
 

@@ -1,17 +1,14 @@
 //! Replay and tuning on real runs: what is replayed is what was, and what is resumed is what would have been.
 
-use monorig_estimators::Sample;
-use monorig_estimators::api::params::{Key, KeyKind, Setting};
 use monorig_estimators::filters::forgetting::Forgetting;
 use monorig_estimators::filters::gaussian::Gaussian;
 use monorig_estimators::filters::rls::Rls;
-use monorig_estimators::registry::{self, Kind};
+use monorig_estimators::registry;
 use monorig_lab::metrics::series::{ErrorSample, ErrorSeries};
 use monorig_lab::metrics::{measure, measure_run};
 use monorig_lab::replay::ReplayData;
 use monorig_lab::replay::cache;
 use monorig_lab::replay::cache::Cache;
-use monorig_lab::replay::kept::{KeptInputs, play_kept};
 use monorig_lab::replay::play::play;
 use monorig_lab::replay::record::{ReplayRecorder, record};
 use monorig_lab::tuning::evaluate::{Evaluator, Means, Stage};
@@ -93,140 +90,6 @@ fn same_bits(name: &str, samples: &[ErrorSample], replayed: &[ErrorSample]) {
         if k % 50 == 0 {
             assert_eq!(format!("{a:?}"), format!("{b:?}"), "{name} at {} s", a.t_s);
         }
-    }
-}
-
-/// Inputs that one front has made are those of every estimator behind an equal front, refused steps among them.
-/// Published methods and `rail_fusion` on a rail have a front.
-#[test]
-fn kept_inputs_give_the_bits_of_the_samples() {
-    let whole = record(&eventful("40"), &Registry::default(), 3, &mut |_| true)
-        .unwrap()
-        .unwrap();
-    let mut columns = ReplayData::new(whole.vehicle);
-    let (mut steps, mut refused) = (whole.steps(), 0);
-    while let Some((z, command, truth)) = steps.advance() {
-        let mut z = *z;
-        if columns.len() % 500 == 250 {
-            refused += 1;
-            let wrong = Sample {
-                t: z.t,
-                value: f64::NAN,
-            };
-            z.wheel_speed_mps[0] = Some(wrong);
-        }
-        columns.push(&z, Some(command), *truth);
-    }
-    assert!(refused > 5, "{refused}");
-    let mut fronts = 0;
-    for name in registry::NAMES {
-        let build = || registry::build(name, &columns.vehicle, []).unwrap();
-        let front = build().front();
-        let published = registry::kind(name) == Some(Kind::Published);
-        assert_eq!(
-            front.is_some(),
-            published || *name == "rail_fusion",
-            "{name}"
-        );
-        let Some(front) = front else { continue };
-        fronts += 1;
-        let kept = Arc::new(KeptInputs::new(&columns, front));
-        let (mut played, mut alone) = (Vec::new(), Vec::new());
-        play(&columns, name, Box::new(build()), |batch| {
-            played.extend_from_slice(batch);
-        })
-        .unwrap();
-        play_kept(&columns, &kept, name, build(), |batch| {
-            alone.extend_from_slice(batch);
-        })
-        .unwrap();
-        same_bits(name, &played, &alone);
-    }
-    assert!(fronts > 10, "{fronts}");
-}
-
-/// Of every parameter of every estimator with a front, at its limits and off its default: either the front is another,
-/// and what was kept is refused, or the trial on kept inputs has the bits of that from the samples.
-#[test]
-fn a_parameter_that_changes_the_front_is_not_tuned_on_what_was_kept() {
-    let columns = record(&eventful("40"), &Registry::default(), 3, &mut |_| true)
-        .unwrap()
-        .unwrap();
-    let groups = |name, chosen: &[usize]| {
-        let groups = registry::key_groups(name).unwrap();
-        let keys = chosen.iter().flat_map(move |group| groups[*group]);
-        keys.map(|key| key.name).collect::<Vec<_>>()
-    };
-    // of rail_fusion the attitude filter and its supervision, the noise of the torques, gates and checks of instruments
-    let mut attitude = groups("rail_fusion", &[0, 2]);
-    attitude.extend([
-        "torque_noise",
-        "torque_noise_nm",
-        "torque_gain_sd",
-        "torque_monitor",
-    ]);
-    attitude.extend(["gate_sd", "plausibility"]);
-    for (name, mut expected) in [
-        ("dffrls_aekf", vec!["cutoff_hz", "rate_hz"]),
-        ("rail_fusion", attitude),
-    ] {
-        let build = |settings: &[(&'static str, Setting<'static>)]| {
-            registry::build(name, &columns.vehicle, settings.iter().copied()).unwrap()
-        };
-        let errors = |settings: &[(&'static str, Setting<'static>)]| {
-            let mut played = Vec::new();
-            play(&columns, name, Box::new(build(settings)), |batch| {
-                played.extend_from_slice(batch);
-            })
-            .unwrap();
-            played
-        };
-        let kept = Arc::new(KeptInputs::new(&columns, build(&[]).front().unwrap()));
-        let by_default = errors(&[]);
-        let (mut refused, mut moved) = (Vec::new(), Vec::new());
-        for key in registry::keys(name).unwrap() {
-            for value in values_of(key) {
-                let settings = [(key.name, value)];
-                let mut alone = Vec::new();
-                let on_kept = play_kept(&columns, &kept, name, build(&settings), |batch| {
-                    alone.extend_from_slice(batch);
-                });
-                if let Err(told) = on_kept {
-                    assert!(told.to_string().contains("another front"), "{told}");
-                    refused.push(key.name);
-                    continue;
-                }
-                let played = errors(&settings);
-                same_bits(name, &played, &alone);
-                let other = |(a, b): (&ErrorSample, &ErrorSample)| {
-                    (a.mass_kg, a.mass_valid, a.slope_effective)
-                        != (b.mass_kg, b.mass_valid, b.slope_effective)
-                };
-                if played.iter().zip(&by_default).any(other) {
-                    moved.push(key.name);
-                }
-            }
-        }
-        refused.dedup();
-        moved.dedup();
-        refused.sort_unstable();
-        expected.sort_unstable();
-        assert_eq!(refused, expected, "{name}");
-        assert!(moved.len() > 8, "{name}: {moved:?}");
-    }
-}
-
-/// The limits of a parameter and a value between; all flags and words.
-fn values_of(key: &'static Key) -> Vec<Setting<'static>> {
-    match key.kind {
-        KeyKind::Number { range, default, .. } => {
-            let [low, high] = range;
-            let between = default.filter(|x| 0.7 * x > low);
-            let between = between.map_or(0.5 * (low + high), |x| 0.7 * x);
-            [low, between, high].map(Setting::Number).to_vec()
-        }
-        KeyKind::Flag { .. } => [false, true].map(Setting::Flag).to_vec(),
-        KeyKind::Choice { choices, .. } => choices.iter().copied().map(Setting::Choice).collect(),
     }
 }
 

@@ -29,7 +29,6 @@ use crate::fusion::train_core::{TrainCore, layout};
 use crate::fusion::train_source::{CoreSignals, TrainInput, TrainSample, TrainSource};
 use crate::models::swing_balance::{ANGLE, D, ETA, LENGTH, Nominal, R0};
 use crate::rail::train_means::TrainOnRail;
-use crate::runner::Staged;
 use crate::runner::{Pipeline, copy_into};
 use crate::{Real, Time};
 
@@ -164,7 +163,13 @@ impl Pipeline for RailFusion {
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let input = self.source.step(reading, self.mass.mass_kg(), t, dt);
-        self.advance_on(&input)
+        if let Some(sample) = &input.sample {
+            self.core.take(sample, input.speed_mps.sd, input.dt);
+            self.fuse(sample, input.dt);
+        }
+        self.core.supervise(&input, self.mass.new_nis());
+        self.lagged = input.lagged;
+        self.estimate(&input)
     }
 
     fn internal_values(&self, values: &mut [Real]) {
@@ -218,25 +223,6 @@ impl Pipeline for RailFusion {
 
     fn visit(&mut self, archive: &mut Archive) {
         State::visit(self, archive);
-    }
-}
-
-/// On a rail the mass changes nothing of the source; in the bends of a road it does.
-impl Staged for RailFusion {
-    type Stage = TrainSource;
-
-    fn stage(&self) -> Option<TrainSource> {
-        (!self.source.bends().on_road()).then_some(self.source)
-    }
-
-    fn advance_on(&mut self, input: &TrainInput) -> Estimate {
-        if let Some(sample) = &input.sample {
-            self.core.take(sample, input.speed_mps.sd, input.dt);
-            self.fuse(sample, input.dt);
-        }
-        self.core.supervise(input, self.mass.new_nis());
-        self.lagged = input.lagged;
-        self.estimate(input)
     }
 }
 

@@ -19,7 +19,6 @@ use crate::fusion::swing_balance::params::SwingBalanceParams;
 use crate::fusion::swing_balance::torque_monitor::TorqueMonitor;
 use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::Bends;
-use crate::runner::Stage;
 use crate::tuning;
 use crate::{Real, Time};
 
@@ -105,6 +104,8 @@ pub struct TrainSource {
     brake: Real,
     /// Standard deviation of what was read under the train, beyond that of a calm instrument.
     read_sd: Real,
+    /// Way since the start, m.
+    gone_m: Real,
     plausibility: Plausibility,
 }
 
@@ -135,6 +136,7 @@ impl TrainSource {
             torques: TorqueMonitor::new(vehicle, torque, monitored),
             brake: 0.0,
             read_sd: 0.0,
+            gone_m: 0.0,
             plausibility: Plausibility::new(integrity.plausibility, uses, standstill_mps),
         }
     }
@@ -195,10 +197,18 @@ impl TrainSource {
             0.0
         };
         let u = self.attitude.pitch_sine() + attitude.bias_mps2 / GRAVITY;
+        if self.attitude.has_just_started() {
+            self.gone_m = 0.0;
+        }
+        self.gone_m += v.abs() * dt;
         let readable = attitude.sum_sd < tuning::SOURCE.read_sum_sd
             && attitude.speed_sd_mps < tuning::SOURCE.max_speed_sd_mps;
         if readable {
-            let kept = self.read_sd * exp(-v.abs() * dt / tuning::SOURCE.read_m);
+            // Rail is behind the train once it has gone from the first node of the memory to the next.
+            let kept = match self.gone_m > tuning::MEMORY.min_pitch_m {
+                true => self.read_sd * exp(-v.abs() * dt / tuning::SOURCE.read_m),
+                false => 0.0,
+            };
             self.read_sd = unusual_sd(attitude.sum_sd).max(kept);
         }
         self.brake += dt / (tuning::SOURCE.brake_lag_s + dt) * (reading.brake - self.brake);
@@ -270,21 +280,12 @@ impl TrainSource {
     }
 }
 
-/// Of a train on a rail, where the mass does not count.
-impl Stage for TrainSource {
-    type Input = TrainInput;
-
-    fn step(&mut self, reading: &Reading, t: Time, dt: Real) -> TrainInput {
-        TrainSource::step(self, reading, 0.0, t, dt)
-    }
-}
-
 /// The part of a standard deviation of sin θ + b/g that a calm instrument does not have.
 fn unusual_sd(sum_sd: Real) -> Real {
     sqrt((sum_sd * sum_sd - tuning::SOURCE.calm_sum_sd * tuning::SOURCE.calm_sum_sd).max(0.0))
 }
 
-state!(TrainSource { plausibility, bends, attitude, torques, brake, read_sd; standstill_mps, air, max_sum_sd });
+state!(TrainSource { plausibility, bends, attitude, torques, brake, read_sd, gone_m; standstill_mps, air, max_sum_sd });
 
 #[cfg(test)]
 mod tests {

@@ -15,7 +15,6 @@ use crate::methods::method::{Found, Method};
 use crate::methods::signal_source::{MethodInput, SignalSource};
 use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::runner::Pipeline;
-use crate::runner::{Stage, Staged};
 use crate::{Real, Time};
 
 /// A published method made a pipeline.
@@ -42,27 +41,6 @@ impl<T: Method + fmt::Debug> Pipeline for Published<T> {
 
     fn advance(&mut self, reading: &Reading, t: Time, dt: Real) -> Estimate {
         let input = self.source.step(reading, t, dt);
-        self.advance_on(&input)
-    }
-
-    fn internal_values(&self, values: &mut [Real]) {
-        self.method.internal_values(values);
-    }
-
-    fn visit(&mut self, archive: &mut Archive) {
-        State::visit(self, archive);
-    }
-}
-
-impl<T: Method + fmt::Debug> Staged for Published<T> {
-    type Stage = SignalSource;
-
-    fn stage(&self) -> Option<SignalSource> {
-        Some(self.source)
-    }
-
-    #[inline]
-    fn advance_on(&mut self, input: &MethodInput) -> Estimate {
         self.method.step(&input.signals);
         let answer = self.method.answer();
         let [low, high] = self.range_kg;
@@ -98,6 +76,14 @@ impl<T: Method + fmt::Debug> Staged for Published<T> {
                 saturated: mass_cut || grade_cut,
             },
         }
+    }
+
+    fn internal_values(&self, values: &mut [Real]) {
+        self.method.internal_values(values);
+    }
+
+    fn visit(&mut self, archive: &mut Archive) {
+        State::visit(self, archive);
     }
 }
 

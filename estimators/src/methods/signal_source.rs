@@ -8,7 +8,6 @@ use crate::methods::method::Signals;
 use crate::models::force_balance::ForceBalance;
 use crate::preprocess::front_end::motion;
 use crate::preprocess::resampler::Resampler;
-use crate::runner::Stage;
 use crate::{Real, Time};
 
 /// Input of a published method in one step, and what its estimate takes of the signals besides.
@@ -47,11 +46,10 @@ impl SignalSource {
     }
 }
 
-impl Stage for SignalSource {
-    type Input = MethodInput;
-
+impl SignalSource {
+    /// The input of one step at the instant `t` after `dt` seconds.
     #[inline]
-    fn step(&mut self, reading: &Reading, t: Time, dt: Real) -> MethodInput {
+    pub(super) fn step(&mut self, reading: &Reading, t: Time, dt: Real) -> MethodInput {
         let (moving, running) = motion(reading, self.standstill_mps);
         let sample = self.resampler.step(reading, &self.balance, running, dt);
         if moving && let Some(v) = reading.speed_mps {

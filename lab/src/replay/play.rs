@@ -1,8 +1,7 @@
 //! Plays recorded columns to an estimator.
 
-use crate::metrics::series::{ErrorSample, ErrorSampler, Target};
+use crate::metrics::series::{ErrorSample, ErrorSampler};
 use crate::replay::ReplayData;
-use monorig_estimators::api::signals::{Command, Measurements};
 use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::registry::BoxedEstimator;
 use monorig_sim::error::Error;
@@ -16,31 +15,14 @@ pub fn play(
     columns: &ReplayData,
     name: &str,
     estimator: BoxedEstimator,
-    take: impl FnMut(&[ErrorSample]),
-) -> Result<(), Error> {
-    let mut steps = columns.steps();
-    errors(name, estimator, take, |step| match steps.advance() {
-        Some((z, command, truth)) => step(z, command, truth).map(|()| true),
-        None => Ok(false),
-    })
-}
-
-/// A step of the estimator under the samples, the command and the truth.
-pub(super) type Step<'a> = &'a mut dyn FnMut(&Measurements, &Command, &Target) -> Result<(), Error>;
-
-/// Hands on the errors of an estimator in batches. `advance` makes its next step, and returns false where there is
-/// none.
-pub(super) fn errors(
-    name: &str,
-    estimator: BoxedEstimator,
     mut take: impl FnMut(&[ErrorSample]),
-    mut advance: impl FnMut(Step<'_>) -> Result<bool, Error>,
 ) -> Result<(), Error> {
     let mut member = RunningEstimator::new(name, estimator);
     let mut comparison = ErrorSampler::of(&member);
     let mut batch = Vec::with_capacity(BATCH);
     let mut last_s = 0.0;
-    let mut step = |z: &Measurements, command: &Command, truth: &Target| {
+    let mut steps = columns.steps();
+    while let Some((z, command, truth)) = steps.advance() {
         member.step(z, command, truth.t_s - last_s)?;
         last_s = truth.t_s;
         batch.push(comparison.sample(&member, truth));
@@ -48,9 +30,7 @@ pub(super) fn errors(
             take(&batch);
             batch.clear();
         }
-        Ok(())
-    };
-    while advance(&mut step)? {}
+    }
     take(&batch);
     Ok(())
 }

@@ -3,7 +3,6 @@
 use crate::batch::map_in_order;
 use crate::metrics::series::{ErrorSample, ErrorSeries};
 use crate::metrics::{self, InWindow};
-use crate::replay::kept::{KeptOfRun, play_kept};
 use crate::replay::{ReplayData, cache::Cache, play::play};
 pub use crate::tuning::loss::RunMetrics;
 use crate::tuning::loss::{MetricWindow, metric_windows};
@@ -11,7 +10,6 @@ use crate::tuning::progress::Progress;
 pub use crate::tuning::study::Stage;
 use crate::tuning::study::Values;
 use crate::tuning::study::{Evaluation, TuningStudy};
-use monorig_estimators::registry::AnyEstimator;
 use monorig_sim::closed_loop::Simulation;
 use monorig_sim::closed_loop::registry::BoxedEstimator;
 use monorig_sim::closed_loop::run;
@@ -42,7 +40,6 @@ struct OneRun {
     group: usize,
     seed: u64,
     source: SampleSource,
-    kept: KeptOfRun,
     limits: IntegrityLimits,
 }
 
@@ -72,7 +69,6 @@ impl OneRun {
             group,
             seed,
             source,
-            kept: KeptOfRun::default(),
             limits: IntegrityLimits::of(&scenario.file),
         }))
     }
@@ -131,30 +127,16 @@ impl<'a> Evaluator<'a> {
     }
 
     /// The metrics of a replay, measured as it goes: the numbers of [`Evaluator::measure`], without keeping the
-    /// samples. Behind an equal front the inputs that are kept of the recording are played.
+    /// samples.
     fn measure_replay(
         &self,
         run: &OneRun,
         columns: &ReplayData,
         values: &Values,
     ) -> Result<Vec<f64>, String> {
-        let (name, settings) = (&self.study.file.estimator, self.study.settings(values));
-        let (of, settings) = (&self.study.of, settings.named());
-        let ours = of.build_ours(&columns.vehicle, &settings);
-        let front = ours.as_ref().and_then(AnyEstimator::front);
-        let kept = front.and_then(|front| run.kept.get(columns, front));
-        if let (Some(kept), Some(estimator)) = (kept, ours) {
-            let mut metrics = self.started(run)?;
-            let alone = play_kept(columns, &kept, name, estimator, |batch| {
-                metrics.iter_mut().for_each(|metric| metric.add(batch));
-            });
-            if alone.is_ok() {
-                return Ok(metrics.iter().map(InWindow::value).collect());
-            }
-        }
         let mut metrics = self.started(run)?;
         let estimator = self.estimator(columns, values)?;
-        play(columns, name, estimator, |batch| {
+        play(columns, &self.study.file.estimator, estimator, |batch| {
             metrics.iter_mut().for_each(|metric| metric.add(batch));
         })
         .map_err(|e| e.to_string())?;

@@ -43,7 +43,7 @@ use crate::sensors::{Fitting, Instrument};
 use monorig_estimators::api::estimator::Estimator;
 use monorig_estimators::api::params::{Key, ParamError, Parameters, Setting};
 use monorig_estimators::api::signals::Vehicle;
-use monorig_estimators::registry::{self as ours, AnyEstimator, Kind};
+use monorig_estimators::registry::{self as ours, Kind};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
 use std::path::Path;
@@ -89,8 +89,6 @@ pub struct PartType<B: ?Sized> {
     pub(super) reference: bool,
     /// Counts of the answers of an estimator outside of the program in real time.
     pub(super) answers: Option<AnswerCounter>,
-    /// The name of one of our estimators; none of a part that a program adds.
-    ours: Option<&'static str>,
 }
 
 /// A type of estimator.
@@ -198,7 +196,6 @@ impl Default for Registry {
                 PartType {
                     about: ours::about(name).unwrap_or_default().into(),
                     reference: !ours::kind(name).is_some_and(Kind::has_validity_rule),
-                    ours: Some(name),
                     ..EstimatorType::new(name, groups, build)
                 }
             })
@@ -470,7 +467,6 @@ impl<B: ?Sized> PartType<B> {
             build,
             reference: false,
             answers: None,
-            ours: None,
         }
     }
 
@@ -543,16 +539,6 @@ impl EstimatorType {
     ) -> Result<BoxedEstimator, Refusal> {
         (self.build)(vehicle, settings)
     }
-
-    /// Builds one of our estimators by its type, without a box; `None` for a type of another program, and where the
-    /// estimator refuses.
-    pub fn build_ours(
-        &self,
-        vehicle: &Vehicle,
-        settings: NamedSettings<'_>,
-    ) -> Option<AnyEstimator> {
-        ours::build(self.ours?, vehicle, settings.iter().copied()).ok()
-    }
 }
 
 impl ControllerType {
@@ -613,7 +599,6 @@ impl<B: ?Sized> Clone for PartType<B> {
             groups: self.groups,
             reference: self.reference,
             answers: self.answers.clone(),
-            ours: self.ours,
             build: self.build.clone(),
         }
     }
