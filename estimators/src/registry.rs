@@ -10,7 +10,6 @@ use crate::api::params::{Key, Name, ParamError, Parameters, Setting};
 use crate::api::signals::{Command, Estimate, Measurements};
 use crate::api::snapshot::SnapshotError;
 use crate::api::vehicle::Vehicle;
-use crate::fusion::train_source::{TrainInput, TrainSource};
 #[cfg(feature = "rail_fusion")]
 use crate::fusion::{attitude_alone as attitude, rail_fusion};
 #[cfg(feature = "guo2024")]
@@ -29,12 +28,10 @@ use crate::methods::liu_2023::{dffrls_aekf, ffrls, rls_ekf};
 use crate::methods::liu_2023_resistance::resistance_dffrls;
 #[cfg(feature = "patent")]
 use crate::methods::patent::mmrls_sh_stf;
-use crate::methods::signal_source::{MethodInput, SignalSource};
 #[cfg(feature = "baseline")]
 use crate::methods::{complementary_filter, ekf_v_theta_biases};
 #[cfg(feature = "printed")]
 use crate::printed::{guo_2024, huainan, liu_2023, liu_2023_resistance, patent};
-use crate::runner::Front;
 use crate::runner::Runner;
 #[cfg(feature = "liu2023")]
 use crate::supervised::liu_2023::dffrls_aekf_robust;

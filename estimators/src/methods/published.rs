@@ -12,7 +12,7 @@ use crate::api::signals::{Estimate, Flags, Value};
 use crate::api::snapshot::{Archive, State, state};
 use crate::api::vehicle::Vehicle;
 use crate::methods::method::{Found, Method};
-use crate::methods::signal_source::{MethodInput, SignalSource};
+use crate::methods::signal_source::SignalSource;
 use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::runner::Pipeline;
 use crate::{Real, Time};
