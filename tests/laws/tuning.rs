@@ -6,7 +6,6 @@ use monorig_estimators::filters::rls::Rls;
 use monorig_estimators::registry;
 use monorig_lab::metrics::series::{ErrorSample, ErrorSeries};
 use monorig_lab::metrics::{measure, measure_run};
-use monorig_lab::replay::ReplayData;
 use monorig_lab::replay::cache;
 use monorig_lab::replay::cache::Cache;
 use monorig_lab::replay::play::play;
@@ -22,7 +21,6 @@ use monorig_sim::config::scenario::{ParameterValue, Scenario};
 use monorig_sim::record::identity::Identity;
 use monorig_tests::scenario;
 use nalgebra::{Vector1, vector};
-use std::sync::Arc;
 
 /// All estimators beside the loop, on a run with dropouts and late samples, events and faults.
 fn eventful(seconds: &str) -> Scenario {
