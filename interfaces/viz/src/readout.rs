@@ -56,11 +56,11 @@ impl Readout {
         let truth = ["speed", "grade_at_imu", "total_mass"].map(|leaf| format!("truth/{leaf}"));
         let first = if recorded { "reference" } else { "truth" };
         let mut rows = vec![row(first, truth)];
-        for (i, name) in estimators(channels).iter().enumerate() {
+        for name in &estimators(channels) {
             let paths = ["speed", "grade", "total_mass"];
             let paths = paths.map(|leaf| format!("estimates/{name}/{leaf}"));
             // with many estimators the plots have no legends
-            rows.push(row(&format!("{name} ({})", colours::name(i)), paths));
+            rows.push(row(&format!("{name} ({})", colours::name(name)), paths));
         }
         Self {
             chainage: find("truth/chainage".into()),

@@ -194,10 +194,10 @@ fn compared(before: &[(String, Vec<f64>)], after: &[(String, Vec<f64>)], from_s:
     let title = format!("from {} s on", from_s + AFTER_S);
     let titles = [
         title.as_str(),
-        "slope RMSE °",
+        "slope\nRMSE °",
         "bias °",
         "valid %",
-        "mass bias %",
+        "mass\nbias %",
         "at end %",
         "valid %",
     ];
@@ -254,6 +254,8 @@ fn table(found: &[Parameter]) -> String {
             is.unwrap_or_default().to_owned(),
         ]);
     }
+    tables::within_terminal(&mut table);
+    tables::whole(&mut table, 0);
     tables::right(&mut table, 1..=2);
     tables::lines(&table)
 }

@@ -1,7 +1,7 @@
 //! Metrics of two runs beside each other.
 
 use super::Pair;
-use crate::metrics::{Metric, estimator_metrics, find, run_metrics};
+use crate::metrics::{Metric, estimator_metrics, run_metrics};
 use crate::reports::page::Section;
 use crate::reports::table::{Cell, Table};
 use crate::text::with_unit;
@@ -72,17 +72,8 @@ fn row(metric: &Metric, of: [Option<&FigureValues>; 2]) -> [Cell; 4] {
         with_unit(metric.name, metric.unit).into(),
         Cell::number(a),
         Cell::number(b),
-        difference(metric.name, b - a),
+        Cell::difference(metric.name, b - a, b - a, b - a),
     ]
-}
-
-/// A difference, judged where one side of zero is the better one.
-fn difference(metric: &str, x: f64) -> Cell {
-    let better = find(metric).and_then(|m| m.best.less_is_better());
-    match better.filter(|_| x != 0.0 && x.is_finite()) {
-        Some(less) => Cell::number(x).judged((x < 0.0) == less),
-        None => Cell::number(x),
-    }
 }
 
 #[cfg(test)]
@@ -92,6 +83,7 @@ mod tests {
 
     #[test]
     fn a_difference_is_judged_by_what_is_better() {
+        let difference = |metric: &str, x: f64| Cell::difference(metric, x, x, x);
         assert_eq!(difference("slope_rmse_deg", -0.1).grade, Some(Grade::Held));
         assert_eq!(difference("slope_rmse_deg", 0.1).grade, Some(Grade::Failed));
         assert_eq!(

@@ -50,12 +50,13 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
         for (name, ink) in run.estimators() {
             let valid = format!("estimates/{name}/{}_valid", quantity.estimate);
             if run.column(&valid)?.contains(&1.0) {
-                figures.push(chart(run, quantity, name, ink)?.figure());
+                let chart = chart(run, quantity, name, ink)?;
+                figures.push((name.to_owned(), chart.figure()));
             } else {
                 never_valid.push(name);
             }
         }
-        section = section.figures(figures);
+        section = run.folding(section, quantity.title, figures);
         if !never_valid.is_empty() {
             let what = quantity.title.to_lowercase();
             section = section.text(format!(

@@ -29,8 +29,12 @@ pub fn page(folder: &Path, link: &str) -> Result<Page, Error> {
     });
     page.subtitle = run.why().to_owned();
     page.banner = Some(verdicts::banner(summary));
-    page.sections.extend(verdicts::findings(summary));
+    page.sections.extend(verdicts::failed(summary));
+    let names = run.estimators().map(|(name, _)| name);
+    let table = verdicts::overview(summary, names, run.in_loop());
+    page.sections.extend(table);
     page.sections.push(verdicts::section(summary, replayed));
+    page.sections.extend(verdicts::findings(summary));
     page.sections.push(estimates::section(&run)?);
     page.sections.push(errors::section(&run)?);
     page.sections.push(errors::consistency(&run)?);
