@@ -281,9 +281,10 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
         .map(|t| &t.judged)
         .filter(|v| !v.runs.is_empty())
         .collect();
-    output::result(&lines::end(&judged, &details.join("\n"), bad), &programs)?;
+    // the verdict is the last line
     let took = begun.elapsed().as_secs_f64();
     note(&format!("{} in {took:.1} s", counted(runs, "run")));
+    output::result(&lines::end(&judged, &details.join("\n"), bad), &programs)?;
     match (bad, failed) {
         (0, 0) => Ok(CommandOutcome::Held),
         (0, _) => Ok(task.expect.outcome(CommandOutcome::Failed)),

@@ -446,7 +446,8 @@ fn tested(out: &str) -> Vec<&str> {
     lines.filter_map(|l| l.split_whitespace().nth(1)).collect()
 }
 
-/// What failed is tested again until it holds, other scenarios are left alone, and the first failure ends it if asked.
+/// Scenarios that failed are tested again until they hold, other scenarios are left alone, and `-x` ends at the first
+/// failure.
 #[test]
 fn what_failed_last_is_tested_again() {
     const FAILS: &str = "expect: [{metric: speed_rmse_mps, at_most: 1.0e-9}]\n";

@@ -179,6 +179,11 @@ impl Plan {
         &self.inputs
     }
 
+    /// Number of runs.
+    pub fn runs(&self) -> u64 {
+        self.file.runs * self.file.points().unwrap_or_default()
+    }
+
     /// The run of this index.
     pub fn spec(&self, index: u64) -> RunSpec {
         let seed = self.file.first_seed + index % self.file.runs;

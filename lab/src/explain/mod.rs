@@ -188,21 +188,16 @@ impl Budget {
                 .iter()
                 .max_by(|a, b| share(a).total_cmp(&share(b)))?;
             let source = &self.sources.get(*most)?.name;
+            let words = error.share_words(*most);
             Some(match error.share(*most).filter(|share| *share > 0.0) {
-                Some(_) => format!("of its {what} {source} makes {}", error.share_words(*most)),
-                None => format!("no single source makes its {what}"),
+                Some(_) => format!("the {what} of {name} comes to {words} from {source}"),
+                None => format!("the {what} of {name} comes from no single source"),
             })
         };
         let parts = [(METRICS[1], "slope error"), (METRICS[0], "mass error")];
         let parts: Vec<String> = parts.into_iter().filter_map(part).collect();
-        let seeds = self.seeds.len();
-        (
-            name,
-            format!(
-                "{name}: {}; mean squares over {seeds} seeds.",
-                parts.join("; ")
-            ),
-        )
+        let (said, seeds) = (parts.join("; "), self.seeds.len());
+        (name, format!("Over {seeds} seeds {said}."))
     }
 
     /// The errors of one metric.

@@ -75,6 +75,7 @@ pub(crate) fn integrity<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Opti
             None => sums.push(new.clone()),
         }
     }
+    sums.sort_by_key(|sum| sum.at_most.is_none());
     let mut table = Table::new(
         &["estimator", "quantity", "judged"],
         &[

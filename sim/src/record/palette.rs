@@ -9,7 +9,11 @@ const OTHERS: (usize, usize) = (6, 18);
 /// the registry does not have gets a place by its letters.
 pub fn place(name: &str) -> usize {
     let mut known: Vec<&str> = NAMES.iter().chain(PRINTED_NAMES).copied().collect();
-    known.sort_by_key(|name| !matches!(kind(name), Some(Kind::Ours | Kind::Supervised)));
+    known.sort_by_key(|name| match kind(name) {
+        Some(Kind::Ours) => 0,
+        Some(Kind::Supervised) => 1,
+        _ => 2,
+    });
     let letters = || {
         name.bytes()
             .fold(0, |sum, byte| 31 * (sum % 997) + usize::from(byte))

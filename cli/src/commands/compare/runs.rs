@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 /// Signals shown of those that differ; the others are counted.
 const SHOWN: usize = 8;
 
-/// How much two runs may differ.
+/// Tolerances and results of a comparison of two runs.
 #[derive(Clone, Debug, clap::Args)]
 pub struct TwoRuns {
     /// Two runs: difference that counts as none, in the unit of the signal

@@ -19,15 +19,16 @@ pub(crate) fn section(pair: &Pair) -> Result<Section, Error> {
         .text("Estimate minus truth of the same run, where the estimator marks its value valid.");
     let slopes = [slope(&pair.a)?, slope(&pair.b)?];
     let masses = [mass(&pair.a)?, mass(&pair.b)?];
+    let mut figures = Vec::new();
     for name in pair.estimators() {
         for (axis, of) in [("slope error, °", &slopes), ("mass error, %", &masses)] {
             let lines = [0, 1].map(|i| (i, errors_of(&of[i], name)));
-            if lines.iter().all(|(_, points)| points.is_empty()) {
-                continue;
+            if lines.iter().any(|(_, points)| !points.is_empty()) {
+                figures.push((name.to_owned(), chart(name, axis, lines, true)));
             }
-            errors = errors.figure(chart(name, axis, lines, true));
         }
     }
+    errors = pair.a.folding(errors, "Errors", figures);
     Ok(errors)
 }
 

@@ -1,7 +1,7 @@
 //! Metrics of two runs beside each other.
 
 use super::Pair;
-use crate::metrics::{Metric, estimator_metrics, run_metrics};
+use crate::metrics::{Metric, estimator_metrics};
 use crate::reports::page::Section;
 use crate::reports::table::{Cell, Table};
 use crate::text::with_unit;
@@ -35,26 +35,6 @@ pub(crate) fn section(pair: &Pair) -> Section {
         .fold(section, |section, (letter, names)| {
             section.text(format!("Only in {letter}: {names}."))
         })
-}
-
-/// All metrics, folded.
-pub(crate) fn all(pair: &Pair) -> Section {
-    let mut section = Section::new("All metrics");
-    for name in pair.estimators() {
-        let table = every(estimator_metrics(), of(pair, name));
-        section = section.folded(format!("Every metric of {name}"), table);
-    }
-    let runs = [&pair.a.summary.run, &pair.b.summary.run];
-    section.folded(
-        "Every metric of vehicle and controller",
-        every(run_metrics(), runs.map(Some)),
-    )
-}
-
-fn every<'a>(metrics: impl Iterator<Item = &'a Metric>, of: [Option<&FigureValues>; 2]) -> Table {
-    let mut table = Table::new(&["metric"], &["A", "B", "B minus A"]);
-    metrics.for_each(|metric| table.row(row(metric, of)));
-    table
 }
 
 fn of<'a>(pair: &'a Pair, estimator: &str) -> [Option<&'a FigureValues>; 2] {

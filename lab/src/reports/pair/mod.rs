@@ -26,10 +26,9 @@ impl Pair {
         page.banner = Some((changes::sentence(&changes), Grade::Unasked));
         page.sections.push(changes::section(&changes));
         page.sections.push(self.verdicts(links));
-        page.sections.push(figures::section(self));
         page.sections.push(signals::section(self, signals)?);
+        page.sections.push(figures::section(self));
         page.sections.push(curves::section(self)?);
-        page.sections.push(figures::all(self));
         Ok(page)
     }
 

@@ -64,7 +64,7 @@ pub struct Happening {
 }
 
 /// The colour of what happened.
-const HAPPENING: Ink = Ink::Series(1);
+const HAPPENING: Ink = Ink::Series(3);
 /// So many names stand in the legend; more are counted.
 const NAMED: usize = 3;
 

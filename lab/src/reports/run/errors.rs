@@ -179,7 +179,7 @@ fn chart(
 ) -> Result<LineChart, Error> {
     let axis = format!("{} error, {}", quantity.words(), quantity.unit().0);
     let mut chart = run.chart(title, Axis::linear(axis));
-    chart.bands.extend(cramer_rao(run, quantity)?);
+    chart.lines = cramer_rao(run, quantity)?;
     chart.y.range = range;
     let (low, high) = range.unwrap_or_default();
     let near = bounds.iter().filter(|b| (low..=high).contains(&b.value));
@@ -215,23 +215,20 @@ fn in_unit(quantity: Quantity, sd: f64, mass: f64) -> f64 {
     }
 }
 
-/// The Cramér-Rao bound of the run, as a band of two standard deviations round zero; none if the run has no such
-/// channel.
-fn cramer_rao(run: &Recorded, quantity: Quantity) -> Result<Option<Band>, Error> {
+/// The Cramér-Rao bound of the run, as lines two standard deviations from zero; none if the run has no such channel.
+fn cramer_rao(run: &Recorded, quantity: Quantity) -> Result<Vec<Line>, Error> {
     let Some(sd) = run.find(&format!("bound/{}", quantity.channel())) else {
-        return Ok(None);
+        return Ok(Vec::new());
     };
     let mass = run.column("truth/total_mass")?;
-    let rows = run.times()?.iter().zip(sd).zip(mass);
-    let rows = rows.map(|((t, sd), mass)| {
-        let half = 2.0 * in_unit(quantity, *sd, *mass);
-        (*t, -half, half)
-    });
-    Ok(Some(Band {
-        name: "Cramér-Rao bound, ± 2 σ".into(),
-        ink: Ink::Muted,
-        rows: rows.collect(),
-    }))
+    let rows = || run.times().into_iter().flatten().zip(sd).zip(mass);
+    let line = |(name, sides): (&str, f64)| {
+        let points = rows().map(|((t, sd), mass)| (*t, sides * in_unit(quantity, *sd, *mass)));
+        Line::new(name, Ink::Text, points.collect()).faintly()
+    };
+    Ok([("Cramér-Rao bound, ± 2 σ", 2.0), ("", -2.0)]
+        .map(line)
+        .into())
 }
 
 /// One value in so many may lie outside the axis at each end.

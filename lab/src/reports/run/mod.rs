@@ -33,8 +33,8 @@ pub fn page(folder: &Path, link: &str) -> Result<Page, Error> {
     let names = run.estimators().map(|(name, _)| name);
     let table = verdicts::overview(summary, names, run.in_loop());
     page.sections.extend(table);
-    page.sections.push(verdicts::section(summary, replayed));
     page.sections.extend(verdicts::findings(summary));
+    page.sections.push(verdicts::section(summary, replayed));
     page.sections.push(estimates::section(&run)?);
     page.sections.push(errors::section(&run)?);
     page.sections.push(errors::consistency(&run)?);

@@ -42,7 +42,7 @@ pub(crate) fn page(all: &Comparison) -> Page {
             .collect::<Vec<_>>(),
         &all.reference,
     );
-    let compared = compared.join(" ");
+    let compared = compared.join(" ").replace('`', "");
     page.banner = Some(match runs - finished {
         0 => (compared, Grade::Unasked),
         n => (
