@@ -51,7 +51,7 @@ of an error only on the samples that both estimators mark valid.
 intervals, shares of samples and published figures are in --csv and --json, and
 `monorig report` makes a page of the latter.";
 
-/// Compare estimators over the seeds of a scenario, or two runs signal by signal.
+/// Compare estimators on the same runs, or two runs signal by signal.
 #[derive(Debug, clap::Parser)]
 #[command(name = "compare", after_help = COMPARE_EXAMPLES)]
 pub struct CompareArgs {

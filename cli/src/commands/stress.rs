@@ -155,13 +155,16 @@ fn stress(task: &StressArgs, registry: &Registry) -> Result<CommandOutcome, CliE
         print_matrix(&file, terminal::verbose())?;
     }
     let (good, mut verdict) = judge_matrix(&file, task.max_misled, silent)?;
-    let worse = match before {
-        Some(before) => compared(&before, &file, task.worse_than)?,
+    let worse = match &before {
+        Some(before) => compared(before, &file, task.worse_than)?,
         None => false,
     };
-    if worse {
-        verdict = format!("FAILED: figures have become worse; {verdict}");
-    }
+    verdict = match (worse, before) {
+        (true, _) if good => "FAILED: figures have become worse".to_owned(),
+        (true, _) => format!("{verdict}; figures have become worse"),
+        (_, Some(_)) if task.max_misled.is_none() && good => "held: no figure is worse".to_owned(),
+        _ => verdict,
+    };
     if !silent {
         output::verdicts(&format!("{verdict}\n"))?;
     }

@@ -34,7 +34,7 @@ and input files are the same (copies of these are kept in OUT/<study>/inputs).
 The results are the same bytes whatever --jobs, whether it was interrupted or
 not, and whether it was run whole or in shards and merged.";
 
-/// Run a scenario many times: with drawn values (Monte Carlo), or over a grid of values.
+/// Run a scenario many times, with drawn values or over a grid.
 #[derive(Debug, clap::Parser)]
 #[command(name = "study", after_help = STUDY_EXAMPLES)]
 pub struct StudyArgs {

@@ -427,6 +427,9 @@ fn run(
         specs,
         work,
         |(result, took), progress| {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(());
+            }
             waiting.0.push(result);
             waiting.1 += took;
             runs_done += 1;

@@ -110,9 +110,9 @@ fn details(summary: &Summary) -> String {
         "bias",
         "max",
         "NEES",
-        "misled\n%",
-        "valid\n%",
-        "known\n%",
+        "misled %",
+        "valid %",
+        "known %",
     ];
     let group = |(name, values): (&String, &BTreeMap<String, Option<f64>>)| {
         let of = |metric: &str| values.get(metric).copied().flatten();

@@ -206,7 +206,7 @@ impl Budget {
     }
 }
 
-/// Interval of the share of the mean square error that is gone in the first runs; none unless both were measured in all.
+/// Interval of the share of the mean square error that is gone in the first runs; none unless all were measured.
 fn interval(runs: [&[RunResult]; 2], estimator: &str, metric: &str) -> Option<[f64; 2]> {
     let [without, with] = runs.map(|runs| values(runs, estimator, metric));
     let pairs = without?.into_iter().zip(with?);

@@ -14,8 +14,8 @@ use crate::verdicts::summary::MAIN;
 use serde_json::Value;
 use std::collections::BTreeSet;
 
-/// A plot for each varied quantity and each main metric that was measured; none if nothing varied. Those of `swept` have
-/// values of a grid, and lines through the medians at each.
+/// A plot for each varied quantity and each main metric that was measured; none if nothing varied. Over the values of
+/// a grid, those of `swept`, lines go through the medians.
 pub(crate) fn section(runs: &[RunResult], swept: &[String]) -> Option<Section> {
     let names: BTreeSet<&String> = runs.iter().flat_map(|r| r.draws.keys()).collect();
     if names.is_empty() {
