@@ -3,7 +3,7 @@
 use super::drawn::print_summary;
 use crate::ui::errors::CliError;
 use crate::ui::output;
-use crate::ui::prose::counted;
+use crate::ui::prose::{counted, paragraph};
 use crate::ui::tables::{lines, narrow, percent, right, shown, table};
 use monorig_lab::stress::{MatrixCell, SHARE_TOLERANCE, StressFile, differences};
 
@@ -104,8 +104,9 @@ pub(crate) fn judge_matrix(
     }
     let bad = |c: &&MatrixCell| most.is_some_and(|most| !c.is_good(most));
     let beyond = file.cells.iter().filter(bad).count();
-    if !silent && !text.is_empty() {
-        output::print(&text)?;
+    if !silent {
+        let lines = text.lines().map(|line| paragraph(line, "") + "\n");
+        output::print(&lines.collect::<String>())?;
     }
     let limit = most.map(|most| (1e5 * most).round() / 1e3); // 7 % is not 7.000000000000001 %
     let verdict = match (limit, beyond, unjudged) {
