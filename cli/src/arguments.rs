@@ -106,9 +106,13 @@ pub struct Out {
 impl Out {
     /// Path of the folder.
     pub fn get(&self) -> PathBuf {
-        let variable = || std::env::var_os(OUT_VARIABLE).filter(|dir| !dir.is_empty());
-        let given = self.out.clone().or_else(|| variable().map(PathBuf::from));
-        given.unwrap_or_else(|| "runs".into())
+        self.out.clone().unwrap_or_else(Self::usual)
+    }
+
+    /// Path of the folder where none is named.
+    pub fn usual() -> PathBuf {
+        let variable = std::env::var_os(OUT_VARIABLE).filter(|dir| !dir.is_empty());
+        variable.map_or_else(|| "runs".into(), PathBuf::from)
     }
 }
 
@@ -236,11 +240,7 @@ pub fn metric(name: &str) -> Result<String, String> {
     if known.clone().any(|k| k == name) {
         return Ok(name.to_owned());
     }
-    let list: Vec<&str> = known.clone().collect();
-    Err(match monorig_sim::config::file::nearest(name, known) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => format!("known metrics: {}", list.join(", ")),
-    })
+    Err(metrics::advice(name, &known.collect::<Vec<_>>()))
 }
 
 /// An estimator of a comparison: its name in the run and, if it was given, its type.

@@ -1,4 +1,6 @@
-//! `monorig compare`: estimators side by side on the same runs.
+//! `monorig compare`: estimators side by side on the same runs, or two runs signal by signal.
+
+mod runs;
 
 use crate::arguments::{Changes, Jobs, Json, NamedEstimator, metric, named};
 use crate::command::{Command, CommandOutcome, Program};
@@ -9,9 +11,10 @@ use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::output;
 use crate::ui::prose::paragraph;
-use crate::ui::tables::{grouped, lines, number, right, shown, table};
+use crate::ui::tables::{TITLE, lines, markdown, narrow, number, right, shown, table};
 use crate::ui::terminal;
 use clap::CommandFactory;
+use comfy_table::Table;
 use monorig_lab::batch::{RunSpec, run_one};
 use monorig_lab::metrics;
 use monorig_lab::verdicts::compare::{
@@ -24,7 +27,7 @@ use monorig_sim::config::file::Sets;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const COMPARE_EXAMPLES: &str = "\
 Examples:
@@ -36,19 +39,25 @@ Examples:
       --set estimators.tuned.delta=0.9
   monorig compare scenarios/liu2023_section1.yaml \\
       --metrics mass_rmse_kg,slope_rmse_deg --csv table.csv
+  monorig compare runs/minimal/1 new/minimal/1 --rtol 1e-6
+      two runs signal by signal: exit code 1 if one differs by more
+  monorig compare runs/minimal/1 new/minimal/1 --within-s 0.02 --markdown -
+      the same for a pull request; a sample may be 0.02 s early or late
 
 All estimators run in the same runs on the same measurements; `in_loop` stays
 what the scenario says. Differences to the reference are taken run by run; those
 of an error only on the samples that both estimators mark valid.
-± is half of the 95 % interval, a percentile bootstrap over seeds. With -v a
-table for each metric, with medians, intervals and shares of samples.";
+± is half of the 95 % interval, a percentile bootstrap over seeds. Medians,
+intervals, shares of samples and published figures are in --csv and --json, and
+`monorig report` makes a page of the latter.";
 
-/// Compare estimators side by side over the seeds of a scenario.
+/// Compare estimators on the same runs, or two runs signal by signal.
 #[derive(Debug, clap::Parser)]
 #[command(name = "compare", after_help = COMPARE_EXAMPLES)]
 pub struct CompareArgs {
-    /// Scenario file
-    pub file: PathBuf,
+    /// Scenario file, or the folders of two runs
+    #[arg(required = true, num_args = 1..=2, value_name = "FILE|RUN RUN")]
+    pub paths: Vec<PathBuf>,
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = named, help = ESTIMATORS)]
     pub estimators: Vec<NamedEstimator>,
     #[command(flatten)]
@@ -65,6 +74,11 @@ pub struct CompareArgs {
     /// Write the table as CSV
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
+    /// Write the table as Markdown for a pull request; `-` is standard output
+    #[arg(long, value_name = "FILE")]
+    pub markdown: Option<PathBuf>,
+    #[command(flatten)]
+    pub two: runs::TwoRuns,
 }
 
 /// Columns of the table as CSV.
@@ -115,15 +129,44 @@ impl Command for CompareArgs {
     }
 
     fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
-        compare(self, program.registry)
+        let of_scenario = [
+            !self.estimators.is_empty(),
+            !self.changes.all().is_empty(),
+            !self.metrics.is_empty(),
+            self.reference.is_some(),
+            self.csv.is_some(),
+        ];
+        let two = &self.two;
+        let of_runs = two.html.is_some() || !two.signals.is_empty();
+        let tolerances = [two.atol, two.rtol, two.within_s].iter().any(|x| *x > 0.0);
+        match self.paths.as_slice() {
+            [a, b] if of_scenario == [false; 5] => {
+                runs::compare(two, [a, b], &self.json, self.markdown.as_deref())
+            }
+            [file] if !of_runs && !tolerances && !file.is_dir() => {
+                compare(self, file, program.registry)
+            }
+            [_] => Err(CliError::refused(
+                "a folder, tolerances, --signals and --html are for two runs, and only one path is named",
+                "monorig compare RUN RUN: two folders that `monorig run` has left",
+            )),
+            _ => Err(CliError::refused(
+                "--estimators, --seeds, --set, --metrics, --reference and --csv are for a scenario, and two paths are named",
+                "monorig compare FILE for estimators; --signals and tolerances for two runs",
+            )),
+        }
     }
 }
 
 /// Run a scenario over its seeds with all estimators side by side, and print their metrics beside each other.
-fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
-    let mut overrides = additions(&Scenario::load(&task.file, &[])?, &task.estimators)?;
+fn compare(
+    task: &CompareArgs,
+    file: &Path,
+    registry: &Registry,
+) -> Result<CommandOutcome, CliError> {
+    let mut overrides = additions(&Scenario::load(file, &[])?, &task.estimators)?;
     overrides.extend(task.changes.all());
-    let simulation = prepare::simulation(&task.file, &overrides, registry)?;
+    let simulation = prepare::simulation(file, &overrides, registry)?;
     let scenario = &simulation.scenario;
     let shown: Vec<String> = match task.estimators.as_slice() {
         [] => scenario.file.estimators.keys().cloned().collect(),
@@ -141,7 +184,7 @@ fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome, Cl
         })?;
     output::begin()?;
     scenario.inputs().seal();
-    let runs = run(task, &overrides, scenario, &reference, registry)?;
+    let runs = run(task, file, &overrides, scenario, &reference, registry)?;
     let metrics = match task.metrics.as_slice() {
         [] => usual_metrics(&runs),
         asked => asked.to_vec(),
@@ -172,14 +215,16 @@ fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome, Cl
     }
     let unfinished: Vec<&RunResult> = runs.iter().filter(|r| !r.finished()).collect();
     let mut parts = Vec::new();
-    if terminal::verbose() {
-        parts.push(detail(&cells, &metrics, &reference));
-    }
     let asked = match task.metrics.as_slice() {
         [] => MAIN.map(str::to_owned).to_vec(),
         asked => asked.to_vec(),
     };
-    parts.push(overview(&runs, &cells, &asked, &shown, &reference));
+    let overview = |width| overview(&runs, &cells, &asked, &shown, &reference, width);
+    let tables: Vec<String> = overview(usize::from(terminal::width()))
+        .iter()
+        .map(lines)
+        .collect();
+    parts.push(tables.join("\n\n"));
     let mut end: Vec<String> = Vec::new();
     end.extend(unfinished.iter().map(|run| {
         let why = run.error.as_deref().unwrap_or("it did not come to its end");
@@ -193,15 +238,25 @@ fn compare(task: &CompareArgs, registry: &Registry) -> Result<CommandOutcome, Cl
             runs.len()
         ));
     }
+    if let Some(path) = &task.markdown {
+        let mut text: Vec<String> = overview(usize::MAX).into_iter().map(markdown).collect();
+        text.push(end.join("  \n"));
+        output::write(path, &(text.join("\n\n") + "\n"))?;
+    }
     let end: Vec<String> = end.iter().map(|line| paragraph(line, "")).collect();
     parts.push(end.join("\n"));
-    let programs = [task.json.path(), task.csv.as_deref()];
+    let programs = [
+        task.json.path(),
+        task.csv.as_deref(),
+        task.markdown.as_deref(),
+    ];
     output::result(&(parts.join("\n\n") + "\n"), &programs)?;
     Ok(CommandOutcome::of(unfinished.is_empty()))
 }
 
 fn run(
     task: &CompareArgs,
+    file: &Path,
     overrides: &[(String, String)],
     scenario: &Scenario,
     reference: &str,
@@ -216,7 +271,7 @@ fn run(
             reference: reference.clone(),
             ..RunSpec::new(
                 index as u64,
-                &task.file,
+                file,
                 *seed,
                 changes.clone(),
                 scenario.inputs(),
@@ -234,22 +289,21 @@ const MISLEADING: [&str; 3] = [
     "slope_misleading_share",
     "effective_slope_misleading_share",
 ];
-/// Columns that a title of the overview may take.
-const TITLE: usize = 8;
 /// Columns of what is told beside an error, such as ` ± 0.456`.
 const TOLD: usize = 8;
 /// Columns of a multiple, such as `0.16 ± 0.02`.
 const MULTIPLE: usize = 11;
 
 /// A row for each estimator: the means of these metrics, each error also as a multiple of the reference's on the
-/// samples that both mark valid. What does not fit beside each other stands in further tables.
+/// samples that both mark valid. What does not fit into `width` stands in further tables.
 fn overview(
     runs: &[RunResult],
     cells: &[ComparedMetric],
     metrics: &[String],
     estimators: &[String],
     reference: &str,
-) -> String {
+    width: usize,
+) -> Vec<Table> {
     let of = |estimator: &str, metric: &str| {
         let mut all = cells.iter();
         let of = all.find(|c| c.estimator == estimator && c.metric == metric)?;
@@ -287,7 +341,7 @@ fn overview(
         .iter()
         .map(|name| name.chars().count() + mark(name));
     let name_width = names.max().unwrap_or(0) + 2;
-    let room = usize::from(terminal::width()).saturating_sub(name_width + TITLE + 2);
+    let room = width.saturating_sub(name_width + TITLE + 2);
     let width = |metric: &String| match is_error(metric) {
         true => TITLE + 2 + TOLD + MULTIPLE + 2,
         false => TITLE + 2,
@@ -340,116 +394,13 @@ fn overview(
             table.add_row(row);
         }
         right(&mut table, 1..columns);
-        lines(&table)
+        table
     });
-    tables.collect::<Vec<_>>().join("\n\n")
+    tables.collect()
 }
 
 /// The mark behind the reference.
 const MARK: &str = " ¹";
-
-/// A name of a metric in lines of a narrow column, broken behind underscores.
-fn narrow(metric: &str) -> String {
-    let mut lines = vec![String::new()];
-    for part in metric.split_inclusive('_') {
-        match lines.last_mut() {
-            Some(line) if line.is_empty() || line.len() + part.len() <= TITLE => *line += part,
-            _ => lines.push(part.to_owned()),
-        }
-    }
-    lines.join("\n")
-}
-
-/// For each metric a table: the estimators, and of each the mean over the runs on all samples, on its valid ones and on
-/// those valid in common.
-fn detail(cells: &[ComparedMetric], metrics: &[String], reference: &str) -> String {
-    let titles = ["", "mean", "95 %", "of all", "differs", "95 %"];
-    let mut parts = Vec::new();
-    for metric in metrics {
-        let of_metric = cells.iter().filter(|c| c.metric == *metric);
-        let groups: Vec<_> = of_metric
-            .map(|c| {
-                let name = format!("{}, {} of {} runs", c.estimator, c.measured, c.runs);
-                (name, rows(c))
-            })
-            .collect();
-        parts.push(format!(
-            "{}\n{}",
-            metrics::with_unit(metric),
-            grouped(&titles, &groups)
-        ));
-    }
-    let about = format!(
-        "all samples: from {} s on; own valid, common valid: those that the estimator, or it and {reference} both, mark valid, and \
-         their share of all. differs: from {reference}, run by run, an error on the common ones.",
-        monorig_lab::verdicts::summary::AFTER_S
-    );
-    parts.push(paragraph(&about, ""));
-    let sources: std::collections::BTreeSet<&str> = cells
-        .iter()
-        .filter_map(|c| Some(c.published.as_ref()?.source.as_str()))
-        .collect();
-    if !sources.is_empty() {
-        let sources: Vec<&str> = sources.into_iter().collect();
-        parts.push(paragraph(&format!("published: {}", sources.join("; ")), ""));
-    }
-    parts.join("\n\n")
-}
-
-/// The rows of an estimator and a metric.
-fn rows(c: &ComparedMetric) -> Vec<Vec<String>> {
-    let [mean, range] = words(c.mean);
-    let [difference, between] = words(c.difference);
-    let row = |cells: &[&str]| cells.iter().map(|&c| c.to_owned()).collect::<Vec<String>>();
-    let median = shown(c.median);
-    let mut rows = match (&c.valid, &c.common) {
-        (None, _) => vec![row(&["mean", &mean, &range, "", &difference, &between])],
-        (Some(valid), common) => {
-            let [own, own_share] = on_samples(Some(valid));
-            let [both, both_share] = on_samples(common.as_ref());
-            vec![
-                row(&["all samples", &mean, &range]),
-                row(&["own valid", &own, "", &own_share]),
-                row(&[
-                    "common valid",
-                    &both,
-                    "",
-                    &both_share,
-                    &difference,
-                    &between,
-                ]),
-            ]
-        }
-    };
-    rows.insert(1, row(&["median", &median]));
-    if let Some(published) = &c.published {
-        rows.push(row(&["published", &number(published.value.get())]));
-    }
-    rows
-}
-
-/// Mean and share of the samples.
-fn on_samples(of: Option<&OnSamples>) -> [String; 2] {
-    let Some(of) = of else {
-        return ["-".to_owned(), "-".to_owned()];
-    };
-    let percent = |x: f64| match x {
-        x if x > 0.0 && x < 0.001 => "< 0.1 %".to_owned(),
-        x => format!("{:.1} %", 100.0 * x),
-    };
-    let [mean, _] = words(of.mean);
-    [mean, of.share.map_or("-".to_owned(), percent)]
-}
-
-fn words(interval: Option<Interval>) -> [String; 2] {
-    match interval {
-        Some(i) => [
-            number(i.mean),
-            format!("{}…{}", number(i.low), number(i.high)),
-        ],
-        None => ["-".to_owned(), "-".to_owned()],
-    }
-}
 
 /// The table as CSV: a row for each estimator and metric, an empty cell where there is no value.
 fn csv_text(cells: &[ComparedMetric]) -> Result<String, CliError> {

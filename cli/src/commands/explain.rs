@@ -10,7 +10,8 @@ use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::{detail, note};
 use crate::ui::output;
-use crate::ui::tables::{lines, right, shown, table, within_terminal};
+use crate::ui::prose::paragraph;
+use crate::ui::tables::{lines, right, table};
 use monorig_lab::batch::{RunSpec, run_one};
 use monorig_lab::explain::{self, Budget, METRICS, Source};
 use monorig_lab::verdicts::run_result::RunResult;
@@ -31,9 +32,9 @@ Examples:
 
 The run is made again over several seeds: as it was, and without noise, biases,
 errors of scale, late and lost samples, and errors of the model, one at a time
-and all at once; then with more excitation. The table goes to the terminal, and
-as explain.json into the folder of the run, whose report.html is written anew
-with table and plots.";
+and all at once; then with more excitation. The terminal has the three sources
+that make most of the errors of the estimator in the loop. The folder of the run
+gets explain.json, and its report.html every table and plot.";
 
 /// Show how much of a run's errors each source of error makes.
 #[derive(Debug, clap::Parser)]
@@ -113,7 +114,8 @@ fn explain(task: &ExplainArgs, registry: &Registry) -> Result<CommandOutcome, Cl
     let json = serde_json::to_string_pretty(&budget).map_err(CliError::json)?;
     output::write(&task.run.join(explain::NAME), &(json + "\n"))?;
     let page = report::of_run(&task.run)?;
-    output::print(&text(&budget))?;
+    let in_loop = manifest.resolved["in_loop"].as_str();
+    output::print(&text(&budget, in_loop))?;
     note(&format!("report in {}", page.display()));
     Ok(CommandOutcome::Held)
 }
@@ -217,53 +219,32 @@ fn runs(
     all_of(&scenario.name, task.jobs, specs.into_iter(), work)
 }
 
-/// A table for each error: a row for each source, a column for each estimator; as many tables as fit 80 columns.
-fn text(budget: &Budget) -> String {
-    let mut parts = Vec::new();
-    for metric in METRICS {
-        let all: Vec<_> = budget.of(metric).collect();
-        for some in all.chunks(2) {
-            let title = some.first().map(|e| e.metric.clone()).unwrap_or_default();
-            let mut titles = vec![title.as_str()];
-            for error in some {
-                titles.extend([error.estimator.as_str(), "share"]);
-            }
-            let mut table = table(titles);
-            let row = |name: String, value: &dyn Fn(usize) -> [String; 2]| {
-                let cells = (0..some.len()).flat_map(value);
-                std::iter::once(name).chain(cells).collect::<Vec<_>>()
-            };
-            table.add_row(row("as it is".into(), &|i| {
-                [shown(some.get(i).and_then(|e| e.with_all)), String::new()]
-            }));
-            for (k, source) in budget.sources.iter().enumerate() {
-                let name = match source.name.as_str() {
-                    "excitation" => "with more excitation".to_owned(),
-                    name => format!("without {name}"),
-                };
-                table.add_row(row(name, &|i| {
-                    let error = some.get(i);
-                    let value = error.and_then(|e| e.without.get(k).copied().flatten());
-                    let share = error.and_then(|e| e.share(k));
-                    let share = share.map_or("-".into(), |s| {
-                        format!("{:.0} %", (100.0 * s).round() + 0.0)
-                    });
-                    [shown(value), share]
-                }));
-            }
-            within_terminal(&mut table);
-            right(&mut table, 1..=2 * some.len());
-            parts.push(lines(&table));
-        }
-    }
-    let failed = budget
-        .sources
+/// A sentence, and the three sources that make most of the errors of one estimator, with 95 % intervals.
+fn text(budget: &Budget, in_loop: Option<&str>) -> String {
+    let (name, sentence) = budget.sentence(in_loop);
+    let errors: Vec<_> = METRICS
         .iter()
-        .filter_map(|s| Some((&s.name, s.failed.as_ref()?)));
-    parts.extend(failed.map(|(name, why)| format!("without {name}: could not be run: {why}")));
-    parts.push(format!(
-        "share: part of the mean square error that the source makes, over {} seeds",
-        budget.seeds.len()
-    ));
-    parts.join("\n\n") + "\n"
+        .filter_map(|metric| budget.of(metric).find(|e| e.estimator == name))
+        .collect();
+    let titles = errors
+        .iter()
+        .map(|e| e.metric.strip_suffix("_deg").unwrap_or(&e.metric));
+    let mut table = table(std::iter::once("share of").chain(titles));
+    for source in budget.greatest(name) {
+        let title = budget.sources.get(source).map_or("", |s| s.name.as_str());
+        let cells = errors.iter().map(|e| e.share_words(source));
+        table.add_row(std::iter::once(title.to_owned()).chain(cells));
+    }
+    right(&mut table, 1..=errors.len());
+    let failed = budget.sources.iter();
+    let failed =
+        failed.filter_map(|s| Some(format!("without {}: {}\n", s.name, s.failed.as_ref()?)));
+    let failed: String = failed.collect();
+    let end = "in brackets the 95 % interval; every source and estimator: the report";
+    format!(
+        "{}\n\n{}\n\n{failed}{}\n",
+        paragraph(&sentence, ""),
+        lines(&table),
+        paragraph(end, "")
+    )
 }

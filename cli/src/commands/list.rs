@@ -16,7 +16,7 @@ use monorig_logs::map::faults_of_logs;
 use monorig_sim::closed_loop::registry::{Refusal, Registry};
 use monorig_sim::config::file::{Document, input_error};
 use monorig_sim::config::scenario::{FaultKind, Scenario};
-use monorig_sim::record::descriptions;
+use monorig_sim::record::{descriptions, palette};
 use serde_json::Value;
 use std::path::Path;
 
@@ -94,7 +94,10 @@ impl Command for ListArgs {
 fn list(task: &ListArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let entries = match task.what {
         Listed::Estimators => {
-            let types = registry.estimators().iter();
+            // ours first
+            let mut types: Vec<_> = registry.estimators().iter().collect();
+            types.sort_by_key(|t| palette::place(t.name()));
+            let types = types.into_iter();
             types.map(|t| named(t.name(), t.description())).collect()
         }
         Listed::Controllers => {

@@ -58,7 +58,7 @@ fn merge(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
             let file = StressFile::new(shards.campaign(), runs?);
             output::write(into, &file.to_json())?;
             print_matrix(&file, terminal::verbose())?;
-            judge_matrix(&file, None, false)?;
+            output::verdicts(&format!("{}\n", judge_matrix(&file, None, false)?.1))?;
             Ok(CommandOutcome::Held)
         }
         CampaignKind::Study | CampaignKind::Tune => {

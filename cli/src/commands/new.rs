@@ -2,11 +2,12 @@
 
 mod courses;
 mod estimator;
+mod scenario;
 
 use crate::command::{Command, CommandOutcome, Program};
 use crate::ui::errors::CliError;
 
-/// Make an estimator of your own to begin with, or draw courses
+/// Make an estimator or a scenario to begin with, or draw courses
 #[derive(Debug, clap::Parser)]
 #[command(name = "new")]
 pub struct NewArgs {
@@ -18,6 +19,7 @@ pub struct NewArgs {
 #[derive(Debug, clap::Subcommand)]
 enum NewTask {
     Estimator(estimator::NewEstimatorArgs),
+    Scenario(scenario::NewScenarioArgs),
     Courses(courses::CoursesArgs),
 }
 
@@ -25,6 +27,7 @@ impl Command for NewArgs {
     fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
         match &self.task {
             NewTask::Estimator(task) => estimator::run(task),
+            NewTask::Scenario(task) => scenario::run(task, program.registry),
             NewTask::Courses(task) => courses::run(task, program.registry),
         }
     }

@@ -4,13 +4,14 @@ mod view;
 mod web_viewer;
 
 use crate::command::{Command, CommandOutcome, Program};
-use crate::files::report::link;
+use crate::files::report::{link, of_pair};
 use crate::files::results;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
 use monorig_lab::reports::pair::Pair;
 use monorig_lab::reports::{run, study};
+use monorig_lab::verdicts::signals::SignalTolerance;
 use monorig_sim::config::file::{input_error, read_large, regular};
 use monorig_sim::record::manifest::Manifest;
 use std::path::{Path, PathBuf};
@@ -87,8 +88,8 @@ fn report(task: &ReportArgs) -> Result<CommandOutcome, CliError> {
             let pair = Pair::read(a, b)?;
             let name = format!("against_{}.html", recording_name(b)?);
             let out = task.out.clone().unwrap_or(a.join(name));
-            let links = [a, b].map(|run| link(folder_of(&out), run));
-            (pair.page([&links[0], &links[1]])?.to_html(), out)
+            let signals = pair.signals(SignalTolerance::default(), |_| true)?;
+            (of_pair(&pair, [a, b], &out, &signals)?, out)
         }
         [] => return Ok(CommandOutcome::Held),
     };

@@ -154,11 +154,20 @@ fn stress(task: &StressArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     if !silent {
         print_matrix(&file, terminal::verbose())?;
     }
-    let good = judge_matrix(&file, task.max_misled, silent)?;
-    let worse = match before {
-        Some(before) => compared(&before, &file, task.worse_than)?,
+    let (good, mut verdict) = judge_matrix(&file, task.max_misled, silent)?;
+    let worse = match &before {
+        Some(before) => compared(before, &file, task.worse_than)?,
         None => false,
     };
+    verdict = match (worse, before) {
+        (true, _) if good => "FAILED: figures have become worse".to_owned(),
+        (true, _) => format!("{verdict}; figures have become worse"),
+        (_, Some(_)) if task.max_misled.is_none() && good => "held: no figure is worse".to_owned(),
+        _ => verdict,
+    };
+    if !silent {
+        output::verdicts(&format!("{verdict}\n"))?;
+    }
     Ok(CommandOutcome::of(good && !worse))
 }
 
@@ -181,7 +190,7 @@ fn battery(task: &StressArgs, registry: &Registry) -> Result<Battery, CliError> 
             ));
         }
     }
-    let scenarios = scenarios(&task.scenarios, None)?;
+    let scenarios = scenarios(&task.scenarios)?;
     let battery = task.load(&scenarios, conditions, Pairing::Every, registry)?;
     for left_out in battery.left_out() {
         note(&format!("left out: {left_out}"));

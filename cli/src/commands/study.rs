@@ -1,6 +1,6 @@
-//! `monorig study`: many runs with drawn values, results line by line, whole or in shards.
+//! `monorig study`: many runs with drawn values or over a grid of values, results line by line, whole or in shards.
 
-use crate::arguments::{Expect, Jobs, Json, Out, shard};
+use crate::arguments::{Changes, Expect, Jobs, Json, Out, assignment, shard};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::prepare;
 use crate::identity::identity;
@@ -9,13 +9,18 @@ use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::{interrupt, output};
 use crate::verdicts::study::print_results;
-use monorig_lab::batch::run_one;
+use monorig_lab::batch::{Plan, run_one};
 use monorig_lab::campaign::Shard;
 use monorig_sim::closed_loop::registry::Registry;
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 const STUDY_EXAMPLES: &str = "\
 Examples:
+  monorig study scenarios/minimal.yaml --vary load.mass_kg=5000..40000:8
+      eight loads over the seeds of the scenario, as a table; two `--vary` make
+      a grid; `drive.speed[1].mps=0.5,1,2` is a list
   monorig study scenarios/studies/vehicle_test_spread.yaml
       results go to runs/vehicle_test_spread/results.jsonl
   monorig study scenarios/studies/vehicle_test_spread.yaml --shard 2/5
@@ -29,12 +34,17 @@ and input files are the same (copies of these are kept in OUT/<study>/inputs).
 The results are the same bytes whatever --jobs, whether it was interrupted or
 not, and whether it was run whole or in shards and merged.";
 
-/// Run a scenario many times with drawn values (Monte Carlo).
+/// Run a scenario many times, with drawn values or over a grid.
 #[derive(Debug, clap::Parser)]
 #[command(name = "study", after_help = STUDY_EXAMPLES)]
 pub struct StudyArgs {
-    /// Study file
+    /// Study file, or with --vary a scenario
     pub file: PathBuf,
+    /// Values of a key of the scenario: FROM..TO:COUNT or a list; may be given several times
+    #[arg(long, value_name = "PATH=VALUES", value_parser = values)]
+    pub vary: Vec<(String, Vec<Value>)>,
+    #[command(flatten)]
+    pub changes: Changes,
     #[command(flatten)]
     pub jobs: Jobs,
     /// Make only part K of N of the runs
@@ -61,9 +71,82 @@ impl Command for StudyArgs {
     }
 }
 
+/// Most values of one key.
+const MOST: usize = 10_000;
+
+/// Reads values of a key, as `PATH=FROM..TO:COUNT` or `PATH=A,B,C`.
+fn values(text: &str) -> Result<(String, Vec<Value>), String> {
+    let wrong = || {
+        "write PATH=FROM..TO:COUNT or a list, such as load.mass_kg=5000..40000:8 or physics.dt_ms=1,2".to_owned()
+    };
+    let (path, written) = assignment(text).map_err(|_| wrong())?;
+    let Some((from, rest)) = written.split_once("..") else {
+        // as YAML, so that a list in brackets is one value
+        let list = serde_yaml::from_str(&format!("[{written}]"));
+        let list: Option<Vec<Value>> = list.ok();
+        let list = list.filter(|all| !all.is_empty() && !all.contains(&Value::Null));
+        return Ok((path, list.ok_or_else(wrong)?));
+    };
+    let ends = rest.split_once(':').and_then(|(to, count)| {
+        let number = |text: &str| text.trim().parse().ok().filter(|x: &f64| x.is_finite());
+        let count = count.trim().parse().ok().filter(|n| (2..=MOST).contains(n));
+        Some((number(from)?, number(to)?, count?))
+    });
+    let (from, to, count) = ends.ok_or_else(wrong)?;
+    let step = (to - from) / (count - 1) as f64;
+    let last = |i: usize| i + 1 == count;
+    let number = |i| if last(i) { to } else { from + step * i as f64 };
+    Ok((path, (0..count).map(|i| number(i).into()).collect()))
+}
+
+/// The runs of a study file, or of a scenario over a grid.
+fn planned(task: &StudyArgs, registry: &Registry) -> Result<Plan, CliError> {
+    let sets = task.changes.all();
+    if task.vary.is_empty() {
+        if sets.is_empty() {
+            return Ok(prepare::study(&task.file, registry)?);
+        }
+        let message = "--set and --seeds go with --vary; a study file has `set` and `first_seed`";
+        return Err(CliError::refused(message, "write them into the file"));
+    }
+    let mut grid = BTreeMap::new();
+    for (path, values) in &task.vary {
+        let set = sets.iter().any(|(other, _)| other == path);
+        if grid.insert(path.clone(), values.clone()).is_some() || set {
+            let message = format!("`{path}` is changed twice");
+            return Err(CliError::refused(message, "name each path once"));
+        }
+    }
+    let mut plan = prepare::sweep(&task.file, &sets, grid, registry)?;
+    // in the name what was typed, so that another grid has another folder
+    let plain = |c: char| match c {
+        c if c.is_alphanumeric() || "._-=,".contains(c) => c,
+        _ => '_',
+    };
+    let ends = task.vary.iter().map(|(path, values)| {
+        let word = |value: Option<&Value>| match value.and_then(Value::as_f64) {
+            Some(x) => x.to_string(),
+            None => value.map_or(String::new(), Value::to_string),
+        };
+        let n = values.len();
+        format!(
+            "{path}={},{},{n}",
+            word(values.first()),
+            word(values.last())
+        )
+    });
+    let ends: Vec<String> = ends.collect();
+    let name: String = ends.join("+").chars().map(plain).take(LONGEST).collect();
+    plan.name = format!("{}@{name}", plan.name);
+    Ok(plan)
+}
+
+/// Characters of the folder of a sweep that its grid may take.
+const LONGEST: usize = 120;
+
 /// Make the runs that are not there yet, then print what all of them have come to.
 fn study(task: &StudyArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
-    let plan = prepare::study(&task.file, registry)?;
+    let plan = planned(task, registry)?;
     output::begin()?;
     let campaign = plan.campaign(&identity()).part(task.shard);
     let folder = task.out.get().join(&plan.name);

@@ -3,12 +3,13 @@
 mod baseline;
 mod figures;
 mod keep;
+mod select;
 
 use crate::arguments::{Changes, Expect, Jobs, Json, metric, shard, share};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::out::prepare_out;
 use crate::files::prepare;
-use crate::files::scenarios::scenarios;
+use crate::files::scenarios::{nothing, scenarios};
 use crate::identity::identity;
 use crate::recording::many::many;
 use crate::ui::errors::{self, CliError};
@@ -29,8 +30,10 @@ use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::error::Error;
 use monorig_sim::guarded::guarded;
 use monorig_sim::record::manifest;
+use select::{LastFailed, NameFilter};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 const TEST_EXAMPLES: &str = "\
@@ -39,7 +42,8 @@ Examples:
   monorig test scenarios/liu2023_section1.yaml --seeds 1..50
   monorig test scenarios --seeds-from 4711
       as many runs with other seeds: does the verdict hold?
-  monorig test scenarios --filter liu2023 --junit report.xml --json report.json
+  monorig test scenarios -k 'liu2023 and not vehicle' --junit report.xml
+  monorig test --lf -x   what failed the last time, until one fails again
   monorig test scenarios --baseline verdicts.json --worse-than 5%
       fail also on what has become worse
   monorig test scenarios --shard 2/4 --json 2.jsonl --expect merge
@@ -68,9 +72,18 @@ pub struct TestArgs {
     pub paths: Vec<PathBuf>,
     #[command(flatten)]
     pub jobs: Jobs,
-    /// Only scenarios with this text in their name
-    #[arg(long, value_name = "TEXT")]
-    pub filter: Option<String>,
+    /// Only scenarios whose names fit: texts in them, with `and`, `or`, `not`
+    #[arg(short = 'k', long, value_name = "EXPR")]
+    pub filter: Option<NameFilter>,
+    /// Only scenarios that failed when they were tested last; all if none did
+    #[arg(long, visible_alias = "last-failed")]
+    pub lf: bool,
+    /// Stop after the first scenario that fails
+    #[arg(short = 'x', long, conflicts_with = "shard")]
+    pub exitfirst: bool,
+    /// Print the N scenarios that took longest; 0 prints all
+    #[arg(long, hide_short_help = true, value_name = "N")]
+    pub durations: Option<usize>,
     #[command(flatten)]
     pub changes: Changes,
     /// Run as many seeds as each scenario states, from this one on: does the verdict hold on seeds nobody chose?
@@ -91,7 +104,7 @@ pub struct TestArgs {
     #[arg(long, hide_short_help = true, value_name = "SHARE", value_parser = share, default_value = "5%", requires = "baseline")]
     pub worse_than: f64,
     /// Print these metrics of every estimator over all runs: median, 95th percentile, largest
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = metric)]
+    #[arg(long, hide_short_help = true, value_name = "NAMES", value_delimiter = ',', value_parser = metric)]
     pub metrics: Vec<String>,
     /// Make only part K of N of the runs, for `monorig merge` to judge with the others
     #[arg(long, hide_short_help = true, value_name = "K/N", value_parser = shard, requires = "json", conflicts_with_all = ["keep_failed", "baseline", "junit"])]
@@ -143,7 +156,8 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
         prepare_out(folder)?;
     }
     let begun = Instant::now();
-    let paths = scenarios(&task.paths, task.filter.as_deref())?;
+    let last_failed = LastFailed::read();
+    let paths = chosen(task, &last_failed)?;
     let (mut cases, mut unusable) = (Vec::new(), Vec::new());
     for path in &paths {
         // a panic on one file must not keep the others from their reports
@@ -205,6 +219,11 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
         .filter(|detail| !detail.is_empty())
         .collect();
     let bad = unusable.len();
+    if task.shard.is_none() {
+        let judged = tested.iter().zip(&cases);
+        last_failed.update(judged.map(|(t, case)| (case.path.as_path(), t.judged.held)));
+    }
+    let untested = cases.len() - tested.len();
     tested.extend(unusable);
     if let Some(path) = &task.junit {
         output::write(path, &junit::xml(&tested)?)?;
@@ -241,14 +260,25 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
         let text = format!("\nseeds from {first}: {hold} of {all} checks hold, {share:.1} %\n");
         output::result(&text, &programs)?;
     }
+    if let Some(most) = task.durations {
+        output::result(&durations(&tested, most), &programs)?;
+    }
+    if untested > 0 {
+        let text = format!(
+            "\nstopped at the first failure: {} not tested\n",
+            counted(untested, "scenario")
+        );
+        output::result(&text, &programs)?;
+    }
     let judged = tested.iter().filter(|t| t.unusable.is_none());
     let judged: Vec<&ScenarioVerdict> = judged
         .map(|t| &t.judged)
         .filter(|v| !v.runs.is_empty())
         .collect();
-    output::result(&lines::end(&judged, &details.join("\n"), bad), &programs)?;
+    // the verdict is the last line
     let took = begun.elapsed().as_secs_f64();
     note(&format!("{} in {took:.1} s", counted(runs, "run")));
+    output::result(&lines::end(&judged, &details.join("\n"), bad), &programs)?;
     match (bad, failed) {
         (0, 0) => Ok(CommandOutcome::Held),
         (0, _) => Ok(task.expect.outcome(CommandOutcome::Failed)),
@@ -257,6 +287,52 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
             all: paths.len(),
         }),
     }
+}
+
+/// The scenarios that the command names and chooses. None at all is an error.
+fn chosen(task: &TestArgs, last_failed: &LastFailed) -> Result<Vec<PathBuf>, CliError> {
+    let mut paths = scenarios(&task.paths)?;
+    if let Some(filter) = &task.filter {
+        let all = paths.len();
+        paths.retain(|path| filter.fits(path));
+        if paths.is_empty() {
+            let first = task.paths.first().map_or(Path::new(""), PathBuf::as_path);
+            let text = filter.text();
+            let message = format!("`{text}` fits the name of none of {all} scenarios");
+            return Err(nothing(first, message));
+        }
+    }
+    if task.lf {
+        let failed: Vec<PathBuf> = (paths.iter().filter(|p| last_failed.has(p)).cloned()).collect();
+        match failed.len() {
+            0 => note("no scenario of these failed the last time: all are tested"),
+            n => {
+                note(&format!(
+                    "{n} of {} failed the last time",
+                    counted(paths.len(), "scenario")
+                ));
+                paths = failed;
+            }
+        }
+    }
+    Ok(paths)
+}
+
+/// The scenarios that took longest, slowest first.
+fn durations(tested: &[TestedScenario], most: usize) -> String {
+    let mut slowest: Vec<&TestedScenario> = tested.iter().collect();
+    slowest.sort_by_key(|one| std::cmp::Reverse(one.took));
+    let shown = slowest
+        .iter()
+        .take(if most == 0 { usize::MAX } else { most });
+    let line = |one: &&TestedScenario| {
+        let (took, name) = (one.took.as_secs_f64(), &one.judged.scenario);
+        format!("{took:8.1} s  {name}\n")
+    };
+    format!(
+        "\nslowest scenarios\n{}",
+        shown.map(line).collect::<String>()
+    )
 }
 
 /// Everything about a scenario that can be found wrong without running it is found here.
@@ -324,6 +400,8 @@ fn run(
             |&(index, seed)| RunSpec::new(index, &case.path, seed, changes.clone(), &case.inputs);
         case.runs.iter().map(of)
     });
+    let stop = AtomicBool::new(false);
+    let specs = specs.take_while(|_| !stop.load(Ordering::Relaxed));
     let work = |spec: RunSpec| {
         let begun = Instant::now();
         let result = run_one(&spec, registry, &interrupt::go_on);
@@ -343,6 +421,9 @@ fn run(
         specs,
         work,
         |(result, took), progress| {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(());
+            }
             waiting.0.push(result);
             waiting.1 += took;
             runs_done += 1;
@@ -361,6 +442,7 @@ fn run(
                 let text = lines::line(&one.judged, Some(took), width.unwrap_or(0));
                 let programs = [task.json.path(), task.junit.as_deref()];
                 progress.aside(|| output::result(&text, &programs))?;
+                stop.fetch_or(task.exitfirst && !one.judged.held, Ordering::Relaxed);
                 tested.push(one);
                 skip_empty(&mut tested, cases);
             }

@@ -9,6 +9,8 @@ use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::{Document, Sets};
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Read a scenario with `--set` applied, and every file it names; check them against each other by building the
@@ -36,6 +38,17 @@ pub fn tuning(path: &Path, registry: &Registry) -> Result<TuningStudy, Error> {
 /// Read a study and every file it names, and check them.
 pub fn study(path: &Path, registry: &Registry) -> Result<Plan, Error> {
     Plan::load(path, registry).map_err(|e| mistaken(e, path, FileKind::Study))
+}
+
+/// Read a scenario and every file it names, to be run at every point of a grid of values.
+pub fn sweep(
+    path: &Path,
+    sets: &[(String, String)],
+    grid: BTreeMap<String, Vec<Value>>,
+    registry: &Registry,
+) -> Result<Plan, Error> {
+    let plan = Plan::sweep(path, sets, grid, registry);
+    plan.map_err(|e| mistaken(e, path, FileKind::Scenario))
 }
 
 /// The error of a file that is not there, or is of another kind than `wanted`: its help says what was meant.

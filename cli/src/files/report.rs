@@ -2,7 +2,9 @@
 
 use crate::ui::errors::CliError;
 use crate::ui::output;
+use monorig_lab::reports::pair::Pair;
 use monorig_lab::reports::run;
+use monorig_lab::verdicts::signals::SignalComparison;
 use std::path::{Component, Path, PathBuf};
 
 /// Writes the report of a run into its folder; returns where it is.
@@ -10,6 +12,18 @@ pub(crate) fn of_run(folder: &Path) -> Result<PathBuf, CliError> {
     let out = folder.join("report.html");
     output::write(&out, &run::page(folder, &link(folder, folder))?.to_html())?;
     Ok(out)
+}
+
+/// The report of two runs, as it is written to `out`.
+pub(crate) fn of_pair(
+    pair: &Pair,
+    folders: [&Path; 2],
+    out: &Path,
+    signals: &SignalComparison,
+) -> Result<String, CliError> {
+    let from = out.parent().unwrap_or(Path::new(""));
+    let [a, b] = folders.map(|run| link(from, run));
+    Ok(pair.page([&a, &b], signals)?.to_html())
 }
 
 /// The path of a folder as a file in another folder names it: empty if they are the same, else with a slash at its end.

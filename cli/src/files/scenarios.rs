@@ -9,9 +9,8 @@ use monorig_sim::record::manifest::{Manifest, sum};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// The files named, and the scenarios in the folders named, by name; of these, those with `filter` in their name. None
-/// at all is an error.
-pub fn scenarios(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<PathBuf>, CliError> {
+/// The files named, and the scenarios in the folders named, by name. A folder without any is an error.
+pub fn scenarios(paths: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
     let (mut found, mut places) = (Vec::<PathBuf>::new(), BTreeSet::new());
     for path in paths {
         let files = if path.is_dir() {
@@ -26,20 +25,6 @@ pub fn scenarios(paths: &[PathBuf], filter: Option<&str>) -> Result<Vec<PathBuf>
                 found.push(file);
             }
         }
-    }
-    let Some(text) = filter else {
-        return Ok(found);
-    };
-    let all = found.len();
-    found.retain(|file| {
-        let stem = file.file_stem().unwrap_or_default();
-        stem.to_string_lossy().contains(text)
-    });
-    if found.is_empty() {
-        return Err(nothing(
-            paths.first().map_or(Path::new(""), PathBuf::as_path),
-            format!("none of {all} scenarios has `{text}` in its name"),
-        ));
     }
     Ok(found)
 }
@@ -79,7 +64,8 @@ fn other_kind(file: &Path) -> Option<&'static str> {
     (format.kind != FileKind::Scenario).then_some(format.name)
 }
 
-fn nothing(path: &Path, message: String) -> CliError {
+/// The error where no scenario is left of what `path` names.
+pub fn nothing(path: &Path, message: String) -> CliError {
     let help = "name scenario files (*.yaml), or folders that hold some";
     CliError::Sim(input_error(path, "", message, help))
 }

@@ -10,7 +10,7 @@ use crate::ui::errors::CliError;
 use crate::ui::interrupt;
 use crate::ui::note::note;
 use crate::ui::progress::ProgressDisplay;
-use crate::ui::{output, replayed, tables};
+use crate::ui::{output, summary, tables};
 use crate::verdicts::{TestedScenario, junit};
 use monorig_lab::verdicts::expected;
 use monorig_logs::map::Map;
@@ -112,7 +112,7 @@ pub(crate) fn play(
     drop(progress);
     note(&format!("results in {}", run.folder.display()));
     let about = run.about(map.name.clone(), "replayed");
-    let text = replayed::text(&run.summary, &about);
+    let text = summary::text(&run.summary, &about);
     output::result(&text, &[args.json.path(), junit])?;
     if run.interrupted {
         return Err(CliError::Interrupted);

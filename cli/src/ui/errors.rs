@@ -216,7 +216,10 @@ fn draw(e: &InputError, source: String) -> String {
         text: NamedSource::new(e.file.display().to_string(), source),
     };
     let mut out = String::new();
-    match GraphicalReportHandler::new().render_report(&mut out, &drawing) {
+    let handler = GraphicalReportHandler::new()
+        .with_width(usize::from(terminal::width()))
+        .with_break_words(false);
+    match handler.render_report(&mut out, &drawing) {
         Ok(()) => out,
         Err(_) => format!("error: {e}"),
     }

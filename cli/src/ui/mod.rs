@@ -8,7 +8,6 @@ pub mod note;
 pub mod output;
 pub mod progress;
 pub mod prose;
-pub(crate) mod replayed;
 pub mod summary;
 pub mod tables;
 pub mod terminal;

@@ -72,7 +72,7 @@ pub fn write_in(folder: &Path, name: impl AsRef<Path>, text: &str) -> Result<(),
 }
 
 /// Arguments that name a file for results; `OUT` names a file or a folder for them.
-const WRITTEN: [&str; 5] = ["csv", "html", "into", "json", "junit"];
+const WRITTEN: [&str; 6] = ["csv", "html", "into", "json", "junit", "markdown"];
 const OUT: &str = "out";
 /// Arguments that name a folder for results, which is made; the folder that it is in must be there.
 const FOLDERS: [&str; 3] = [OUT, "folder", "keep_failed"];

@@ -4,32 +4,27 @@
 use crate::ui::prose::paragraph;
 use crate::ui::tables::{grouped, lines, number, right, table, whole, within_terminal};
 use crate::ui::terminal;
-use monorig_lab::metrics::{VALID, told_sd};
 use monorig_lab::verdicts::findings::of_summaries;
+use monorig_lab::verdicts::overview;
 use monorig_lab::verdicts::summary::Summary;
 use monorig_lab::verdicts::verdict::{Check, ScenarioVerdict};
 use std::collections::BTreeMap;
 
-/// A row of an estimator in the details: what it is about, the metric of all samples, its factor from the metric's
-/// unit, its availability.
-const ROWS: &[(&str, &str, f64, &str)] = &[
+/// A row: title, beginning of the names of its metrics, metrics of RMSE, bias and largest error, factor of the errors.
+type Row = (&'static str, &'static str, [&'static str; 3], f64);
+
+const ROWS: [Row; 3] = [
     (
-        "mass error max %",
-        "mass_error_rel_max",
+        "mass %",
+        "mass",
+        ["rmse_rel", "bias", "error_rel_max"],
         100.0,
-        "mass_availability",
     ),
-    ("slope RMSE °", "slope_rmse_deg", 1.0, "slope_availability"),
-    (
-        "effective slope RMSE °",
-        "effective_slope_rmse_deg",
-        1.0,
-        "effective_slope_availability",
-    ),
+    ("slope °", "slope", DEGREES, 1.0),
+    ("effective °", "effective_slope", DEGREES, 1.0),
 ];
-const CONVERGENCE: &str = "mass_convergence_s";
-/// Steps of estimators are not longer, s.
-const STEP_S: f64 = 0.1;
+const DEGREES: [&str; 3] = ["rmse_deg", "bias_deg", "error_max_deg"];
+
 /// Failures that are shown; the others are counted.
 const SHOWN: usize = 5;
 
@@ -61,7 +56,7 @@ pub(crate) fn text(summary: &Summary, about: &About) -> String {
 }
 
 /// The part below the table of estimators: what did not hold, time, hints, and the verdict as the last line.
-pub(crate) fn tail(summary: &Summary, about: &About) -> Vec<String> {
+fn tail(summary: &Summary, about: &About) -> Vec<String> {
     let verdict = summary.verdict();
     let mut parts = Vec::new();
     if !about.interrupted {
@@ -87,133 +82,66 @@ pub(crate) fn tail(summary: &Summary, about: &About) -> Vec<String> {
 
 /// A row for each estimator.
 fn estimators(summary: &Summary, about: &About) -> String {
-    let titles = [
-        "",
-        "mass\n% at\nend ±2σ",
-        "slope °\nRMSE\n±2σ",
-        "valid\nmass/\nslope %",
-        "beyond\nlimit %\n",
-        "misled\n%",
-    ];
-    let mut table = table(titles);
-    for (name, values) in &summary.estimators {
-        let value = |metric: &str| values.get(metric).copied().flatten();
-        let of = |metric: &str, sd: &str, factor: f64| {
-            let told =
-                value(sd).map_or(String::new(), |sd| format!("±{}", short(2.0 * sd * factor)));
-            value(metric).map_or("-".to_owned(), |x| short(x * factor) + &told)
-        };
-        let share =
-            |metric: &str| value(metric).map_or("-".to_owned(), |x| format!("{:.0}", 100.0 * x));
-        let pair = |what: &str| {
-            format!(
-                "{}/{}",
-                share(&format!("mass_{what}")),
-                share(&format!("slope_{what}"))
-            )
-        };
-        table.add_row([
-            marked(summary, name, about.in_loop.as_deref()),
-            of("mass_error_rel_end", "mass_sd_rel_mean_valid", 100.0),
-            of("slope_rmse_deg", "slope_sd_mean_deg_valid", 1.0),
-            pair("availability"),
-            pair("beyond_limit_share"),
-            summary.misleading(name),
-        ]);
-    }
+    let mut table = table(overview::OVERVIEW_TITLES);
+    let names = summary.estimators.keys().map(String::as_str);
+    table.add_rows(overview::rows(summary, names, about.in_loop.as_deref()));
     within_terminal(&mut table);
     whole(&mut table, 0);
     right(&mut table, 1..=4);
-    let legend = legend(summary, about.in_loop.as_deref());
-    format!("{}\n{}{legend}", about.title, lines(&table))
-}
-
-/// Two digits that count, for a column that must be narrow.
-fn short(x: f64) -> String {
-    match x.abs() {
-        a if a >= 9.95 => format!("{x:.0}"),
-        a if a >= 0.995 => format!("{x:.1}"),
-        a if a >= 0.0995 => format!("{x:.2}"),
-        _ => format!("{x:.3}"),
+    let values = summary.estimators.values().flatten();
+    let shares = values.filter(|(metric, _)| metric.ends_with("_reference_share"));
+    let shares: Vec<f64> = shares.filter_map(|(_, share)| *share).collect();
+    let mut below = vec![overview::legend(summary, about.in_loop.as_deref())];
+    if !shares.is_empty() && shares.iter().all(|share| *share == 0.0) {
+        below.push("no reference in this log: errors are not known".to_owned());
     }
+    below.retain(|line| !line.is_empty());
+    let below: String = below.iter().map(|line| format!("\n {line}")).collect();
+    format!("{}\n{}{below}", about.title, lines(&table))
 }
 
-/// The time of convergence; of one that is there when counting begins nothing is known but that.
-fn converged(t_s: Option<f64>, after_s: f64) -> String {
-    match t_s {
-        None => "never".to_owned(),
-        Some(t_s) if t_s <= after_s + STEP_S => format!("≤ {after_s}"),
-        Some(t_s) => format!("{t_s:.1}"),
-    }
-}
-
-/// The name of an estimator with its marks.
-pub(crate) fn marked(summary: &Summary, name: &str, in_loop: Option<&str>) -> String {
-    let mark = match (in_loop == Some(name), summary.is_for_reference(name)) {
-        (true, true) => " * †",
-        (true, false) => " *",
-        (false, true) => " †",
-        (false, false) => "",
-    };
-    format!("{name}{mark}")
-}
-
-/// The marks that stand behind names, on a line of its own; nothing without any.
-pub(crate) fn legend(summary: &Summary, in_loop: Option<&str>) -> String {
-    let names = || summary.estimators.keys();
-    let used = names().any(|name| in_loop == Some(name.as_str()));
-    let reference = names().any(|name| summary.is_for_reference(name));
-    let marks = [
-        (used, "* used by the controller"),
-        (reference, "† for reference, not judged"),
-    ];
-    let shown = marks
-        .into_iter()
-        .filter(|(is, _)| *is)
-        .map(|(_, what)| what);
-    match shown.collect::<Vec<_>>().join("   ") {
-        none if none.is_empty() => none,
-        marks => format!("\n {marks}"),
-    }
-}
-
-/// A line for the name, then one for each quantity: so it fits a terminal however long names are.
+/// A line for the name of each estimator, then one for each quantity with a reference: so it fits a terminal however
+/// long names are.
 fn details(summary: &Summary) -> String {
     let title = format!("from {} s on", summary.after_s);
     let titles = [
-        "all",
-        "valid ones",
-        "± 2 σ",
+        title.as_str(),
+        "RMSE",
+        "bias",
+        "max",
+        "NEES",
+        "misled %",
         "valid %",
-        "beyond %",
-        "converged s",
+        "known %",
     ];
-    let titles: Vec<&str> = std::iter::once(title.as_str()).chain(titles).collect();
     let group = |(name, values): (&String, &BTreeMap<String, Option<f64>>)| {
-        let of = |metric: &str, factor: f64| {
-            let value = values.get(metric).copied().flatten();
-            value.map(|x| number(x * factor))
+        let of = |metric: &str| values.get(metric).copied().flatten();
+        let shown = |x: Option<f64>, factor: f64| x.map_or("-".to_owned(), |x| number(x * factor));
+        let row = |(what, quantity, [rmse, bias, max], factor): &Row| {
+            let of = |metric: &str| of(&format!("{quantity}_{metric}"));
+            let reference = of("reference_share").unwrap_or(0.0);
+            (reference > 0.0 && of(rmse).is_some()).then(|| {
+                vec![
+                    (*what).to_owned(),
+                    shown(of(rmse), *factor),
+                    shown(of(bias), *factor),
+                    shown(of(max), *factor),
+                    shown(of("nees_mean"), 1.0),
+                    shown(of("misleading_share"), 100.0),
+                    shown(of("availability"), 100.0),
+                    shown(Some(reference), 100.0),
+                ]
+            })
         };
-        let row = |(what, metric, factor, availability): &(&str, &str, f64, &str)| {
-            let converged = match metric.starts_with("mass") {
-                true => converged(values.get(CONVERGENCE).copied().flatten(), summary.after_s),
-                false => String::new(),
-            };
-            let told = told_sd(metric).map(|sd| format!("{sd}{VALID}"));
-            let beyond = availability.replace("availability", "beyond_limit_share");
-            let without = || "-".to_owned();
-            vec![
-                (*what).to_owned(),
-                of(metric, *factor).unwrap_or_else(without),
-                of(&format!("{metric}_valid"), *factor).unwrap_or_else(without),
-                told.and_then(|sd| of(&sd, 2.0 * factor))
-                    .unwrap_or_else(without),
-                of(availability, 100.0).unwrap_or_else(without),
-                of(&beyond, 100.0).unwrap_or_else(without),
-                converged,
-            ]
-        };
-        (name.clone(), ROWS.iter().map(row).collect())
+        let mut rows: Vec<Vec<String>> = ROWS.iter().filter_map(row).collect();
+        if rows.is_empty() {
+            let marked = |q: &str| shown(of(&format!("{q}_availability")), 100.0);
+            let (mass, slope) = (marked("mass"), marked("slope"));
+            rows.push(vec![format!(
+                "no reference; valid: mass {mass} %, slope {slope} %"
+            )]);
+        }
+        (name.clone(), rows)
     };
     let groups: Vec<_> = summary.estimators.iter().map(group).collect();
     grouped(&titles, &groups)
@@ -397,5 +325,67 @@ mod tests {
         let text = text(&known, &about());
         assert!(text.contains("known failure: dffrls_aekf_robust slope_rmse_deg; "));
         assert!(text.ends_with("held but for 1 known failure: 2 of 3 checks hold\n"));
+    }
+
+    /// A row of slopes with all it should have, none of what has no reference, and the word for what was done.
+    #[test]
+    fn a_replay_is_told_as_one() {
+        let values = [
+            ("slope_rmse_deg", 0.25),
+            ("slope_bias_deg", -0.125),
+            ("slope_error_max_deg", 0.75),
+            ("slope_nees_mean", 1.5),
+            ("slope_misleading_share", 0.027),
+            ("slope_availability", 0.9),
+            ("slope_reference_share", 0.46),
+            ("mass_reference_share", 0.0),
+        ];
+        let values = values.map(|(name, x)| (name.to_owned(), Some(x)));
+        let summary = Summary {
+            version: 1,
+            scenario: "drive".into(),
+            seed: 1,
+            finished: true,
+            never_valid: Vec::new(),
+            simulated_s: 60.0,
+            steps: 6000,
+            after_s: 5.0,
+            estimators: BTreeMap::from([("attitude".to_owned(), values.into())]),
+            run: BTreeMap::new(),
+            refusals: Vec::new(),
+            expectations: Vec::new(),
+            limits: Default::default(),
+            integrity: Vec::new(),
+            weakened: Vec::new(),
+            common: BTreeMap::new(),
+        };
+        let about = About {
+            title: "drive".into(),
+            in_loop: None,
+            took: "60.0 s replayed in 0.50 s, 120 times real time".into(),
+            hints: Vec::new(),
+            interrupted: false,
+        };
+        let short = text(&summary, &about);
+        let row = short.lines().find(|l| l.contains("attitude")).unwrap();
+        let words: Vec<&str> = row.split_whitespace().collect();
+        assert_eq!(
+            words,
+            ["attitude", "-", "0.25", "-/90", "-/-", "-"],
+            "{short}"
+        );
+        let text = details(&summary) + "\n" + &short;
+        let row = text.lines().find(|l| l.contains("slope °")).unwrap();
+        let words: Vec<&str> = row.split_whitespace().collect();
+        let expected = [
+            "slope", "°", "0.250", "-0.125", "0.750", "1.500", "2.700", "90.0", "46.0",
+        ];
+        assert_eq!(words, expected, "{text}");
+        assert!(
+            !text.contains("mass %") && !text.contains("simulated"),
+            "{text}"
+        );
+        assert!(text.contains("60.0 s replayed in 0.50 s, 120 times real time"));
+        assert!(text.lines().all(|l| l.chars().count() <= 80), "{text}");
     }
 }

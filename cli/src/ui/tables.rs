@@ -1,8 +1,10 @@
 //! Tables and numbers as text.
 
 use crate::ui::terminal;
-use comfy_table::presets::NOTHING;
-use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, TableComponent};
+use comfy_table::presets::{ASCII_MARKDOWN, NOTHING};
+use comfy_table::{
+    CellAlignment, ColumnConstraint, ContentArrangement, Row, Table, TableComponent,
+};
 
 /// An empty table with a rule below its titles and no other.
 pub fn table<'a>(titles: impl IntoIterator<Item = &'a str>) -> Table {
@@ -42,13 +44,29 @@ pub fn lines(table: &Table) -> String {
     lines.join("\n")
 }
 
+/// The table as Markdown; a line break in a cell becomes a blank.
+pub fn markdown(mut table: Table) -> String {
+    table.load_preset(ASCII_MARKDOWN);
+    table.set_content_arrangement(ContentArrangement::Disabled);
+    let escaped = |text: String| text.replace('\n', " ").replace('|', "\\|");
+    if let Some(titles) = table.header().cloned() {
+        table.set_header(titles.cell_iter().map(|cell| escaped(cell.content())));
+    }
+    for row in table.row_iter_mut() {
+        *row = Row::from(row.cell_iter().map(|cell| escaped(cell.content())));
+    }
+    lines(&table)
+}
+
 /// A table whose rows belong to groups: the name of a group has a line of its own, however long it is, and the rows
 /// below it are indented. All columns but the first are numbers.
 pub fn grouped(titles: &[&str], groups: &[(String, Vec<Vec<String>>)]) -> String {
     let mut table = table(titles.iter().copied());
+    let header = titles.iter().map(|t| t.split('\n').count()).max();
+    let header = header.unwrap_or(1) + 1;
     let mut names = Vec::new();
     for (name, rows) in groups {
-        names.push((table.row_count() + HEADER_LINES, name));
+        names.push((table.row_count() + header, name));
         table.add_row([""]);
         for row in rows {
             let indented = row.iter().enumerate().map(|(i, cell)| match i {
@@ -68,8 +86,20 @@ pub fn grouped(titles: &[&str], groups: &[(String, Vec<Vec<String>>)]) -> String
     all.join("\n")
 }
 
-/// Titles and the rule below them.
-const HEADER_LINES: usize = 2;
+/// Columns that a narrow title takes.
+pub const TITLE: usize = 8;
+
+/// A name of a metric in lines of a narrow column, broken behind underscores.
+pub fn narrow(metric: &str) -> String {
+    let mut lines = vec![String::new()];
+    for part in metric.split_inclusive('_') {
+        match lines.last_mut() {
+            Some(line) if line.is_empty() || line.len() + part.len() <= TITLE => *line += part,
+            _ => lines.push(part.to_owned()),
+        }
+    }
+    lines.join("\n")
+}
 
 /// A share in %.
 pub fn percent(share: Option<f64>) -> String {

@@ -108,6 +108,7 @@ pub(crate) fn end(verdicts: &[&ScenarioVerdict], details: &str, unusable: usize)
     let totals = Totals::of(verdicts.iter().copied());
     let words = match (unusable, totals.failed) {
         (0, _) => totals.words(),
+        (n, _) if verdicts.is_empty() => format!("FAILED: {n} could not be used"),
         (n, 0) => format!("FAILED: {n} could not be used; {}", totals.words()),
         (n, _) => format!("{}; {n} could not be used", totals.words()),
     };

@@ -3,35 +3,36 @@
 use super::drawn::print_summary;
 use crate::ui::errors::CliError;
 use crate::ui::output;
-use crate::ui::prose::counted;
-use crate::ui::tables::{lines, percent, right, shown, table};
-use monorig_lab::stress::{Figures, MatrixCell, SHARE_TOLERANCE, StressFile, differences};
+use crate::ui::prose::{counted, paragraph};
+use crate::ui::tables::{lines, narrow, percent, right, shown, table};
+use monorig_lab::stress::{MatrixCell, SHARE_TOLERANCE, StressFile, differences};
 
 /// Conditions that are printed unless all are asked for.
 const SHOWN: usize = 15;
 
-/// Prints the share of the valid samples that misleads in the worst conditions, or all figures of all conditions; of
-/// drawn ones a summary before.
+/// Prints the share of the valid samples that misleads in the worst conditions, or in all; of drawn ones a summary.
 pub(crate) fn print_matrix(file: &StressFile, all: bool) -> Result<(), CliError> {
-    match (all, &file.summary) {
-        (true, _) => print_figures(file)?,
-        (false, None) => print_misled(file)?,
-        (false, Some(_)) => {}
+    if all || file.summary.is_none() {
+        print_misled(file, if all { usize::MAX - 1 } else { SHOWN })?;
     }
     file.summary.iter().try_for_each(|s| print_summary(file, s))
 }
 
 /// Prints a row for each of the worst conditions, with one figure for each estimator.
-fn print_misled(file: &StressFile) -> Result<(), CliError> {
+fn print_misled(file: &StressFile, shown: usize) -> Result<(), CliError> {
     let mut conditions: Vec<&str> = Vec::new();
     for cell in &file.cells {
         if !conditions.contains(&cell.condition.as_str()) {
             conditions.push(&cell.condition);
         }
     }
-    let names = file.estimators.iter().map(String::as_str);
-    let mut text = table(["misled %"].into_iter().chain(names).collect::<Vec<_>>());
-    for condition in conditions.iter().take(1 + SHOWN) {
+    let names: Vec<String> = file.estimators.iter().map(|name| narrow(name)).collect();
+    let mut text = table(
+        ["misled %"]
+            .into_iter()
+            .chain(names.iter().map(String::as_str)),
+    );
+    for condition in conditions.iter().take(1 + shown) {
         let of = |estimator: &String| {
             let cell = file
                 .cells
@@ -54,9 +55,9 @@ fn print_misled(file: &StressFile) -> Result<(), CliError> {
         );
     }
     right(&mut text, 1..1 + file.estimators.len());
-    let rest = match conditions.len().saturating_sub(1 + SHOWN) {
+    let rest = match conditions.len().saturating_sub(1 + shown) {
         0 => String::new(),
-        n => format!("\n{n} better conditions, and all figures: -v"),
+        n => format!("\n{n} better conditions: -v; all figures: --html or --json"),
     };
     output::print(&format!(
         "{}\n\nvalid samples that mislead, the largest of mass, slope, effective slope{rest}\n",
@@ -65,12 +66,12 @@ fn print_misled(file: &StressFile) -> Result<(), CliError> {
 }
 
 /// Judges each cell by the share that may mislead, and prints how many conditions mislead each estimator unless
-/// `silent`; true if no cell is beyond the share.
+/// `silent`; returns whether no cell is beyond the share, and the verdict.
 pub(crate) fn judge_matrix(
     file: &StressFile,
     most: Option<f64>,
     silent: bool,
-) -> Result<bool, CliError> {
+) -> Result<(bool, String), CliError> {
     let misled = |c: &MatrixCell| c.misled().unwrap_or(0.0);
     let (mut text, mut unjudged) = (String::new(), 0);
     for name in &file.estimators {
@@ -103,80 +104,21 @@ pub(crate) fn judge_matrix(
     }
     let bad = |c: &&MatrixCell| most.is_some_and(|most| !c.is_good(most));
     let beyond = file.cells.iter().filter(bad).count();
-    if let Some(most) = most {
-        let limit = (1e5 * most).round() / 1e3; // 7 % is not 7.000000000000001 %
-        text += &match beyond {
-            0 if unjudged > 0 => String::new(),
-            0 => format!("held: misled at most {limit} %\n"),
-            n => format!(
-                "FAILED: {} misled more than {limit} % or broke down\n",
-                counted(n, "cell")
-            ),
-        };
+    if !silent {
+        let lines = text.lines().map(|line| paragraph(line, "") + "\n");
+        output::print(&lines.collect::<String>())?;
     }
-    if !silent && !text.is_empty() {
-        output::print(&text)?;
-    }
-    Ok(beyond + unjudged == 0)
-}
-
-/// Prints all figures of all conditions.
-fn print_figures(file: &StressFile) -> Result<(), CliError> {
-    let several = file.estimators.len() > 1;
-    let mut titles = vec!["condition"];
-    titles.extend(several.then_some("estimator"));
-    titles.extend([
-        "misled %",
-        ">3 sd %",
-        "beyond %",
-        "valid %",
-        "error",
-        "told sd",
-        "recovered s",
-    ]);
-    let numbers = titles.len() - 7;
-    let mut text = table(titles);
-    for cell in &file.cells {
-        let mut row = vec![cell.condition.clone()];
-        row.extend(several.then(|| cell.estimator.clone()));
-        if cell.broken > 0 {
-            row.push(format!("{} broke down", counted(cell.broken, "run")));
-            text.add_row(row);
-            continue;
+    let limit = most.map(|most| (1e5 * most).round() / 1e3); // 7 % is not 7.000000000000001 %
+    let verdict = match (limit, beyond, unjudged) {
+        (None, _, 0) => "nothing was expected: --max-misled sets what may mislead".to_owned(),
+        (Some(limit), 0, 0) => format!("held: misled at most {limit} %"),
+        (Some(limit), n, _) if n > 0 => {
+            let cells = counted(n, "cell");
+            format!("FAILED: {cells} misled more than {limit} % or broke down")
         }
-        row.extend([
-            three(cell, |f, _| percent(f.misleading)),
-            three(cell, |f, _| percent(f.overconfident)),
-            three(cell, |f, _| percent(f.beyond)),
-            three(cell, |f, _| percent(f.valid)),
-            three(cell, |f, factor| value(f.error, factor)),
-            three(cell, |f, factor| value(f.sd, factor)),
-            three(cell, |f, _| {
-                f.recovery_s.map_or("never".into(), |s| format!("{s:.0}"))
-            }),
-        ]);
-        text.add_row(row);
-    }
-    right(&mut text, numbers..numbers + 7);
-    output::print(&format!(
-        "{}\n\nmass/slope/effective slope; error and sd of the mass in %, of slopes in °, of valid samples\n",
-        lines(&text)
-    ))
-}
-
-/// A figure of the three quantities, and the factor of its unit.
-fn three(cell: &MatrixCell, of: impl Fn(&Figures, f64) -> String) -> String {
-    let all = cell.quantities().into_iter().zip([100.0, 1.0, 1.0]);
-    let all: Vec<String> = all.map(|(f, factor)| of(f, factor)).collect();
-    all.join("/")
-}
-
-fn value(x: Option<f64>, factor: f64) -> String {
-    match x.map(|x| x * factor) {
-        None => "-".into(),
-        Some(x) if x < 9.95 => format!("{x:.2}"),
-        Some(x) => format!("{x:.0}"),
-    }
+        (.., n) => format!("FAILED: {} had nothing to judge", counted(n, "estimator")),
+    };
+    Ok((beyond + unjudged == 0, verdict))
 }
 
 /// Prints the figures that have changed since an earlier matrix; true if one has become worse.

@@ -5,13 +5,14 @@ use crate::command::CommandOutcome;
 use crate::ui::errors::CliError;
 use crate::ui::output;
 use crate::ui::prose::paragraph;
-use crate::ui::tables::{grouped, shown};
-use monorig_lab::campaign::{CampaignKind, Rows};
+use crate::ui::tables::{grouped, narrow, shown};
+use monorig_lab::campaign::{Campaign, CampaignKind, Rows};
 use monorig_lab::text::quoted;
 use monorig_lab::verdicts::judgement::Grade;
 use monorig_lab::verdicts::run_result::RunResult;
 use monorig_lab::verdicts::verdict::Tally;
-use serde_json::json;
+use serde_json::{Value, json};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Metrics printed of each estimator.
@@ -29,10 +30,69 @@ struct Column {
     values: Vec<f64>,
 }
 
+/// A point of a grid of values.
+struct GridPoint {
+    values: BTreeMap<String, Value>,
+    columns: Vec<Column>,
+}
+
+/// The columns of the point of the grid that a run was made at.
+fn at<'a>(
+    points: &'a mut Vec<GridPoint>,
+    swept: &[String],
+    run: &RunResult,
+) -> &'a mut Vec<Column> {
+    let mut values = run.draws.clone();
+    values.retain(|path, _| swept.contains(path));
+    let known = points.iter().position(|point| point.values == values);
+    let place = known.unwrap_or(points.len());
+    if known.is_none() {
+        let columns = Vec::new();
+        points.push(GridPoint { values, columns });
+    }
+    &mut points[place].columns
+}
+
+/// The median over the seeds of each metric, by estimator and point of the grid.
+fn over_grid(points: &[GridPoint], swept: &[String]) -> String {
+    let names: Vec<&str> = swept
+        .iter()
+        .map(|path| path.rsplit_once('.').map_or(path.as_str(), |p| p.1))
+        .collect();
+    let mut titles = vec![format!("medians, over\n{}", names.join(", "))];
+    titles.extend(SHOWN.iter().map(|metric| narrow(metric)));
+    let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
+    let mut groups: Vec<(String, Vec<Vec<String>>)> = Vec::new();
+    for point in points {
+        let place = point.values.values().map(|value| match value.as_f64() {
+            Some(x) => x.to_string(),
+            None => value.to_string(),
+        });
+        let place = place.collect::<Vec<_>>().join(", ");
+        let estimators: BTreeSet<&String> = point.columns.iter().map(|c| &c.estimator).collect();
+        for estimator in estimators {
+            let of = |metric: &&str| {
+                let mut all = point.columns.iter();
+                let column = all.find(|c| c.estimator == *estimator && c.metric == *metric)?;
+                column.quantiles()[1]
+            };
+            let values = SHOWN.iter().map(|metric| shown(of(metric)));
+            let row = std::iter::once(place.clone()).chain(values).collect();
+            match groups.iter_mut().find(|(name, _)| name == estimator) {
+                Some((_, rows)) => rows.push(row),
+                None => groups.push((estimator.clone(), vec![row])),
+            }
+        }
+    }
+    grouped(&titles, &groups)
+}
+
 /// Read the results back and print what they have come to.
 pub(crate) fn print_results(path: &Path, json: &Json) -> Result<CommandOutcome, CliError> {
     let (mut tally, mut runs) = (Tally::default(), 0);
+    let swept = Campaign::read(path)?.swept();
     let mut columns: Vec<Column> = Vec::new();
+    let mut points: Vec<GridPoint> = Vec::new();
     for row in Rows::<RunResult>::open(path, &[CampaignKind::Study])? {
         let (_, result) = row?;
         runs += 1;
@@ -41,6 +101,9 @@ pub(crate) fn print_results(path: &Path, json: &Json) -> Result<CommandOutcome, 
             for metric in SHOWN {
                 let value = values.get(*metric).copied().flatten();
                 push(&mut columns, name, metric, value);
+                if !swept.is_empty() {
+                    push(at(&mut points, &swept, &result), name, metric, value);
+                }
             }
         }
     }
@@ -55,6 +118,7 @@ pub(crate) fn print_results(path: &Path, json: &Json) -> Result<CommandOutcome, 
             "verdict": judged.words(),
             "checks": checks,
             "estimators": spreads(&columns),
+            "points": points.iter().map(|p| json!({"values": p.values, "estimators": spreads(&p.columns)})).collect::<Vec<_>>(),
         })
     })?;
     let mut said: Vec<String> = Vec::new();
@@ -72,7 +136,11 @@ pub(crate) fn print_results(path: &Path, json: &Json) -> Result<CommandOutcome, 
     said.push(format!("report: monorig report {file}"));
     said.push(format!("{}, {runs} runs", judged.words()));
     let said: Vec<String> = said.iter().map(|line| paragraph(line, "")).collect();
-    let text = format!("{}\n\n{}\n", spread(&columns, runs), said.join("\n"));
+    let table = match swept.is_empty() {
+        true => spread(&columns, runs),
+        false => over_grid(&points, &swept),
+    };
+    let text = format!("{table}\n\n{}\n", said.join("\n"));
     output::result(&text, &[json.path()])?;
     Ok(CommandOutcome::of(judged.grade() != Grade::Failed))
 }

@@ -119,3 +119,35 @@ fn libraries_build_and_their_scenarios_hold() {
         assert_eq!(code, Some(0), "{out}{err}");
     }
 }
+
+/// A new scenario runs as it is, says what each key is for, and is not written over another.
+#[test]
+fn a_new_scenario_runs_and_has_a_comment_at_each_key() {
+    let dir = TestFolder::new();
+    let sources = project().canonicalize().unwrap();
+    let task = [
+        "new",
+        "scenario",
+        "hill",
+        "--monorig",
+        sources.to_str().unwrap(),
+    ];
+    let (code, out, err) = dir.monorig(&task);
+    assert_eq!((code, err.as_str()), (Some(0), ""), "{out}");
+    assert!(out.ends_with("next: monorig run hill.yaml\n"), "{out}");
+    let text = dir.read("hill.yaml");
+    let lines: Vec<&str> = text.lines().collect();
+    let keys = |l: &&&str| l.starts_with(|c: char| c.is_ascii_lowercase());
+    assert!(lines.iter().filter(keys).count() > 7, "{text}");
+    for two in lines.windows(2).filter(|two| keys(&&two[1])) {
+        assert!(two[0].starts_with("# "), "{two:?}");
+    }
+    assert!(
+        text.contains("# expect: ") && text.contains("# events: "),
+        "{text}"
+    );
+    let (code, out, err) = dir.monorig(&["test", "hill.yaml"]);
+    assert_eq!(code, Some(0), "{out}{err}");
+    assert!(dir.refused(&task).contains("is there already"));
+    assert_eq!(dir.read("hill.yaml"), text);
+}

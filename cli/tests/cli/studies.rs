@@ -256,3 +256,74 @@ fn bad_studies_are_refused() {
     let told = dir.refused(&["study", "spread.yaml", "--shard", "5/4"]);
     assert!(told.contains("K from 1 to N"), "{told}");
 }
+
+/// A grid has every combination once, each with the seeds of the scenario, and its table and page have a row and a
+/// place for each; a run of it is the run of the scenario with these values.
+#[test]
+fn a_grid_of_values_is_gone_through() {
+    let dir = dir(STUDY);
+    let vary = [
+        "--vary",
+        "load.mass_kg=500..2500:3",
+        "--vary",
+        "physics.dt_ms=1,2",
+    ];
+    let task = [
+        &["study", "quick.yaml", "--seeds", "3..4", "--json", "s.json"],
+        &vary[..],
+    ]
+    .concat();
+    let (code, out, err) = dir.monorig(&task);
+    assert!(matches!(code, Some(0 | 1)), "{out}{err}");
+    let json: serde_json::Value = serde_json::from_str(&dir.read("s.json")).unwrap();
+    let results = json["results"].as_str().unwrap();
+    let lines = dir.read(results);
+    let rows: Vec<serde_json::Value> = lines
+        .lines()
+        .skip(1)
+        .map(|l| serde_json::from_str(l).unwrap())
+        .collect();
+    let of = |row: &serde_json::Value| {
+        let [mass, step] =
+            ["load.mass_kg", "physics.dt_ms"].map(|k| row["draws"][k].as_f64().unwrap());
+        (mass as u64, step as u64, row["seed"].as_u64().unwrap())
+    };
+    let made: std::collections::BTreeSet<_> = rows.iter().map(of).collect();
+    let all = [500, 1500, 2500].map(|m| [1, 2].map(|dt| [3, 4].map(|seed| (m, dt, seed))));
+    assert_eq!(made, all.into_iter().flatten().flatten().collect());
+    assert_eq!(rows.len(), 12);
+    for part in ["500, 1 ", "2500, 2 ", "rail_fusion"] {
+        assert!(out.contains(part), "{part}\n{out}");
+    }
+    assert_eq!(json["points"].as_array().unwrap().len(), 6);
+
+    let sets = [
+        "--set",
+        "load.mass_kg=1500",
+        "--set",
+        "physics.dt_ms=2",
+        "--json",
+        "t.json",
+    ];
+    dir.monorig(&[&["test", "quick.yaml", "--seeds", "4"][..], &sets].concat());
+    let one: serde_json::Value = serde_json::from_str(&dir.read("t.json")).unwrap();
+    let there = rows.iter().find(|row| of(row) == (1500, 2, 4)).unwrap();
+    let summary = &one["scenarios"][0]["runs"][0]["summary"];
+    assert!(summary["estimators"].is_object());
+    assert_eq!(summary["estimators"], there["summary"]["estimators"]);
+
+    let (code, _, err) = dir.monorig(&["report", results, "--out", "s.html"]);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(dir.read("s.html").contains("over load.mass_kg"));
+    for (vary, says) in [
+        ("load.mas_kg=1,2", "did you mean `mass_kg`"),
+        ("load.mass_kg=1..2", "FROM..TO:COUNT"),
+        ("load.mass_kg=1..2:1", "FROM..TO:COUNT"),
+        ("load.mass_kg=", "FROM..TO:COUNT"),
+    ] {
+        let told = dir.refused(&["study", "quick.yaml", "--vary", vary]);
+        assert!(told.contains(says), "{vary}: {told}");
+    }
+    let told = dir.refused(&["study", "spread.yaml", "--set", "record.rate_hz=5"]);
+    assert!(told.contains("go with --vary"), "{told}");
+}

@@ -137,7 +137,7 @@ fn nothing_to_test_is_an_error() {
         ),
         (
             &["test", "all", "--filter", "xyz"],
-            "none of 1 scenarios has `xyz`",
+            "`xyz` fits the name of none of 1 scenarios",
         ),
         (&["test", "nowhere"], "there is no such file"),
         (
@@ -437,4 +437,47 @@ fn claims_hold_of_a_vehicle_that_is_told_exactly() {
         let failing = claim["failing"].as_array().unwrap();
         assert!(failing.is_empty(), "{claim}");
     }
+}
+
+/// The scenarios that a test ran, by the names in its lines.
+fn tested(out: &str) -> Vec<&str> {
+    let lines = out.lines();
+    let lines = lines.filter(|l| l.starts_with("held    ") || l.starts_with("FAILED  "));
+    lines.filter_map(|l| l.split_whitespace().nth(1)).collect()
+}
+
+/// Scenarios that failed are tested again until they hold, other scenarios are left alone, and `-x` ends at the first
+/// failure.
+#[test]
+fn what_failed_last_is_tested_again() {
+    const FAILS: &str = "expect: [{metric: speed_rmse_mps, at_most: 1.0e-9}]\n";
+    let names = ["a_good", "b_bad", "c_good", "d_bad"];
+    let text = |name: &str| quick(if name.contains("bad") { FAILS } else { HOLDS });
+    let dir = with(&names.map(|name| (name, text(name))));
+    let test = |more: &[&str]| {
+        let (code, out, err) = dir.monorig(&[&["test", "all", "--seeds", "1"], more].concat());
+        (code, out + &err)
+    };
+    let (code, out) = test(&["--lf"]);
+    assert_eq!(
+        (code, tested(&out).len()),
+        (Some(1), 4),
+        "nothing is known: {out}"
+    );
+    let (_, out) = test(&["-x"]);
+    assert_eq!(tested(&out), ["a_good", "b_bad"], "{out}");
+    assert!(out.contains("2 scenarios not tested"), "{out}");
+    // those that were not tested stay as they were
+    let (_, out) = test(&["--lf", "--durations", "1"]);
+    assert_eq!(tested(&out), ["b_bad", "d_bad"], "{out}");
+    assert_eq!(
+        out.lines().skip_while(|l| *l != "slowest scenarios").nth(2),
+        Some(""),
+        "{out}"
+    );
+    dir.write("all/b_bad.yaml", dir.read("all/a_good.yaml").as_bytes());
+    assert_eq!(tested(&test(&["--lf"]).1), ["b_bad", "d_bad"]);
+    assert_eq!(tested(&test(&["--lf"]).1), ["d_bad"]);
+    let (_, out) = test(&["-k", "good and not c or d_"]);
+    assert_eq!(tested(&out), ["a_good", "d_bad"], "{out}");
 }

@@ -1,5 +1,7 @@
 //! Colours: one for each estimator in every plot, white for the truth; the rail by its slope.
 
+use monorig_sim::record::palette;
+
 /// The truth.
 const TRUTH: [u8; 3] = [235, 235, 235];
 const REFERENCE: [u8; 3] = [190, 160, 255];
@@ -26,18 +28,13 @@ const DESCENT: [f64; 3] = [50.0, 130.0, 230.0];
 /// Steeper slopes have the same colour: 12°.
 const FULL_GRADE_RAD: f64 = 0.21;
 
-/// Returns the colour of an estimator by its place among the estimators of the run.
-pub fn estimator(index: usize) -> [u8; 3] {
-    PALETTE[index % PALETTE.len()]
-}
-
-/// The name of that colour.
-pub fn name(index: usize) -> &'static str {
-    NAMES[index % NAMES.len()]
+/// The name of an estimator's colour.
+pub fn name(estimator: &str) -> &'static str {
+    NAMES[palette::place(estimator) % NAMES.len()]
 }
 
 /// The colour of the line of a channel. `index`: its place among the channels.
-pub fn line(path: &str, index: usize, estimators: &[String]) -> [u8; 3] {
+pub fn line(path: &str, index: usize) -> [u8; 3] {
     let mut parts = path.split('/');
     match (parts.next(), parts.next(), parts.next()) {
         (Some("truth"), Some("pitch_at_imu"), None) => [170, 170, 200],
@@ -49,9 +46,7 @@ pub fn line(path: &str, index: usize, estimators: &[String]) -> [u8; 3] {
         }
         (Some("control"), Some(leaf), None) if leaf.starts_with("reference") => REFERENCE,
         (Some("bound"), ..) => BOUND,
-        (Some("estimates"), Some(name), _) => {
-            estimator(estimators.iter().position(|e| e == name).unwrap_or(0))
-        }
+        (Some("estimates"), Some(name), _) => PALETTE[palette::place(name) % PALETTE.len()],
         _ => PALETTE[index % PALETTE.len()],
     }
 }

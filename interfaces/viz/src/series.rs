@@ -57,10 +57,9 @@ pub struct PlottedSeries {
 /// Returns all lines of these channels, the estimator in the loop with a stronger line over the others, then the
 /// differences of two compared runs, and the limits.
 pub fn plan(channels: &[Channel], emphasis: &Emphasis<'_>) -> Vec<PlottedSeries> {
-    let estimators = estimators(channels);
     let mut all = Vec::new();
     for (index, c) in channels.iter().enumerate() {
-        let colour = colours::line(&c.path, index, &estimators);
+        let colour = colours::line(&c.path, index);
         let of = c.path.strip_prefix("estimates/");
         let of = of.and_then(|rest| rest.split('/').next());
         let in_loop = of.is_some() && of == emphasis.in_loop;
@@ -109,7 +108,7 @@ pub fn plan(channels: &[Channel], emphasis: &Emphasis<'_>) -> Vec<PlottedSeries>
                         scale,
                         valid: [valid(after), valid(before)],
                     },
-                    colour: colours::line("difference", 0, &estimators),
+                    colour: colours::line("difference", 0),
                     in_loop: false,
                 });
             }

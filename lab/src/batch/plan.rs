@@ -5,6 +5,7 @@ use crate::campaign::{Campaign, CampaignKind, RunList};
 use crate::verdicts::expected;
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::{Simulation, SimulationBuilder, resolved};
+use monorig_sim::config::checked::Version1;
 use monorig_sim::config::file::{Document, Sets, name_of, named};
 use monorig_sim::config::input_files::InputFiles;
 use monorig_sim::config::scenario::Scenario;
@@ -26,6 +27,8 @@ pub struct Plan {
     pub(crate) file: StudyFile,
     path: PathBuf,
     scenario: PathBuf,
+    /// Changes of the command line.
+    sets: Vec<(String, String)>,
     inputs: InputFiles,
     /// The scenario of the first run with all defaults.
     resolved: Value,
@@ -39,9 +42,51 @@ impl Plan {
         inputs.during(|| Self::read(path, registry, inputs.clone()))
     }
 
+    /// Plans the runs of a scenario with its seeds, changed by `sets`, at every point of a grid of values.
+    pub fn sweep(
+        scenario: &Path,
+        sets: &[(String, String)],
+        grid: BTreeMap<String, Vec<Value>>,
+        registry: &Registry,
+    ) -> Result<Self, Error> {
+        let inputs = InputFiles::default();
+        inputs.during(|| {
+            let document = Document::read(scenario)?;
+            let checked = Scenario::load_with(scenario, &Sets::new(sets))?;
+            let seeds = checked.seeds();
+            if seeds.windows(2).any(|two| two[1] != two[0] + 1) {
+                let message = "a sweep has seeds one after the other, and these are others";
+                return Err(document.error("seeds", message, "--seeds with a range, such as 1..5"));
+            }
+            let name = scenario.file_name().unwrap_or_default().to_string_lossy();
+            let file = StudyFile {
+                version: Version1,
+                why: "A sweep.".into(),
+                scenario: name.into_owned(),
+                runs: seeds.len() as u64,
+                first_seed: seeds.first().copied().unwrap_or_default(),
+                set: BTreeMap::new(),
+                vary: Vec::new(),
+                grid,
+            };
+            Self::checked(scenario, document, file, sets, registry, inputs.clone())
+        })
+    }
+
     fn read(path: &Path, registry: &Registry, inputs: InputFiles) -> Result<Self, Error> {
         let document = Document::read(path)?;
         let file: StudyFile = document.parse()?;
+        Self::checked(path, document, file, &[], registry, inputs)
+    }
+
+    fn checked(
+        path: &Path,
+        document: Document,
+        file: StudyFile,
+        sets: &[(String, String)],
+        registry: &Registry,
+        inputs: InputFiles,
+    ) -> Result<Self, Error> {
         if file.why.trim().is_empty() {
             return Err(document.error(
                 "why",
@@ -60,12 +105,19 @@ impl Plan {
                 format!("from 1 to {MAX_RUNS} runs"),
             ));
         }
+        let runs = file
+            .points()
+            .and_then(|points| points.checked_mul(file.runs));
+        if runs.is_none_or(|n| n > MAX_RUNS) {
+            let help = format!("one value or more for each path, and up to {MAX_RUNS} runs");
+            return Err(document.error("grid", "this grid cannot be run", help));
+        }
         for (i, vary) in file.vary.iter().enumerate() {
             let key = format!("vary[{i}]");
             vary.check()
                 .map_err(|(message, help)| document.error(&key, message, help))?;
             let earlier = file.vary.iter().take(i).flat_map(|v| v.paths());
-            let mut taken = earlier.chain(file.set.keys());
+            let mut taken = earlier.chain(file.set.keys()).chain(file.grid.keys());
             if let Some(twice) = vary.paths().find(|p| taken.any(|t| t == *p)) {
                 return Err(document.error(
                     key,
@@ -77,6 +129,7 @@ impl Plan {
         let scenario = named(path, "scenario", &file.scenario)?;
         let mut plan = Self {
             name: name_of(path)?,
+            sets: sets.to_vec(),
             file,
             path: path.into(),
             scenario,
@@ -96,11 +149,17 @@ impl Plan {
     /// Read the files that a choice may name in place of those of the first run. What is wrong with one is the result
     /// of its runs.
     fn read_choices(&self) {
-        for vary in &self.file.vary {
+        let choices = self.file.vary.iter().map(|vary| {
             let values = vary.choice.iter().flatten();
-            for value in values.filter(|v| v.is_string() || v.is_array() || v.is_object()) {
+            (vary.paths().collect::<Vec<_>>(), values.collect::<Vec<_>>())
+        });
+        let grid = self.file.grid.iter();
+        let grid = grid.map(|(path, values)| (vec![path], values.iter().collect()));
+        for (paths, values) in choices.chain(grid) {
+            let names = |v: &&&Value| v.is_string() || v.is_array() || v.is_object();
+            for value in values.iter().filter(names) {
                 let mut changes = self.fixed();
-                changes.extend(vary.paths().map(|p| (p.clone(), value.to_string())));
+                changes.extend(paths.iter().map(|p| ((*p).clone(), value.to_string())));
                 let changes = Sets::new(&changes);
                 let _ = Scenario::load_with(&self.scenario, &changes)
                     .and_then(SimulationBuilder::from_scenario);
@@ -111,9 +170,8 @@ impl Plan {
     /// Changes that are the same in all runs.
     fn fixed(&self) -> Vec<(String, String)> {
         let fixed = self.file.set.iter();
-        fixed
-            .map(|(path, v)| (path.clone(), v.to_string()))
-            .collect()
+        let fixed = fixed.map(|(path, v)| (path.clone(), v.to_string()));
+        fixed.chain(self.sets.iter().cloned()).collect()
     }
 
     /// The files of the study, as they were when it was read.
@@ -123,21 +181,25 @@ impl Plan {
 
     /// Number of runs.
     pub fn runs(&self) -> u64 {
-        self.file.runs
+        self.file.runs * self.file.points().unwrap_or_default()
     }
 
     /// The run of this index.
     pub fn spec(&self, index: u64) -> RunSpec {
-        let seed = self.file.first_seed + index;
+        let seed = self.file.first_seed + index % self.file.runs;
         let mut changes = self.fixed();
-        let mut draws = BTreeMap::new();
-        for vary in &self.file.vary {
-            let value = vary.draw(seed);
-            changes.extend(vary.paths().map(|p| (p.clone(), value.to_string())));
-            draws.insert(vary.path.clone(), value);
-        }
+        let draws = self.file.values(index, seed);
+        let also = self.file.vary.iter().flat_map(|vary| {
+            let value = draws.get(&vary.path);
+            vary.also.iter().filter_map(move |p| Some((p, value?)))
+        });
+        let all = draws.iter().chain(also);
+        changes.extend(all.map(|(path, value)| (path.clone(), value.to_string())));
         let file = self.path.file_name().unwrap_or_default().to_string_lossy();
-        let changes = Sets::new(&changes).written_in(&file);
+        let changes = Sets::new(&changes).written_in(match self.path == self.scenario {
+            true => "--vary",
+            false => &file,
+        });
         RunSpec {
             draws,
             ..RunSpec::new(index, &self.scenario, seed, changes, &self.inputs)
@@ -150,10 +212,9 @@ impl Plan {
         let (inputs, file) = (self.inputs.digests(folder), &self.file);
         let resolved = json!({ "study": file, "first_run": self.resolved });
         let stem = self.scenario.file_stem().unwrap_or_default();
-        let list = RunList::new(
-            &stem.to_string_lossy(),
-            file.first_seed..file.first_seed + file.runs,
-        );
+        let points = 0..file.points().unwrap_or_default();
+        let seeds = points.flat_map(|_| file.first_seed..file.first_seed + file.runs);
+        let list = RunList::new(&stem.to_string_lossy(), seeds);
         Campaign::new(
             CampaignKind::Study,
             &self.name,

@@ -1,7 +1,6 @@
 //! The results of a study or a test as rows of their campaign: seed, scenario and drawn values follow from it.
 
 use crate::batch::StudyFile;
-use crate::batch::vary::Vary;
 use crate::campaign::{Campaign, CampaignRow, PlannedRun};
 use crate::verdicts::run_result::RunResult;
 use crate::verdicts::verdict::ScenarioVerdict;
@@ -31,9 +30,10 @@ impl CampaignRow for RunResult {
                 "this is not the result of run {index}, but of run {there}"
             ));
         }
-        let drawn = study.as_ref().map_or(&[][..], |study| &study.vary);
-        let of = |vary: &Vary| self.draws.get(&vary.path) == Some(&vary.draw(self.seed));
-        if self.draws.len() != drawn.len() || !drawn.iter().all(of) {
+        let values = study
+            .as_ref()
+            .map(|study| study.values(run.place, self.seed));
+        if self.draws != values.unwrap_or_default() {
             return Err(format!(
                 "the drawn values are not those of run {index} of the study"
             ));

@@ -260,6 +260,13 @@ impl Campaign {
         self.shard.unwrap_or(Shard::WHOLE)
     }
 
+    /// Paths of the values of a study's grid; none without one.
+    pub fn swept(&self) -> Vec<String> {
+        let grid = self.resolved.pointer("/study/grid");
+        let grid = grid.and_then(Value::as_object).into_iter();
+        grid.flat_map(|grid| grid.keys().cloned()).collect()
+    }
+
     /// Number of runs of the whole campaign.
     pub fn runs(&self) -> u64 {
         let runs = self.list.iter().map(RunList::runs);

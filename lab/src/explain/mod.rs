@@ -11,6 +11,7 @@ mod sources;
 pub use sources::{Source, sources};
 
 use crate::metrics::find;
+use crate::verdicts::interval::Interval;
 use crate::verdicts::run_result::RunResult;
 use serde::{Deserialize, Serialize};
 
@@ -64,6 +65,9 @@ pub struct ErrorOf {
     pub with_all: Option<f64>,
     /// Without each of the sources.
     pub without: Vec<Option<f64>>,
+    /// 95 % intervals of the shares of the sources, over the seeds; null of a single one.
+    #[serde(default)]
+    pub intervals: Vec<Option<[f64; 2]>>,
 }
 
 impl ErrorOf {
@@ -73,6 +77,18 @@ impl ErrorOf {
         let without = self.without.get(source).copied().flatten()?;
         let with_all = self.with_all.filter(|x| *x > 0.0)?;
         Some(1.0 - (without / with_all).powi(2))
+    }
+
+    /// The share of a source with its interval, such as `60 % (45 … 70)`; a dash if it could not be measured.
+    pub fn share_words(&self, source: usize) -> String {
+        let percent = |x: f64| (100.0 * x).round() + 0.0;
+        let Some(share) = self.share(source).map(percent) else {
+            return "-".to_owned();
+        };
+        match self.intervals.get(source).copied().flatten() {
+            Some([low, high]) => format!("{share} % ({} … {})", percent(low), percent(high)),
+            None => format!("{share} %"),
+        }
     }
 
     /// The metric with its unit.
@@ -110,6 +126,10 @@ impl Budget {
                         .iter()
                         .map(|runs| root_mean_square(runs, name, metric))
                         .collect(),
+                    intervals: groups
+                        .iter()
+                        .map(|runs| interval([runs, all], name, metric))
+                        .collect(),
                 }
             }));
         }
@@ -134,24 +154,80 @@ impl Budget {
         }
     }
 
+    /// The estimator that the short form is about: this one if it has errors, else the first.
+    fn shown<'a>(&'a self, wanted: Option<&'a str>) -> &'a str {
+        let mut names = self.errors.iter().map(|e| e.estimator.as_str());
+        let first = names.clone().next().unwrap_or_default();
+        names.find(|name| wanted == Some(name)).unwrap_or(first)
+    }
+
+    /// The sources that make most of the errors of an estimator, three at most: places of single sources.
+    pub fn greatest(&self, estimator: &str) -> Vec<usize> {
+        let share = |source: usize| {
+            let of = self.errors.iter().filter(|e| e.estimator == estimator);
+            let shares = of.filter_map(|e| e.share(source));
+            shares.fold(f64::NEG_INFINITY, f64::max)
+        };
+        let single = |name: &str| ![sources::ALL, sources::EXCITATION].contains(&name);
+        let all = self.sources.iter().enumerate();
+        let mut all: Vec<usize> = all.filter(|(_, s)| single(&s.name)).map(|s| s.0).collect();
+        all.sort_by(|a, b| share(*b).total_cmp(&share(*a)));
+        all.truncate(3);
+        all
+    }
+
+    /// The short form for an estimator of the run: its name, and the greatest source of each of its errors in a
+    /// sentence.
+    pub fn sentence<'a>(&'a self, wanted: Option<&'a str>) -> (&'a str, String) {
+        let name = self.shown(wanted);
+        let greatest = self.greatest(name);
+        let part = |(metric, what): (&str, &str)| {
+            let error = self.of(metric).find(|e| e.estimator == name)?;
+            let share = |source: &usize| error.share(*source).unwrap_or(f64::NEG_INFINITY);
+            let most = greatest
+                .iter()
+                .max_by(|a, b| share(a).total_cmp(&share(b)))?;
+            let source = &self.sources.get(*most)?.name;
+            let words = error.share_words(*most);
+            Some(match error.share(*most).filter(|share| *share > 0.0) {
+                Some(_) => format!("the {what} of {name} comes to {words} from {source}"),
+                None => format!("the {what} of {name} comes from no single source"),
+            })
+        };
+        let parts = [(METRICS[1], "slope error"), (METRICS[0], "mass error")];
+        let parts: Vec<String> = parts.into_iter().filter_map(part).collect();
+        let (said, seeds) = (parts.join("; "), self.seeds.len());
+        (name, format!("Over {seeds} seeds {said}."))
+    }
+
     /// The errors of one metric.
     pub fn of(&self, metric: &str) -> impl Iterator<Item = &ErrorOf> {
         self.errors.iter().filter(move |e| e.metric == metric)
     }
 }
 
+/// Interval of the share of the mean square error that is gone in the first runs; none unless all were measured.
+fn interval(runs: [&[RunResult]; 2], estimator: &str, metric: &str) -> Option<[f64; 2]> {
+    let [without, with] = runs.map(|runs| values(runs, estimator, metric));
+    let pairs = without?.into_iter().zip(with?);
+    let pairs: Vec<(f64, f64)> = pairs.map(|(a, b)| (a * a, b * b)).collect();
+    let ratio = Interval::ratio(&pairs)?;
+    Some([1.0 - ratio.high, 1.0 - ratio.low])
+}
+
+/// A metric in each of the runs; none unless it was measured in all.
+fn values(runs: &[RunResult], estimator: &str, metric: &str) -> Option<Vec<f64>> {
+    let value = |run: &RunResult| {
+        let summary = run.summary.as_ref().filter(|s| s.finished)?;
+        let of = summary.estimators.get(estimator)?;
+        of.get(metric).copied().flatten()
+    };
+    runs.iter().map(value).collect()
+}
+
 /// Over the runs; none unless it was measured in all of them.
 fn root_mean_square(runs: &[RunResult], estimator: &str, metric: &str) -> Option<f64> {
-    let values = runs.iter().map(|run| {
-        let summary = run.summary.as_ref().filter(|s| s.finished)?;
-        summary
-            .estimators
-            .get(estimator)?
-            .get(metric)
-            .copied()
-            .flatten()
-    });
-    let values = values.collect::<Option<Vec<f64>>>()?;
+    let values = values(runs, estimator, metric)?;
     let n = values.len();
     let squares: f64 = values.iter().map(|x| x * x).sum();
     (n > 0).then(|| (squares / n as f64).sqrt())
@@ -169,11 +245,14 @@ mod tests {
             metric: "slope_rmse_deg".into(),
             with_all: Some(5.0),
             without: vec![Some(4.0), Some(3.0), None, Some(10.0)],
+            intervals: vec![Some([0.25, 0.4])],
         };
         let shares: Vec<Option<f64>> = (0..5).map(|i| error.share(i)).collect();
         let near = |i: usize, x: f64| (shares[i].unwrap() - x).abs() < 1e-12;
         assert!(near(0, 9.0 / 25.0) && near(1, 16.0 / 25.0));
         assert!(near(3, -3.0), "what gets worse is negative");
         assert!(shares[2].is_none() && shares[4].is_none());
+        let words = [0, 1, 2].map(|i| error.share_words(i));
+        assert_eq!(words, ["36 % (25 … 40)", "64 %", "-"]);
     }
 }

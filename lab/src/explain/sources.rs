@@ -59,6 +59,10 @@ const DELIVERY: &[Off] = &[
 ];
 const THREE_AXES: [&str; 2] = ["accelerometer", "gyro"];
 
+/// Names of the sources that are no single ones.
+pub(super) const ALL: &str = "all of these";
+pub(super) const EXCITATION: &str = "excitation";
+
 /// The sources of a scenario. One that cannot be switched off in it is not among them.
 pub fn sources(scenario: &Scenario) -> Result<Vec<Source>, Error> {
     let sheet = Sheet::load_with(&scenario.sensors, &scenario.sets("sensors"))?;
@@ -107,13 +111,13 @@ pub fn sources(scenario: &Scenario) -> Result<Vec<Source>, Error> {
     ];
     let together = all.iter().flat_map(|s| s.changes.clone()).collect();
     all.push(source(
-        "all of these",
+        ALL,
         "all of the above at once: what is left is the method's own",
         together,
     ));
     if let Some(speed) = excitation::excited(&scenario.file.drive) {
         let changes = vec![("drive.speed".to_owned(), speed)];
-        all.push(source("excitation", excitation::WHAT, changes));
+        all.push(source(EXCITATION, excitation::WHAT, changes));
     }
     Ok(all)
 }

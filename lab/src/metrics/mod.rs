@@ -31,7 +31,7 @@ pub(crate) use windowed::{WantedMetric, WindowedMetrics};
 
 use crate::metrics::series::{ErrorSample, ErrorSeries, Tracking};
 use crate::metrics::window::{Timed, Windowed};
-use monorig_sim::config::file::nearest;
+use monorig_sim::config::file::suggestion;
 use monorig_sim::config::scenario::IntegrityLimits;
 
 /// A metric: its name, its unit, its definition, and which value is best.
@@ -406,11 +406,7 @@ pub fn unit(metric: &str) -> Option<&'static str> {
 
 /// Advice where a name is none of these metrics: the nearest of them, and their list.
 pub fn advice(name: &str, known: &[&str]) -> String {
-    let list = format!("known metrics: {}", known.join(", "));
-    match nearest(name, known.iter().copied()) {
-        Some(near) => format!("did you mean `{near}`? {list}"),
-        None => list,
-    }
+    suggestion(name, known.iter().copied(), "known metrics")
 }
 
 /// Its name, with the unit if it has one.

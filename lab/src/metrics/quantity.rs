@@ -124,7 +124,7 @@ impl Quantity {
     /// error within three standard deviations that the validity rule of the supervised estimators lets pass as valid.
     /// It lets pass 3°, and 10 % of the estimate: an estimate M of a mass m with M - m = 3 · 0.1 M has an error of
     /// 0.3/0.7 of m. A larger protection level says nothing about the value.
-    fn max_protection(self) -> f64 {
+    pub(crate) fn max_protection(self) -> f64 {
         match self {
             Self::Mass => 0.3 / 0.7,
             Self::Slope | Self::EffectiveSlope => 9.0,

@@ -7,30 +7,41 @@ use crate::verdicts::findings::Finding;
 use crate::verdicts::integrity::{Integrity, Outcome};
 use crate::verdicts::summary::Summary;
 
-/// Findings about misleading estimates, worst first; `None` without any. Each may begin with a name, such as that of
-/// its scenario.
+/// Findings about misleading estimates, worst first, those of baselines folded; `None` without any. Each may begin with
+/// a name, such as that of its scenario.
 pub(crate) fn section(all: &[(String, Finding)]) -> Option<Section> {
     if all.is_empty() {
         return None;
     }
+    let (others, judged): (Vec<_>, Vec<_>) = all.iter().partition(|(_, f)| f.for_reference);
+    let section = Section::new("Findings");
+    let section = match judged.is_empty() {
+        true => section,
+        false => section.table(table(&judged)),
+    };
+    Some(match others.len() {
+        0 => section,
+        n => section.folded(
+            format!("Findings of baselines, which are not judged: {n}"),
+            table(&others),
+        ),
+    })
+}
+
+fn table(all: &[&(String, Finding)]) -> Table {
     let mut table = Table::new(&["", "finding"], &["error over alert limit"]);
     for (of, finding) in all {
-        let mark = Cell::from(if finding.fails { "MISLEADING" } else { "noted" });
+        let mark = match finding.fails {
+            true => Cell::from("MISLEADING").judged(false),
+            false => Cell::from("noted"),
+        };
         let text = match of.as_str() {
             "" => finding.text.clone(),
             of => format!("{of}: {}", finding.text),
         };
-        table.row([
-            if finding.fails {
-                mark.judged(false)
-            } else {
-                mark
-            },
-            text.into(),
-            Cell::number(finding.severity),
-        ]);
+        table.row([mark, text.into(), Cell::number(finding.severity)]);
     }
-    Some(Section::new("Findings").table(table))
+    table
 }
 
 /// The findings of one scenario.
@@ -64,6 +75,7 @@ pub(crate) fn integrity<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Opti
             None => sums.push(new.clone()),
         }
     }
+    sums.sort_by_key(|sum| sum.at_most.is_none());
     let mut table = Table::new(
         &["estimator", "quantity", "judged"],
         &[

@@ -53,6 +53,8 @@ pub(crate) enum Block {
     Folded(String, String),
     /// A long table that is folded away: what it is, and the table. In print it is open.
     FoldedTable(String, Table),
+    /// Figures that are folded away.
+    FoldedFigures(String, Vec<Figure>),
 }
 
 impl Page {
@@ -141,6 +143,12 @@ impl Section {
         self
     }
 
+    /// With figures that are folded away.
+    pub(crate) fn folded_figures(mut self, what: impl Into<String>, all: Vec<Figure>) -> Self {
+        self.blocks.push(Block::FoldedFigures(what.into(), all));
+        self
+    }
+
     /// With a figure, beside the last one if that was one too.
     pub fn figure(mut self, figure: Figure) -> Self {
         match self.blocks.last_mut() {
@@ -162,8 +170,9 @@ impl Block {
             @match self {
                 Self::Text(text) => { p.intro { (text) } }
                 Self::Table(table) => (table.markup()),
-                Self::Figures(all) => {
-                    div.figures { @for figure in all { "\n" (figure.markup()) } }
+                Self::Figures(all) => (side_by_side(all)),
+                Self::FoldedFigures(what, all) => {
+                    details { summary { (what) } (side_by_side(all)) }
                 }
                 Self::Link(text, to) => { p { a href=(link(to)) { (text) } } }
                 Self::Folded(what, text) => {
@@ -175,4 +184,9 @@ impl Block {
             }
         }
     }
+}
+
+/// Figures side by side as the width allows.
+fn side_by_side(all: &[Figure]) -> Markup {
+    html! { div.figures { @for figure in all { "\n" (figure.markup()) } } }
 }

@@ -1,5 +1,6 @@
 //! Tables.
 
+use crate::metrics::find;
 use crate::reports::html::{escape, link};
 use crate::text::number;
 use crate::verdicts::judgement::Grade;
@@ -30,6 +31,20 @@ impl Cell {
     /// A number; a dash if there is none or it is not finite.
     pub fn number(x: impl Into<Option<f64>>) -> Self {
         number(x.into().unwrap_or(f64::NAN)).into()
+    }
+
+    /// A difference of a metric between these ends, judged where zero is not between them.
+    pub(crate) fn difference(metric: &str, mean: f64, low: f64, high: f64) -> Self {
+        let cell = Self::number(mean);
+        let less = match (low > 0.0, high < 0.0) {
+            (true, _) => Some(false),
+            (_, true) => Some(true),
+            _ => None,
+        };
+        match less.zip(find(metric).and_then(|m| m.best.less_is_better())) {
+            Some((less, less_is_better)) => cell.judged(less == less_is_better),
+            None => cell,
+        }
     }
 
     fn markup(&self) -> Markup {

@@ -6,7 +6,6 @@ use crate::metrics::{
     reference_share, run_metrics,
 };
 use monorig_sim::config::checked::{Finite, Fraction};
-use monorig_sim::config::file::nearest;
 use monorig_sim::config::scenario::{Expectation, KnownFailure, Scenario, ScenarioFile};
 use monorig_sim::error::Error;
 
@@ -143,14 +142,10 @@ pub fn check(scenario: &Scenario) -> Result<(), Error> {
     let of_estimators: Vec<&str> = estimator_metrics().map(|m| m.name).collect();
     for (i, p) in scenario.file.published.iter().enumerate() {
         if !of_estimators.contains(&p.metric.as_str()) {
-            let near = nearest(&p.metric, of_estimators.iter().copied());
             return Err(scenario.error(
                 format!("published[{i}].metric"),
                 format!("there is no metric `{}` of estimators", p.metric),
-                match near {
-                    Some(near) => format!("did you mean `{near}`?"),
-                    None => format!("known metrics: {}", of_estimators.join(", ")),
-                },
+                advice(&p.metric, &of_estimators),
             ));
         }
     }

@@ -2,7 +2,6 @@
 
 use monorig_lab::reports::page::{Page, Section};
 use monorig_lab::reports::plot::axis::Axis;
-use monorig_lab::reports::plot::bars::Histogram;
 use monorig_lab::reports::plot::boxes::Boxes;
 use monorig_lab::reports::plot::cdf::Cdf;
 use monorig_lab::reports::plot::consistency::Consistency;
@@ -90,14 +89,6 @@ fn run_plots() -> Section {
     };
     Section::new("Runs")
         .figure(lines())
-        .figure(
-            Histogram {
-                title: "Errors".into(),
-                x: "slope error, °".into(),
-                groups: groups(2000),
-            }
-            .figure(),
-        )
         .figure(
             Cdf {
                 title: "Errors".into(),
@@ -291,7 +282,7 @@ fn a_page_is_well_formed_self_contained_and_always_the_same() {
     assert_eq!(html, page().to_html());
     let (elements, text) = parse(&html);
     let figures = elements.iter().filter(|e| *e == "figure").count();
-    assert_eq!(figures, 12);
+    assert_eq!(figures, 11);
     assert!(!text.contains("no data"), "a plot is missing");
     for part in [
         "Gallery <of> \"plots\" & more",
@@ -314,12 +305,6 @@ fn a_plot_without_numbers_says_so() {
     let group = || vec![ValueGroup::new("a", Ink::Series(0), nan.clone())];
     let axis = || Axis::linear("x");
     let figures = [
-        Histogram {
-            title: "t".into(),
-            x: "x".into(),
-            groups: group(),
-        }
-        .figure(),
         Cdf {
             title: "t".into(),
             x: axis(),

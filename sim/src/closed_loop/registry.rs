@@ -33,7 +33,7 @@
 
 use super::answers::AnswerCounter;
 use super::wall_clock::WallClock;
-use crate::config::file::nearest;
+use crate::config::file::suggestion;
 use crate::config::scenario::{
     ControllerSettings, DEFAULT_CONTROLLER, PlantKind, Settings, valid_name,
 };
@@ -503,7 +503,7 @@ impl<B: ?Sized> PartType<B> {
             let names: Vec<&str> = self.keys().map(|k| k.name).collect();
             Refusal {
                 message: format!("{} has no parameter `{key}`", self.name),
-                help: suggestion(key, &names, "its parameters"),
+                help: suggestion(key, names.iter().copied(), "its parameters"),
             }
         })
     }
@@ -674,18 +674,9 @@ fn find<'a, B: ?Sized>(
         let names: Vec<&str> = others.iter().copied().chain(names).collect();
         Refusal {
             message: format!("there is no {what} `{name}`"),
-            help: suggestion(name, &names, &format!("known {what}s")),
+            help: suggestion(name, names.iter().copied(), &format!("known {what}s")),
         }
     })
-}
-
-/// Help: the nearest name, and the list of all.
-fn suggestion(word: &str, known: &[&str], title: &str) -> String {
-    let list = format!("{title}: {}", known.join(", "));
-    match nearest(word, known.iter().copied()) {
-        Some(near) => format!("did you mean `{near}`? {list}"),
-        None => list,
-    }
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ mod sets;
 mod suggest;
 
 pub use sets::Sets;
-pub use suggest::nearest;
+pub use suggest::{nearest, suggestion};
 
 use crate::config::input_files::{InputFiles, note_input};
 use crate::error::{DataError, Error, InputError};

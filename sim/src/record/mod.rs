@@ -22,6 +22,7 @@ pub mod identity;
 pub mod inputs;
 pub mod manifest;
 mod moments;
+pub mod palette;
 pub mod parquet;
 pub mod readback;
 pub mod recorder;

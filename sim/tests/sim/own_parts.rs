@@ -272,7 +272,7 @@ fn what_is_not_in_the_registry_is_refused_with_the_nearest_name() {
         assert!(all && told.contains("sample.yaml:"), "{told}");
     }
     for (controller, part) in [
-        ("{kind: pid}", "known controllers: pi"),
+        ("{kind: pid}", "did you mean `pi`"),
         ("{kpp: 1}", "did you mean `kp`"),
         ("{kp: -1}", "0…1000 1/s"),
         ("{hold: 1}", "1 is not true or false"),

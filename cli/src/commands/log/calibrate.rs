@@ -194,10 +194,10 @@ fn compared(before: &[(String, Vec<f64>)], after: &[(String, Vec<f64>)], from_s:
     let title = format!("from {} s on", from_s + AFTER_S);
     let titles = [
         title.as_str(),
-        "slope RMSE °",
+        "slope\nRMSE °",
         "bias °",
         "valid %",
-        "mass bias %",
+        "mass\nbias %",
         "at end %",
         "valid %",
     ];
@@ -217,9 +217,9 @@ fn compared(before: &[(String, Vec<f64>)], after: &[(String, Vec<f64>)], from_s:
     tables::grouped(&titles, &groups)
 }
 
-/// The parameters, those of several wheels or motors in one row: their root mean square.
+/// The parameters, a line for the name of each and one for its value; of several wheels or motors the root mean square.
 fn table(found: &[Parameter]) -> String {
-    let mut table = tables::table(["parameter", "value", "± sd", "unit", "is"]);
+    let mut rows = Vec::new();
     let numbered = |p: &Parameter| {
         let (name, number) = p.name.rsplit_once(' ')?;
         number.parse::<u32>().ok().map(|_| name.to_owned())
@@ -246,14 +246,13 @@ fn table(found: &[Parameter]) -> String {
         };
         // the rest of the sentence is in the JSON
         let is = first.meaning.split([':', ';', ',']).next();
-        table.add_row([
-            name,
+        let row = vec![
+            is.unwrap_or_default().to_owned(),
             tables::number(value),
             tables::number(mean(|p| p.sd)),
             first.unit.to_owned(),
-            is.unwrap_or_default().to_owned(),
-        ]);
+        ];
+        rows.push((name, vec![row]));
     }
-    tables::right(&mut table, 1..=2);
-    tables::lines(&table)
+    tables::grouped(&["parameter", "value", "± sd", "unit"], &rows)
 }

@@ -1,6 +1,6 @@
 //! `monorig new estimator`: a folder with an estimator of one's own, which builds, runs and is tested as it is.
 
-mod copy;
+pub(super) mod copy;
 
 use crate::command::CommandOutcome;
 use crate::ui::errors::CliError;

@@ -108,6 +108,14 @@ fn flat(value: &Value) -> BTreeMap<String, String> {
     fill(&mut all, String::new(), value);
     // a variant is named after what differs, which is shown itself
     all.remove("name");
+    // what `--set` changes in the files of a scenario stands there as pairs of path and value
+    let changed = value.get("changed").and_then(Value::as_array);
+    all.retain(|path, _| !path.starts_with("changed["));
+    for pair in changed.into_iter().flatten() {
+        if let [Some(path), Some(value)] = [0, 1].map(|i| pair.get(i).and_then(Value::as_str)) {
+            all.insert(path.to_owned(), value.to_owned());
+        }
+    }
     all
 }
 

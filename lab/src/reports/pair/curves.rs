@@ -1,4 +1,4 @@
-//! Errors and truth of two runs over time, in common plots.
+//! Errors of two runs over time, in common plots.
 
 use super::Pair;
 use crate::reports::page::Section;
@@ -7,44 +7,29 @@ use crate::reports::plot::axis::Axis;
 use crate::reports::plot::line::{Level, Line, LineChart};
 use crate::reports::plot::theme::Ink;
 use crate::reports::run::errors::{ErrorGroups, mass, slope};
-use crate::reports::run::recorded::{DEGREES, Recorded};
 use monorig_sim::error::Error;
 
 /// Colours of A and B.
 const INKS: [Ink; 2] = [Ink::Series(0), Ink::Series(1)];
 const LETTERS: [&str; 2] = ["A", "B"];
 
-/// Two sections: errors of the estimators, and what the runs were like.
-pub(crate) fn sections(pair: &Pair) -> Result<[Section; 2], Error> {
+/// Errors of the estimators.
+pub(crate) fn section(pair: &Pair) -> Result<Section, Error> {
     let mut errors = Section::new("Errors")
         .text("Estimate minus truth of the same run, where the estimator marks its value valid.");
     let slopes = [slope(&pair.a)?, slope(&pair.b)?];
     let masses = [mass(&pair.a)?, mass(&pair.b)?];
+    let mut figures = Vec::new();
     for name in pair.estimators() {
         for (axis, of) in [("slope error, °", &slopes), ("mass error, %", &masses)] {
             let lines = [0, 1].map(|i| (i, errors_of(&of[i], name)));
-            if lines.iter().all(|(_, points)| points.is_empty()) {
-                continue;
+            if lines.iter().any(|(_, points)| !points.is_empty()) {
+                figures.push((name.to_owned(), chart(name, axis, lines, true)));
             }
-            errors = errors.figure(chart(name, axis, lines, true));
         }
     }
-    let mut truth = Section::new("Truth").text("What the vehicle did in each of the runs.");
-    for (title, axis, channel, factor) in [
-        ("Speed", "speed, m/s", "truth/speed", 1.0),
-        (
-            "Slope at the IMU",
-            "slope, °",
-            "truth/grade_at_imu",
-            DEGREES,
-        ),
-        ("Total mass", "total mass, t", "truth/total_mass", 1e-3),
-    ] {
-        let of = |run: &Recorded| run.over_time(channel, factor);
-        let lines = [(0, of(&pair.a)?), (1, of(&pair.b)?)];
-        truth = truth.figure(chart(title, axis, lines, false));
-    }
-    Ok([errors, truth])
+    errors = pair.a.folding(errors, "Errors", figures);
+    Ok(errors)
 }
 
 /// Curves of one estimator; empty where it had no valid sample.
@@ -53,7 +38,13 @@ fn errors_of(all: &ErrorGroups, name: &str) -> Vec<(f64, f64)> {
     of.map_or(Vec::new(), |g| g.values.clone())
 }
 
-fn chart(title: &str, axis: &str, lines: [(usize, Vec<(f64, f64)>); 2], zero: bool) -> Figure {
+/// Lines of A (0) and B (1) over time.
+pub(super) fn chart(
+    title: &str,
+    axis: &str,
+    lines: impl IntoIterator<Item = (usize, Vec<(f64, f64)>)>,
+    zero: bool,
+) -> Figure {
     let mut chart = LineChart::new(title, Axis::linear("time, s"), Axis::linear(axis));
     let drawn = lines.into_iter().filter(|(_, points)| !points.is_empty());
     chart.lines = drawn

@@ -1,7 +1,7 @@
 //! Metrics of two runs beside each other.
 
 use super::Pair;
-use crate::metrics::{Metric, estimator_metrics, find, run_metrics};
+use crate::metrics::{Metric, estimator_metrics};
 use crate::reports::page::Section;
 use crate::reports::table::{Cell, Table};
 use crate::text::with_unit;
@@ -37,26 +37,6 @@ pub(crate) fn section(pair: &Pair) -> Section {
         })
 }
 
-/// All metrics, folded.
-pub(crate) fn all(pair: &Pair) -> Section {
-    let mut section = Section::new("All metrics");
-    for name in pair.estimators() {
-        let table = every(estimator_metrics(), of(pair, name));
-        section = section.folded(format!("Every metric of {name}"), table);
-    }
-    let runs = [&pair.a.summary.run, &pair.b.summary.run];
-    section.folded(
-        "Every metric of vehicle and controller",
-        every(run_metrics(), runs.map(Some)),
-    )
-}
-
-fn every<'a>(metrics: impl Iterator<Item = &'a Metric>, of: [Option<&FigureValues>; 2]) -> Table {
-    let mut table = Table::new(&["metric"], &["A", "B", "B minus A"]);
-    metrics.for_each(|metric| table.row(row(metric, of)));
-    table
-}
-
 fn of<'a>(pair: &'a Pair, estimator: &str) -> [Option<&'a FigureValues>; 2] {
     [&pair.a, &pair.b].map(|run| run.summary.estimators.get(estimator))
 }
@@ -72,17 +52,8 @@ fn row(metric: &Metric, of: [Option<&FigureValues>; 2]) -> [Cell; 4] {
         with_unit(metric.name, metric.unit).into(),
         Cell::number(a),
         Cell::number(b),
-        difference(metric.name, b - a),
+        Cell::difference(metric.name, b - a, b - a, b - a),
     ]
-}
-
-/// A difference, judged where one side of zero is the better one.
-fn difference(metric: &str, x: f64) -> Cell {
-    let better = find(metric).and_then(|m| m.best.less_is_better());
-    match better.filter(|_| x != 0.0 && x.is_finite()) {
-        Some(less) => Cell::number(x).judged((x < 0.0) == less),
-        None => Cell::number(x),
-    }
 }
 
 #[cfg(test)]
@@ -92,6 +63,7 @@ mod tests {
 
     #[test]
     fn a_difference_is_judged_by_what_is_better() {
+        let difference = |metric: &str, x: f64| Cell::difference(metric, x, x, x);
         assert_eq!(difference("slope_rmse_deg", -0.1).grade, Some(Grade::Held));
         assert_eq!(difference("slope_rmse_deg", 0.1).grade, Some(Grade::Failed));
         assert_eq!(

@@ -3,6 +3,7 @@
 mod changes;
 mod curves;
 mod figures;
+mod signals;
 mod two_runs;
 
 pub use two_runs::Pair;
@@ -12,11 +13,12 @@ use crate::reports::run::recorded::Recorded;
 use crate::reports::run::verdicts;
 use crate::reports::table::{Cell, Table};
 use crate::verdicts::judgement::Grade;
+use crate::verdicts::signals::SignalComparison;
 use monorig_sim::error::Error;
 
 impl Pair {
     /// Lay out the report. `links` lead from its folder to those of A and B, each empty or with a slash at its end.
-    pub fn page(&self, links: [&str; 2]) -> Result<Page, Error> {
+    pub fn page(&self, links: [&str; 2], signals: &SignalComparison) -> Result<Page, Error> {
         let [a, b] = [&self.a, &self.b].map(name);
         let mut page = Page::new(format!("{b} against {a}"));
         page.subtitle = format!("A: {a}. B: {b}. Differences are B minus A.");
@@ -24,10 +26,15 @@ impl Pair {
         page.banner = Some((changes::sentence(&changes), Grade::Unasked));
         page.sections.push(changes::section(&changes));
         page.sections.push(self.verdicts(links));
+        page.sections.push(signals::section(self, signals)?);
         page.sections.push(figures::section(self));
-        page.sections.extend(curves::sections(self)?);
-        page.sections.push(figures::all(self));
+        page.sections.push(curves::section(self)?);
         Ok(page)
+    }
+
+    /// The number of differences in what the two runs were made from, in a sentence.
+    pub fn sentence(&self) -> String {
+        changes::sentence(&changes::of(self))
     }
 
     fn verdicts(&self, links: [&str; 2]) -> Section {

@@ -1,8 +1,9 @@
 //! Two recorded runs.
 
 use crate::reports::run::recorded::Recorded;
+use crate::verdicts::run_files::CHANNELS;
 use monorig_sim::error::Error;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Two runs; A is the one that B is held against.
 pub struct Pair {
@@ -17,6 +18,11 @@ impl Pair {
             a: Recorded::read(a)?,
             b: Recorded::read(b)?,
         })
+    }
+
+    /// The files with the channels of A and B.
+    pub(super) fn channels(&self) -> [PathBuf; 2] {
+        [&self.a, &self.b].map(|run| run.folder.join(CHANNELS))
     }
 
     /// Estimators of both runs.

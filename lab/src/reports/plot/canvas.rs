@@ -19,6 +19,8 @@ const TOP: u32 = 22;
 const RIGHT: u32 = 34;
 /// Long lines are thinned to as many columns.
 const COLUMNS: usize = 480;
+/// Marks of a line beyond an edge stand so far apart, as a part of the width.
+const MARKS: f64 = 40.0;
 /// Size plotters needs to place text; the style sheet sets what is seen.
 const TEXT: f64 = 25.0 * 1.24;
 
@@ -171,6 +173,25 @@ impl<'a> Canvas<'a> {
                 _ => self.draw(&PathElement::new(piece, style)),
             }
         }
+        self.leavers(&short, ink);
+    }
+
+    /// A triangle at the edge for each stretch in which a line is above or below the axis.
+    fn leavers(&mut self, points: &[(f64, f64)], ink: Ink) {
+        let [x_low, x_high, low, high] = self.bounds();
+        let apart = (x_high - x_low) / MARKS;
+        for (edge, tip) in [(high, -1), (low, 1)] {
+            let is_out = |y: f64| if tip < 0 { y > edge } else { y < edge };
+            let mut last = f64::NEG_INFINITY;
+            for (x, _) in points.iter().filter(|p| is_out(p.1)) {
+                if (x_low..=x_high).contains(x) && x - last > apart {
+                    let corners = vec![(-9, -16 * tip), (9, -16 * tip), (0, 0)];
+                    let style = ink.rgb().filled();
+                    self.draw(&(EmptyElement::at((*x, edge)) + Polygon::new(corners, style)));
+                    last = *x;
+                }
+            }
+        }
     }
 
     /// The area between two lines: rows of x, low, high.
@@ -184,12 +205,6 @@ impl<'a> Canvas<'a> {
         for part in thin::band(&rows.collect::<Vec<_>>(), (x_low, x_high), COLUMNS) {
             self.polygon(outline(&part).collect(), ink, opacity);
         }
-    }
-
-    /// The area under steps, column by column: rows of x, low, high, two a step. It is not thinned.
-    pub(crate) fn steps(&mut self, rows: &[(f64, f64, f64)], ink: Ink, opacity: f64) {
-        let outline = outline(rows).map(|p| self.scaled(p)).collect();
-        self.polygon(outline, ink, opacity);
     }
 
     fn polygon(&mut self, outline: Vec<(f64, f64)>, ink: Ink, opacity: f64) {

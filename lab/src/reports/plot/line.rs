@@ -64,7 +64,7 @@ pub struct Happening {
 }
 
 /// The colour of what happened.
-const HAPPENING: Ink = Ink::Series(1);
+const HAPPENING: Ink = Ink::Series(3);
 /// So many names stand in the legend; more are counted.
 const NAMED: usize = 3;
 
@@ -123,6 +123,10 @@ impl Line {
 /// One value in so many may lie outside the vertical axis at each end.
 const OUTLIERS: f64 = 0.005;
 
+/// Notes on what leaves the vertical axis.
+const BAND_BEYOND: &str = "A band goes on beyond the axis.";
+const BEYOND: &str = "▲▼ at the edge: the line goes on beyond the axis.";
+
 impl LineChart {
     /// An empty chart.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
@@ -175,6 +179,15 @@ impl LineChart {
         }
         let levels = self.levels.iter().map(|l| l.value);
         let y = y.fix(seen().map(|p| p.1).chain(levels), 0.06);
+        let leaves = |mut values: Box<dyn Iterator<Item = f64> + '_>| {
+            let y = y.as_ref();
+            y.is_some_and(|y| values.any(|x| y.at(x) < y.low || y.at(x) > y.high))
+        };
+        let rows = self.bands.iter().flat_map(|band| &band.rows);
+        let notes = [
+            (leaves(Box::new(seen().map(|p| p.1))), BEYOND),
+            (leaves(Box::new(rows.flat_map(|r| [r.1, r.2]))), BAND_BEYOND),
+        ];
         let svg = canvas::draw(x, y, |c| {
             for (from, to) in self.shades.iter().flat_map(|s| &s.1) {
                 c.upright(*from, *to, Ink::Muted, 0.14);
@@ -209,7 +222,9 @@ impl LineChart {
             }
         });
         let keys = self.legend();
-        Figure::new(self.title, self.note, svg, keys)
+        let notes = notes.iter().filter(|(is, _)| *is).map(|(_, note)| *note);
+        let note: Vec<&str> = std::iter::once(self.note.as_str()).chain(notes).collect();
+        Figure::new(self.title, note.join(" ").trim(), svg, keys)
     }
 
     /// Names of the faults and events.

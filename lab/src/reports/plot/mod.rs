@@ -1,7 +1,6 @@
 //! Plots, one file per kind. All draw on the same canvas and end as a [`Figure`].
 
 pub mod axis;
-pub mod bars;
 pub mod boxes;
 pub(crate) mod canvas;
 pub mod cdf;

@@ -3,6 +3,7 @@
 //! plotters writes colours as numbers. So each role has a number that nothing else uses, and when the drawing is
 //! finished the numbers are replaced by the role's name in the style sheet.
 
+use monorig_sim::record::palette;
 use plotters::style::RGBColor;
 
 /// Colours for series; after as many, the next ones are dashed.
@@ -52,6 +53,11 @@ impl Ink {
     /// The series' colour for number `i`, however many there are.
     pub fn series(i: usize) -> Self {
         Self::Series((i % (u8::MAX - FIRST_SERIES) as usize) as u8)
+    }
+
+    /// The colour of an estimator, the same in every plot and in the viewer.
+    pub fn of_estimator(name: &str) -> Self {
+        Self::series(palette::place(name))
     }
 
     /// The colour of `x` on the scale from `from` to `to`.

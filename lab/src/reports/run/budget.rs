@@ -36,24 +36,45 @@ pub(crate) fn section(run: &Recorded) -> Result<Option<Section>, Error> {
             budget.scenario
         )));
     }
-    let mut section = Section::new("Error budget").text(format!(
-        "Root mean square errors of all samples over {} seeds, as they are and without one source of error at a time. Of sources that \
-         do not act on each other the mean squares add up; a negative share means that the error is larger without the source.",
-        budget.seeds.len()
-    ));
+    let (name, sentence) = budget.sentence(run.in_loop());
+    let mut section = Section::new("Error budget").text(sentence);
     if budget.changed {
         section = section.text(
             "Files of this run were changed before the budget was made: it is of the changed ones, not of this run.",
         );
     }
-    section = section.table(legend(&budget));
+    section = section.table(greatest(&budget, name)).text(
+        "In brackets 95 % intervals over the seeds. Of sources that do not act on each other the mean squares add up; a negative share \
+         means that the error is larger without the source.",
+    );
+    section = section.folded("The sources", legend(&budget));
     for metric in METRICS {
-        if budget.of(metric).next().is_some() {
-            section = section.table(table(&budget, metric));
+        if let Some(error) = budget.of(metric).next() {
+            let what = format!("Every estimator and source: {}", error.title());
+            section = section.folded(what, table(&budget, metric));
         }
     }
     let figures = METRICS.iter().map(|metric| figure(run, &budget, metric));
-    Ok(Some(section.figures(figures.filter(|f| f.svg.is_some()))))
+    let figures = figures.filter(|f| f.svg.is_some()).collect();
+    Ok(Some(section.folded_figures("Plots of the shares", figures)))
+}
+
+/// The sources that make most of the errors of an estimator.
+fn greatest(budget: &Budget, name: &str) -> Table {
+    let mut errors: Vec<_> = METRICS
+        .iter()
+        .flat_map(|metric| budget.of(metric))
+        .collect();
+    errors.retain(|e| e.estimator == name);
+    let titles: Vec<String> = errors.iter().map(|e| e.title()).collect();
+    let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
+    let mut table = Table::new(&["share of the mean square error"], &titles);
+    for source in budget.greatest(name) {
+        let title = budget.sources.get(source).map_or("", |s| s.name.as_str());
+        let cells = errors.iter().map(|e| e.share_words(source).into());
+        table.row(std::iter::once(title.into()).chain(cells));
+    }
+    table
 }
 
 fn legend(budget: &Budget) -> Table {
@@ -70,10 +91,6 @@ fn legend(budget: &Budget) -> Table {
 
 fn table(budget: &Budget, metric: &str) -> Table {
     let mut table = Table::new(&["estimator"], &["as it is"]);
-    table.caption = budget
-        .of(metric)
-        .next()
-        .map_or(String::new(), |e| e.title());
     for source in &budget.sources {
         let title = match source.name.as_str() {
             "excitation" => "with more excitation".to_owned(),

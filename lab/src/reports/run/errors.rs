@@ -4,11 +4,10 @@ use crate::metrics::Quantity;
 use crate::metrics::VALID;
 use crate::reports::page::Section;
 use crate::reports::plot::axis::{Axis, common_range, without_outliers};
-use crate::reports::plot::bars::Histogram;
 use crate::reports::plot::boxes::Boxes;
 use crate::reports::plot::cdf::Cdf;
 use crate::reports::plot::consistency::Consistency;
-use crate::reports::plot::line::{Band, Level, Line};
+use crate::reports::plot::line::{Band, Level, Line, LineChart};
 use crate::reports::plot::theme::Ink;
 use crate::reports::plot::{Figure, ValueGroup};
 use crate::reports::run::recorded::{DEGREES, Recorded};
@@ -27,15 +26,15 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
         true => "reference",
         false => "truth",
     };
-    Ok(Section::new("Errors")
-        .text(format!(
+    let section = Section::new("Errors").text(format!(
             "Estimate minus {truth} where the estimator marks its value valid; distributions from {after_s} s on. The slope's \
              {truth} is the grade of the track at the IMU. Metrics are taken from every estimator step, plots from the recorded rows."
-        ))
-        .figure(over_time(run, Quantity::Slope, &slope)?)
-        .figure(over_time(run, Quantity::Mass, &mass)?)
-        .figures(distributions("slope error, °", &slope, after_s))
-        .figures(distributions("mass error, %", &mass, after_s)))
+        ));
+    let section = over_time(run, section, Quantity::Slope, &slope)?;
+    let section = over_time(run, section, Quantity::Mass, &mass)?;
+    Ok(section
+        .figures(distributions(run, "slope error, °", &slope, after_s))
+        .figures(distributions(run, "mass error, %", &mass, after_s)))
 }
 
 /// Errors of the slope, °.
@@ -106,69 +105,144 @@ fn bounds(run: &Recorded, quantity: Quantity) -> Vec<Level> {
     all
 }
 
-fn over_time(run: &Recorded, quantity: Quantity, errors: &ErrorGroups) -> Result<Figure, Error> {
-    let title = format!("{} error", quantity.title());
-    let axis = format!("{} error, {}", quantity.words(), quantity.unit().0);
+/// A plot of each judged estimator with its ± 2 σ, all with one axis, and one of all others, folded away.
+fn over_time(
+    run: &Recorded,
+    section: Section,
+    quantity: Quantity,
+    errors: &ErrorGroups,
+) -> Result<Section, Error> {
+    let (main, others): (Vec<_>, Vec<_>) = errors.iter().partition(|g| run.is_main(&g.name));
     let bounds = bounds(run, quantity);
-    let mut chart = run.chart(title, Axis::linear(axis));
-    chart.bands.extend(cramer_rao(run, quantity)?);
-    let lines = errors.iter().cloned();
-    chart.lines = lines.map(|g| Line::new(g.name, g.ink, g.values)).collect();
-    let each = errors
-        .iter()
-        .filter_map(|g| without_outliers(g.values.iter().map(|v| v.1), FAR, 0.25));
-    if let Some(((low, high), cut)) = common_range(&each.collect::<Vec<_>>()) {
-        // bounds are drawn where they do not flatten the errors themselves
-        let reach = 3.0 * low.abs().max(high.abs());
-        let near: Vec<_> = bounds
-            .into_iter()
-            .filter(|b| b.value.abs() <= reach)
-            .collect();
-        let ends = near
-            .iter()
-            .fold((low, high), |(a, b), x| (a.min(x.value), b.max(x.value)));
-        chart.y = chart.y.between(ends.0.min(0.0), ends.1.max(0.0) + 1e-9);
-        if cut {
-            chart.note = "Lines are cut where the axis ends.".into();
-        }
-        chart.levels = near;
+    let bands = main.iter().map(|group| told(run, quantity, group));
+    let bands: Vec<Band> = bands.collect::<Result<_, _>>()?;
+    let range = range(&main, &bands, &bounds);
+    let mut section = section;
+    for (group, band) in main.iter().zip(bands) {
+        let title = format!("{} error: {}", quantity.title(), group.name);
+        let mut chart = chart(run, quantity, title, range, &bounds)?;
+        chart.bands.push(band);
+        chart.add(Line::new("error", group.ink, group.values.clone()));
+        section = section.figure(chart.figure());
     }
-    chart.levels.push(Level::across("", 0.0));
-    Ok(chart.figure())
+    if others.is_empty() {
+        return Ok(section);
+    }
+    let title = format!("{} error of baselines", quantity.title());
+    let mut chart = chart(
+        run,
+        quantity,
+        title,
+        self::range(&others, &[], &bounds),
+        &bounds,
+    )?;
+    for group in others {
+        chart.add(Line::new(&group.name, group.ink, group.values.clone()));
+    }
+    let what = "Error of baselines, which are not judged";
+    Ok(section.folded_figures(what, vec![chart.figure()]))
 }
 
-/// The Cramér-Rao bound of the run, as a band of two standard deviations round zero; none if the run has no such
-/// channel.
-fn cramer_rao(run: &Recorded, quantity: Quantity) -> Result<Option<Band>, Error> {
-    let Some(sd) = run.find(&format!("bound/{}", quantity.channel())) else {
-        return Ok(None);
-    };
+/// The range of these errors, and of the bands and bounds that do not flatten them.
+fn range(
+    errors: &[&ValueGroup<(f64, f64)>],
+    bands: &[Band],
+    bounds: &[Level],
+) -> Option<(f64, f64)> {
+    let each = errors.iter();
+    let each = each.filter_map(|g| without_outliers(g.values.iter().map(|v| v.1), FAR, 0.25));
+    let ((low, high), _) = common_range(&each.collect::<Vec<_>>())?;
+    let reach = REACH * low.abs().max(high.abs());
+    let near = bounds.iter().map(|b| b.value).filter(|x| x.abs() <= reach);
+    let (low, high) = near.fold((low, high), |(a, b), x| (a.min(x), b.max(x)));
+    let ends = bands.iter().filter_map(|band| {
+        let halves = band.rows.iter().map(|row| row.2);
+        Some(without_outliers(halves, USUAL, 0.1)?.1)
+    });
+    let half = ends.fold(0.0, f64::max).min(2.0 * reach);
+    let (low, high) = (low.min(-half), high.max(half));
+    Some((low.min(0.0), high.max(0.0) + 1e-9))
+}
+
+/// One half width of a band in so many may lie outside the axis.
+const USUAL: f64 = 0.1;
+/// Bounds are drawn up to so many times the errors themselves.
+const REACH: f64 = 3.0;
+
+/// An empty plot of errors with the bounds that are on its axis.
+fn chart(
+    run: &Recorded,
+    quantity: Quantity,
+    title: String,
+    range: Option<(f64, f64)>,
+    bounds: &[Level],
+) -> Result<LineChart, Error> {
+    let axis = format!("{} error, {}", quantity.words(), quantity.unit().0);
+    let mut chart = run.chart(title, Axis::linear(axis));
+    chart.lines = cramer_rao(run, quantity)?;
+    chart.y.range = range;
+    let (low, high) = range.unwrap_or_default();
+    let near = bounds.iter().filter(|b| (low..=high).contains(&b.value));
+    chart.levels = near.cloned().collect();
+    chart.levels.push(Level::across("", 0.0));
+    Ok(chart)
+}
+
+/// Two reported standard deviations round zero, where the error is drawn.
+fn told(run: &Recorded, quantity: Quantity, of: &ValueGroup<(f64, f64)>) -> Result<Band, Error> {
+    let sd = run.column(&format!("estimates/{}/{}_sd", of.name, quantity.channel()))?;
     let mass = run.column("truth/total_mass")?;
-    let rows = run.times()?.iter().zip(sd).zip(mass);
-    let rows = rows.map(|((t, sd), mass)| {
-        let half = match quantity {
-            Quantity::Mass => 2.0 * 100.0 * sd / mass,
-            _ => 2.0 * sd * DEGREES,
+    let rows = of.values.iter().zip(sd).zip(mass);
+    let rows = rows.map(|(((t, error), sd), mass)| {
+        let half = match error.is_finite() {
+            true => 2.0 * in_unit(quantity, *sd, *mass),
+            false => f64::NAN,
         };
         (*t, -half, half)
     });
-    Ok(Some(Band {
-        name: "Cramér-Rao bound, ± 2 σ".into(),
-        ink: Ink::Muted,
+    Ok(Band {
+        name: "± 2 σ".into(),
+        ink: of.ink,
         rows: rows.collect(),
-    }))
+    })
+}
+
+/// A standard deviation in the unit of the plots: of a mass as a share of it.
+fn in_unit(quantity: Quantity, sd: f64, mass: f64) -> f64 {
+    match quantity {
+        Quantity::Mass => 100.0 * sd / mass,
+        _ => sd * DEGREES,
+    }
+}
+
+/// The Cramér-Rao bound of the run, as lines two standard deviations from zero; none if the run has no such channel.
+fn cramer_rao(run: &Recorded, quantity: Quantity) -> Result<Vec<Line>, Error> {
+    let Some(sd) = run.find(&format!("bound/{}", quantity.channel())) else {
+        return Ok(Vec::new());
+    };
+    let mass = run.column("truth/total_mass")?;
+    let rows = || run.times().into_iter().flatten().zip(sd).zip(mass);
+    let line = |(name, sides): (&str, f64)| {
+        let points = rows().map(|((t, sd), mass)| (*t, sides * in_unit(quantity, *sd, *mass)));
+        Line::new(name, Ink::Text, points.collect()).faintly()
+    };
+    Ok([("Cramér-Rao bound, ± 2 σ", 2.0), ("", -2.0)]
+        .map(line)
+        .into())
 }
 
 /// One value in so many may lie outside the axis at each end.
 const FAR: f64 = 0.005;
 
-fn distributions(what: &str, errors: &ErrorGroups, after_s: f64) -> Vec<Figure> {
+/// Distributions of the errors of the judged estimators.
+fn distributions(run: &Recorded, what: &str, errors: &ErrorGroups, after_s: f64) -> Vec<Figure> {
     let from = |g: &ValueGroup<(f64, f64)>| {
         let later = g.values.iter().filter(|v| v.0 >= after_s);
         let values = later.map(|v| v.1).filter(|x| x.is_finite());
         ValueGroup::new(&g.name, g.ink, values.collect::<Vec<f64>>())
     };
-    let groups: Vec<ValueGroup<f64>> = errors.iter().map(from).collect();
+    let main = errors.iter().filter(|g| run.is_main(&g.name));
+    let groups: Vec<ValueGroup<f64>> = main.map(from).collect();
     let mut absolute = groups.clone();
     for group in &mut absolute {
         group.values.iter_mut().for_each(|x| *x = x.abs());
@@ -179,12 +253,6 @@ fn distributions(what: &str, errors: &ErrorGroups, after_s: f64) -> Vec<Figure> 
         format!("{name}: {kind}")
     };
     let mut figures = vec![
-        Histogram {
-            title: title("distribution"),
-            x: what.into(),
-            groups: groups.clone(),
-        }
-        .figure(),
         Cdf {
             title: title("share of time within a bound"),
             x: Axis::linear(format!("|{}", what.replacen(',', "|,", 1))),
@@ -207,7 +275,7 @@ pub(crate) fn consistency(run: &Recorded) -> Result<Section, Error> {
     let nees = |title: &str, what: &str, truth: &str| -> Result<Figure, Error> {
         let truth = run.column(truth)?;
         let mut groups = Vec::new();
-        for (name, _) in run.estimators() {
+        for (name, _) in run.estimators().filter(|(name, _)| run.is_main(name)) {
             let sd = run.column(&format!("estimates/{name}/{what}_sd"))?;
             let square = |i: usize, x: f64| {
                 ((x - truth[i]) / sd.get(i).copied().unwrap_or(f64::NAN)).powi(2)
@@ -225,7 +293,7 @@ pub(crate) fn consistency(run: &Recorded) -> Result<Section, Error> {
         Ok(chart.figure())
     };
     let mut nis = Vec::new();
-    for (name, ink) in run.estimators() {
+    for (name, ink) in run.estimators().filter(|(name, _)| run.is_main(name)) {
         let rows = run.over_time(&format!("estimates/{name}/nis"), 1.0)?;
         let valid = run.column(&format!("estimates/{name}/grade_valid"))?;
         let rows = rows.into_iter().zip(valid).map(|((t, x), v)| match v {

@@ -1,7 +1,7 @@
 //! Estimate against truth, one plot for each estimator and quantity.
 
 use crate::reports::page::Section;
-use crate::reports::plot::axis::Axis;
+use crate::reports::plot::axis::{Axis, without_outliers};
 use crate::reports::plot::line::{Band, Line, LineChart, stretches_without};
 use crate::reports::plot::theme::Ink;
 use crate::reports::run::recorded::{DEGREES, Recorded};
@@ -50,12 +50,13 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
         for (name, ink) in run.estimators() {
             let valid = format!("estimates/{name}/{}_valid", quantity.estimate);
             if run.column(&valid)?.contains(&1.0) {
-                figures.push(chart(run, quantity, name, ink)?.figure());
+                let chart = chart(run, quantity, name, ink)?;
+                figures.push((name.to_owned(), chart.figure()));
             } else {
                 never_valid.push(name);
             }
         }
-        section = section.figures(figures);
+        section = run.folding(section, quantity.title, figures);
         if !never_valid.is_empty() {
             let what = quantity.title.to_lowercase();
             section = section.text(format!(
@@ -99,7 +100,10 @@ fn chart(
     });
     chart.shades = Some(("not valid".into(), shades));
     let truth = run.over_time(quantity.truth, quantity.factor)?;
-    chart.y.range = range(&valid_values, &truth);
+    let halves = valid_values.iter().zip(sd).filter(|(v, _)| v.1.is_finite());
+    let halves = halves.map(|(_, sd)| 2.0 * sd * quantity.factor);
+    let half = without_outliers(halves, USUAL, 0.1).map_or(0.0, |ends| ends.1);
+    chart.y.range = range(&valid_values, &truth, half);
     chart.add(Line::new("", ink, values).faintly());
     chart.add(Line::new("estimate", ink, valid_values));
     if quantity.estimate == "grade" && effective_differs(run)? {
@@ -134,8 +138,12 @@ fn effective_differs(run: &Recorded) -> Result<bool, Error> {
         .any(|(a, b)| (a - b).abs() > MIN_DIFFERENCE_RAD))
 }
 
-/// Range of the valid values and the truth, with room around: values that are not valid may be far off.
-fn range(valid: &[(f64, f64)], truth: &[(f64, f64)]) -> Option<(f64, f64)> {
+/// One half width of a band in so many may lie outside the axis.
+const USUAL: f64 = 0.1;
+
+/// Range of the valid values and the truth, with room around for a band of this half width where it does not flatten
+/// them: values that are not valid may be far off.
+fn range(valid: &[(f64, f64)], truth: &[(f64, f64)], half: f64) -> Option<(f64, f64)> {
     let all = valid.iter().chain(truth).map(|p| p.1);
     let ends = all
         .filter(|x| x.is_finite())
@@ -145,6 +153,7 @@ fn range(valid: &[(f64, f64)], truth: &[(f64, f64)]) -> Option<(f64, f64)> {
         });
     let (low, high): (f64, f64) = ends?;
     let room = (0.3 * (high - low))
+        .max(half.min(3.0 * (high - low)))
         .max(0.03 * high.abs().max(low.abs()))
         .max(1e-6);
     Some((low - room, high + room))

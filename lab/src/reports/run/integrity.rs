@@ -7,6 +7,7 @@ use crate::reports::plot::Figure;
 use crate::reports::plot::stanford::Stanford;
 use crate::reports::plot::theme::Ink;
 use crate::reports::run::recorded::{DEGREES, Recorded};
+use crate::text::number;
 use monorig_sim::config::scenario::IntegrityLimits;
 use monorig_sim::error::Error;
 
@@ -15,15 +16,18 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     let limits = run.summary.limits;
     let section = Section::new("Integrity").text(format!(
         "Is what is marked valid right? A valid sample is misleading when its error exceeds the protection level, {} reported standard \
-         deviations, and the alert limit. Right of the diagonal of a Stanford diagram the error is beyond the protection level. Counted \
+         deviations and at most 43 % or 9°, and the alert limit. Right of the diagonal of a Stanford diagram the error is beyond the protection level. Counted \
          from the start of the run, and in every step of the estimator; drawn are the recorded rows.",
         limits.k
     ));
     let mut section = section.table(integrity([&run.summary]));
     for quantity in Quantity::ALL {
+        let mut figures = Vec::new();
         for (name, ink) in run.estimators() {
-            section = section.figures(diagram(run, quantity, name, ink, &limits)?);
+            let figure = diagram(run, quantity, name, ink, &limits)?;
+            figures.extend(figure.map(|figure| (name.to_owned(), figure)));
         }
+        section = run.folding(section, quantity.title(), figures);
     }
     Ok(section)
 }
@@ -44,26 +48,46 @@ fn diagram(
     let truth = run.column(quantity.truth_channel())?;
     let estimates = run.column(&channel)?;
     let sd = run.column(&format!("{channel}_sd"))?;
+    let (name_of_unit, factor) = quantity.unit();
     let rows = estimates.iter().zip(truth).zip(sd).zip(valid);
     let samples = rows.filter(|(_, v)| **v == 1.0).map(|(((x, t), sd), _)| {
         let unit = match quantity {
             Quantity::Mass => 100.0 / t,
             _ => DEGREES,
         };
-        ((x - t).abs() * unit, limits.k * sd * unit)
+        let protection = (limits.k * sd * unit).min(factor * quantity.max_protection());
+        ((x - t).abs() * unit, protection)
     });
     let samples: Vec<(f64, f64)> = samples.collect();
     if samples.is_empty() {
         return Ok(None);
     }
-    let (unit, factor) = quantity.unit();
+    let alert = factor * quantity.alert(limits);
+    let beyond = samples.iter().filter(|(_, protection)| *protection > alert);
+    let uncertain = beyond.count() as f64 / samples.len() as f64;
     let diagram = Stanford {
         title: format!("{}: {name}", quantity.title()),
-        unit: unit.into(),
+        note: note(run, quantity, name, uncertain),
+        unit: name_of_unit.into(),
         k: limits.k,
-        alert: factor * quantity.alert(limits),
+        alert,
         ink,
         samples,
     };
     Ok(Some(diagram.figure()))
+}
+
+/// The shares of the table above, and that of the samples that are too uncertain to use.
+fn note(run: &Recorded, quantity: Quantity, name: &str, uncertain: f64) -> String {
+    let mut all = run.summary.integrity.iter();
+    let Some(of) = all.find(|i| i.estimator == name && i.quantity == quantity) else {
+        return String::new();
+    };
+    let overconfident = of.overconfident as f64 / of.judged as f64;
+    let all = [of.share(), overconfident, uncertain].map(|x| number(100.0 * x));
+    let [misleading, overconfident, uncertain] = all;
+    format!(
+        "Of the valid samples {misleading} % mislead, {overconfident} % are further off than their k σ, and {uncertain} % have a protection \
+         level beyond the alert limit: they are too uncertain to use."
+    )
 }

@@ -29,6 +29,10 @@ pub fn page(folder: &Path, link: &str) -> Result<Page, Error> {
     });
     page.subtitle = run.why().to_owned();
     page.banner = Some(verdicts::banner(summary));
+    page.sections.extend(verdicts::failed(summary));
+    let names = run.estimators().map(|(name, _)| name);
+    let table = verdicts::overview(summary, names, run.in_loop());
+    page.sections.extend(table);
     page.sections.extend(verdicts::findings(summary));
     page.sections.push(verdicts::section(summary, replayed));
     page.sections.push(estimates::section(&run)?);

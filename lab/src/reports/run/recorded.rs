@@ -1,10 +1,12 @@
 //! The files in the folder of a run, read back.
 
+use crate::reports::page::Section;
 use crate::reports::plot::Figure;
 use crate::reports::plot::axis::Axis;
 use crate::reports::plot::line::{Happening, Line, LineChart, stretches_without};
 use crate::reports::plot::theme::Ink;
 use crate::verdicts::summary::Summary;
+use monorig_estimators::registry::{Kind, kind};
 use monorig_sim::config::file::{input_error, read_result};
 use monorig_sim::config::scenario::Settings;
 use monorig_sim::error::Error;
@@ -129,10 +131,48 @@ impl Recorded {
         serde_json::from_value(estimators).unwrap_or_default()
     }
 
-    /// Estimators in the order of their colours.
+    /// Estimators with their colours: first those that are judged, ours and the one in the loop, then the others.
     pub(crate) fn estimators(&self) -> impl Iterator<Item = (&str, Ink)> {
-        let names = self.summary.estimators.keys().enumerate();
-        names.map(|(i, name)| (name.as_str(), Ink::series(i)))
+        let names = || self.summary.estimators.keys().map(String::as_str);
+        let of = |main: bool| names().filter(move |name| self.is_main(name) == main);
+        let all: Vec<&str> = of(true).chain(of(false)).collect();
+        all.into_iter().map(|name| (name, Ink::of_estimator(name)))
+    }
+
+    /// The estimator whose output the controller gets.
+    pub(crate) fn in_loop(&self) -> Option<&str> {
+        self.manifest.resolved["in_loop"].as_str()
+    }
+
+    /// True for an estimator that is never folded away: one that is judged, one of ours, or the one in the loop. All
+    /// are, if none is judged.
+    pub(crate) fn is_main(&self, name: &str) -> bool {
+        let judged = |name: &str| !self.summary.is_for_reference(name);
+        let settings = self.estimator_settings();
+        let is = settings.get(name).map_or(name, |of| of.type_name(name));
+        let ours = matches!(kind(is), Some(Kind::Ours | Kind::Supervised));
+        let none = || !self.summary.estimators.keys().any(|name| judged(name));
+        judged(name) || ours || self.in_loop() == Some(name) || none()
+    }
+
+    /// A section with the figures of the estimators that are never folded away, and folded those of the others.
+    pub(crate) fn folding(
+        &self,
+        section: Section,
+        what: &str,
+        figures: impl IntoIterator<Item = (String, Figure)>,
+    ) -> Section {
+        let figures = figures.into_iter();
+        let (main, others): (Vec<_>, Vec<_>) = figures.partition(|(name, _)| self.is_main(name));
+        let section = section.figures(main.into_iter().map(|(_, figure)| figure));
+        let others: Vec<Figure> = others.into_iter().map(|(_, figure)| figure).collect();
+        match others.len() {
+            0 => section,
+            n => section.folded_figures(
+                format!("{what} of baselines, which are not judged: {n}"),
+                others,
+            ),
+        }
     }
 
     /// An empty chart over time, with what happened on the way.

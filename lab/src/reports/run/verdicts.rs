@@ -1,13 +1,14 @@
 //! Expectations with their verdicts, and the main figures.
 
-use crate::metrics::{Metric, VALID, estimator_metrics, run_metrics, told_sd};
+use crate::metrics::{Metric, estimator_metrics, run_metrics};
 use crate::reports::findings;
 use crate::reports::page::Section;
 use crate::reports::table::{Cell, Table};
 use crate::text::number;
 use crate::verdicts::findings::of_summaries;
 use crate::verdicts::judgement::Grade;
-use crate::verdicts::summary::{MAIN, Summary};
+use crate::verdicts::overview;
+use crate::verdicts::summary::Summary;
 use std::collections::BTreeMap;
 
 /// The outcome in a sentence.
@@ -24,14 +25,42 @@ pub(crate) fn banner(summary: &Summary) -> (String, Grade) {
     (text, judged.grade())
 }
 
-/// Table of misleading estimates, worst first; `None` without any.
+/// The checks that failed, with their reasons, and misleading estimates; `None` if all held.
+pub(crate) fn failed(summary: &Summary) -> Option<Section> {
+    let verdict = summary.verdict();
+    let mut table = Table::new(&["", "reason"], &[]);
+    for check in verdict.checks.iter().filter(|c| !c.held) {
+        table.row([Cell::from("FAILED").judged(false), check.reason().into()]);
+    }
+    (!table.rows.is_empty()).then(|| Section::new("What failed").table(table))
+}
+
+/// Misleading estimates, worst first, those of baselines folded; `None` without any.
 pub(crate) fn findings(summary: &Summary) -> Option<Section> {
     findings::of_one(of_summaries([summary]))
 }
 
-/// Verdicts and key figures.
+/// The table of the terminal.
+pub(crate) fn overview<'a>(
+    summary: &Summary,
+    names: impl Iterator<Item = &'a str>,
+    in_loop: Option<&str>,
+) -> Option<Section> {
+    let titles = overview::OVERVIEW_TITLES.map(|title| title.replace('\n', " "));
+    let titles = titles.each_ref().map(|title| title.trim());
+    let mut table = Table::new(&titles[..1], &titles[1..5]);
+    table.columns.push((titles[5].to_owned(), false));
+    for row in overview::rows(summary, names, in_loop) {
+        table.row(row.map(Cell::from));
+    }
+    let legend = overview::legend(summary, in_loop);
+    let about = format!("From {} s on. {legend}", summary.after_s);
+    (!table.rows.is_empty()).then(|| Section::new("Estimators").table(table).text(about))
+}
+
+/// Verdicts, and the figures of the run.
 pub(crate) fn section(summary: &Summary, replayed: bool) -> Section {
-    let mut section = Section::new("Verdicts and key figures");
+    let mut section = Section::new("Verdicts");
     if !summary.expectations.is_empty() {
         section = section.table(verdicts(summary));
     }
@@ -49,9 +78,6 @@ pub(crate) fn section(summary: &Summary, replayed: bool) -> Section {
     }
     if !verdict.weakened.is_empty() {
         section = section.text(format!("Weakened limits: {}.", verdict.weakened.join("; ")));
-    }
-    if !summary.estimators.is_empty() {
-        section = section.table(key_figures(summary));
     }
     // of a log nobody drove by a reference speed
     match replayed {
@@ -80,36 +106,6 @@ fn verdicts(summary: &Summary) -> Table {
 /// The value of a metric, a dash where it was not measured.
 fn of_metric(values: &BTreeMap<String, Option<f64>>, metric: &Metric) -> Cell {
     Cell::number(values.get(metric.name).copied().flatten())
-}
-
-fn key_figures(summary: &Summary) -> Table {
-    let mut table = Table::new(&["estimator"], &[]);
-    table.caption = format!(
-        "Estimators, from {} s on: errors ± 2 told standard deviations, of all samples and `…_valid` of those marked valid",
-        summary.after_s
-    );
-    let shown = estimator_metrics().filter(|m| MAIN.contains(&m.name));
-    for metric in shown.clone() {
-        table.columns.push((metric.name.to_owned(), true));
-    }
-    for (name, values) in &summary.estimators {
-        let numbers = shown.clone().map(|m| with_told(values, m));
-        table.row(std::iter::once(name.clone().into()).chain(numbers));
-    }
-    table
-}
-
-/// The value of a metric; of an error with twice the standard deviation that was told beside it.
-fn with_told(values: &BTreeMap<String, Option<f64>>, metric: &Metric) -> Cell {
-    let of = |name: &str| values.get(name).copied().flatten();
-    let sd = told_sd(metric.name).and_then(|sd| match metric.is_of_valid() {
-        true => of(&format!("{sd}{VALID}")),
-        false => of(sd),
-    });
-    match of(metric.name).zip(sd) {
-        Some((error, sd)) => format!("{} ± {}", number(error), number(2.0 * sd)).into(),
-        None => of_metric(values, metric),
-    }
 }
 
 fn of_the_run(summary: &Summary) -> Table {

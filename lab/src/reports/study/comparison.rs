@@ -8,7 +8,6 @@ use crate::reports::plot::axis::Axis;
 use crate::reports::plot::boxes::Boxes;
 use crate::reports::plot::theme::Ink;
 use crate::reports::plot::{Figure, ValueGroup};
-use crate::reports::study::paired::difference;
 use crate::reports::study::runs;
 use crate::reports::table::{Cell, Table};
 use crate::text::{number, with_unit};
@@ -43,7 +42,7 @@ pub(crate) fn page(all: &Comparison) -> Page {
             .collect::<Vec<_>>(),
         &all.reference,
     );
-    let compared = compared.join(" ");
+    let compared = compared.join(" ").replace('`', "");
     page.banner = Some(match runs - finished {
         0 => (compared, Grade::Unasked),
         n => (
@@ -55,8 +54,8 @@ pub(crate) fn page(all: &Comparison) -> Page {
     });
     let findings = findings::of_runs(&all.runs).into_iter();
     let findings: Vec<_> = findings.map(|f| (String::new(), f)).collect();
-    page.sections.extend(report_findings::section(&findings));
     page.sections.push(overview(all));
+    page.sections.extend(report_findings::section(&findings));
     for metric in names(all, |c| &c.metric) {
         page.sections.push(section(all, metric));
     }
@@ -177,7 +176,7 @@ fn section(all: &Comparison, metric: &str) -> Section {
         }
         row.extend([
             c.difference.map_or(Cell::number(None), |i| {
-                difference(metric, i.mean, i.low, i.high)
+                Cell::difference(metric, i.mean, i.low, i.high)
             }),
             words(c.difference)[1].clone(),
             Cell::number(effect(all, &c.estimator, metric)),
@@ -228,8 +227,8 @@ fn capital(text: &str) -> String {
 
 /// An estimator has the same colour in every figure of the page.
 fn inks(all: &Comparison) -> impl Iterator<Item = (&str, Ink)> {
-    let names = names(all, |c| &c.estimator).into_iter().enumerate();
-    names.map(|(i, name)| (name, Ink::series(i)))
+    let names = names(all, |c| &c.estimator).into_iter();
+    names.map(|name| (name, Ink::of_estimator(name)))
 }
 
 fn distribution(all: &Comparison, metric: &str) -> Figure {

@@ -1,6 +1,6 @@
 //! Metrics against what was drawn for each run.
 
-use crate::metrics::estimator_metrics;
+use crate::metrics::{Metric, estimator_metrics};
 use crate::reports::page::Section;
 use crate::reports::plot::axis::Axis;
 use crate::reports::plot::scatter::Scatter;
@@ -14,18 +14,21 @@ use crate::verdicts::summary::MAIN;
 use serde_json::Value;
 use std::collections::BTreeSet;
 
-/// A plot for each varied quantity and each main metric that was measured; none if nothing varied.
-pub(crate) fn section(runs: &[RunResult]) -> Option<Section> {
+/// A plot for each varied quantity and each main metric that was measured; none if nothing varied. Over the values of
+/// a grid, those of `swept`, lines go through the medians.
+pub(crate) fn section(runs: &[RunResult], swept: &[String]) -> Option<Section> {
     let names: BTreeSet<&String> = runs.iter().flat_map(|r| r.draws.keys()).collect();
     if names.is_empty() {
         return None;
     }
     let mut section = Section::new("Against what varied")
-        .text("Each dot is a run: a metric of an estimator over the value that was drawn.")
+        .text(
+            "Each dot is a run: a metric of an estimator over the value of the run. Over the values of a grid, lines join the medians.",
+        )
         .table(ranks::correlations(runs));
     for name in names {
         for metric in estimator_metrics().filter(|m| MAIN.contains(&m.name)) {
-            let figure = plot(runs, name, metric.name, metric.unit);
+            let figure = plot(runs, name, metric, swept.contains(name));
             if figure.svg.is_some() {
                 section = section.figure(figure);
             }
@@ -34,7 +37,10 @@ pub(crate) fn section(runs: &[RunResult]) -> Option<Section> {
     Some(section)
 }
 
-fn plot(runs: &[RunResult], name: &str, metric: &str, unit: &str) -> Figure {
+fn plot(runs: &[RunResult], name: &str, metric: &Metric, medians: bool) -> Figure {
+    let Metric {
+        name: metric, unit, ..
+    } = *metric;
     // numbers stand where they are, words side by side
     let words: BTreeSet<String> = runs
         .iter()
@@ -59,15 +65,31 @@ fn plot(runs: &[RunResult], name: &str, metric: &str, unit: &str) -> Figure {
     };
     let y = Axis::linear(with_unit(metric, unit));
     let mut scatter = Scatter::new(format!("{metric} over {name}"), x, y);
-    for (i, estimator) in estimators(runs).into_iter().enumerate() {
+    for estimator in estimators(runs) {
         let points = runs.iter();
         let points = points.filter_map(|r| Some((place(r)?, value(r, Some(&estimator), metric)?)));
-        let group = ValueGroup::new(&estimator, Ink::series(i), points.collect());
+        let group = ValueGroup::new(&estimator, Ink::of_estimator(&estimator), points.collect());
+        if medians {
+            let lines = ValueGroup::new("", group.ink, medians_of(&group.values));
+            scatter.lines.push(lines);
+        }
         if !group.values.is_empty() {
             scatter.groups.push(group);
         }
     }
     scatter.figure()
+}
+
+/// The median of y at each x, x rising.
+fn medians_of(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let same = sorted.chunk_by(|a, b| a.0 == b.0);
+    let median = |all: &[(f64, f64)]| {
+        let [low, high] = [all.get((all.len() - 1) / 2)?, all.get(all.len() / 2)?];
+        Some((low.0, (low.1 + high.1) / 2.0))
+    };
+    same.filter_map(median).collect()
 }
 
 /// A drawn value as it would be written.

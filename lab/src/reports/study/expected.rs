@@ -5,7 +5,6 @@ use crate::reports::plot::axis::Axis;
 use crate::reports::plot::boxes::Boxes;
 use crate::reports::plot::theme::Ink;
 use crate::reports::plot::{Figure, ValueGroup};
-use crate::reports::study::values::estimators;
 use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::ExpectationVerdict;
 
@@ -15,10 +14,9 @@ pub(crate) fn figures(runs: &[RunResult]) -> Vec<Figure> {
     let Some(first) = summaries().next() else {
         return Vec::new();
     };
-    let names = estimators(runs);
-    let ink = |estimator: &Option<String>| {
-        let place = names.iter().position(|n| Some(n) == estimator.as_ref());
-        place.map_or(Ink::Muted, Ink::series)
+    let ink = |estimator: &Option<String>| match estimator {
+        Some(name) => Ink::of_estimator(name),
+        None => Ink::Muted,
     };
     let mut kinds: Vec<(&str, &str)> = Vec::new();
     for expected in &first.expectations {

@@ -5,7 +5,6 @@ mod comparison;
 mod drawn;
 mod expected;
 mod overview;
-mod paired;
 mod ranks;
 mod read;
 mod runs;
@@ -76,8 +75,8 @@ fn of_test(tested: &TestResults, folder: &str) -> (Page, Vec<NamedPage>) {
         let mut page = Page::new(&scenario.scenario);
         let judged = scenario.judgement();
         page.banner = Some((judged.words(), judged.grade()));
-        page.sections.extend(findings::of_one(scenario.findings()));
         page.sections.push(of_scenario(scenario));
+        page.sections.extend(findings::of_one(scenario.findings()));
         (name, page)
     });
     let own = own.collect();
@@ -129,14 +128,20 @@ fn of_study(campaign: &Campaign, runs: Vec<RunResult>) -> Page {
             Grade::HeldBut,
         ),
     });
-    page.sections.extend(findings::of_one(judged.findings()));
+    let varied = drawn::section(&judged.runs, &campaign.swept());
+    let (first, last) = match campaign.swept().is_empty() {
+        true => (None, varied),
+        false => (varied, None),
+    };
+    page.sections.extend(first);
     let section = Section::new("Verdicts");
     let section = runs::verdicts(section, &judged.checks, &judged.runs);
     page.sections.push(runs::integrity(section, &judged.runs));
+    page.sections.extend(findings::of_one(judged.findings()));
     let section = Section::new("Metrics");
     page.sections.push(runs::metrics(section, &judged.runs));
     page.sections.extend(worst::section(campaign, &judged.runs));
-    page.sections.extend(drawn::section(&judged.runs));
+    page.sections.extend(last);
     page
 }
 

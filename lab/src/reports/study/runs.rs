@@ -7,8 +7,8 @@ use crate::reports::plot::axis::Axis;
 use crate::reports::plot::boxes::Boxes;
 use crate::reports::plot::theme::Ink;
 use crate::reports::plot::{Figure, ValueGroup};
+use crate::reports::study::expected;
 use crate::reports::study::values::{MetricValues, estimators};
-use crate::reports::study::{expected, paired};
 use crate::reports::table::{Cell, Table};
 use crate::text::with_unit;
 use crate::verdicts::run_result::RunResult;
@@ -31,14 +31,14 @@ pub(crate) fn integrity(section: Section, runs: &[RunResult]) -> Section {
     ))
 }
 
-/// Metrics over the runs: distributions, differences, and all numbers.
+/// Metrics over the runs: distributions, and all numbers.
 pub(crate) fn metrics(section: Section, runs: &[RunResult]) -> Section {
     if runs.len() < 2 {
         return numbers(section, runs);
     }
     let shown = estimator_metrics().filter(|m| MAIN.contains(&m.name));
     let section = section.figures(shown.map(|m| distribution(runs, m.name, m.unit)));
-    numbers(section.table(paired::differences(runs)), runs)
+    numbers(section, runs)
 }
 
 fn checks(checks: &[Check]) -> Table {
@@ -67,10 +67,10 @@ fn checks(checks: &[Check]) -> Table {
 }
 
 fn distribution(runs: &[RunResult], metric: &str, unit: &str) -> Figure {
-    let groups = estimators(runs).into_iter().enumerate();
-    let groups = groups.map(|(i, name)| {
+    let groups = estimators(runs).into_iter().map(|name| {
         let values = MetricValues::of(runs, Some(&name), metric).measured;
-        ValueGroup::new(name, Ink::series(i), values)
+        let ink = Ink::of_estimator(&name);
+        ValueGroup::new(name, ink, values)
     });
     let y = Axis::linear(with_unit(metric, unit));
     let groups = groups.filter(|g| !g.values.is_empty());

@@ -1,6 +1,6 @@
 //! Error messages of the YAML reader and serde, rewritten in plain words, with what would be right.
 
-use super::suggest::nearest;
+use super::suggest::suggestion;
 
 /// An error in plain words.
 #[derive(Debug, Default, PartialEq, Eq)]
@@ -133,11 +133,7 @@ fn choices(word: &str, known: &[String], title: &str) -> String {
     if known.is_empty() {
         return "nothing can stand here".to_owned();
     }
-    let list = format!("{title}: {}", known.join(", "));
-    match nearest(word, known.iter().map(String::as_str)) {
-        Some(near) => format!("did you mean `{near}`? {list}"),
-        None => list,
-    }
+    suggestion(word, known.iter().map(String::as_str), title)
 }
 
 fn found(what: &str) -> String {

@@ -27,6 +27,15 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .map(|(_, c)| c)
 }
 
+/// Help where a word is none of the known ones: the nearest of them, or, where none is near, all of them.
+pub fn suggestion<'a>(word: &str, known: impl IntoIterator<Item = &'a str>, title: &str) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    match nearest(word, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("{title}: {}", known.join(", ")),
+    }
+}
+
 /// Help for a file that is not there: a near name in its folder, or the folder that is missing.
 pub(super) fn beside(path: &Path) -> String {
     let folder = match path.parent() {

@@ -3,7 +3,7 @@
 use super::ScenarioFile;
 use super::wrong::{Wrong, wrong};
 use crate::config::checked::{Fraction, NonNegative, Positive};
-use crate::config::file::nearest;
+use crate::config::file::{nearest, suggestion};
 
 /// Check them.
 pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
@@ -275,10 +275,5 @@ fn expectations(file: &ScenarioFile) -> Result<(), Wrong> {
 
 /// The estimators of the scenario by name, the nearest to `name` first.
 pub(super) fn one_of_them(file: &ScenarioFile, name: &str) -> String {
-    let listed = || file.estimators.keys().map(String::as_str);
-    let all = format!("one of: {}", listed().collect::<Vec<_>>().join(", "));
-    match nearest(name, listed()) {
-        Some(near) => format!("did you mean `{near}`? {all}"),
-        None => all,
-    }
+    suggestion(name, file.estimators.keys().map(String::as_str), "one of")
 }

@@ -2,7 +2,7 @@
 
 use super::{Event, Moment, MomentOf, ScenarioFile, VehiclePart};
 use crate::config::checked::Finite;
-use crate::config::file::nearest;
+use crate::config::file::suggestion;
 use crate::rail::Place;
 
 /// The keys of a moment that name something.
@@ -107,15 +107,10 @@ fn unknown<'a>(
 ) -> (String, String) {
     let message = format!("there is no {what} `{name}`");
     let list: Vec<&str> = names.clone().collect();
-    let help = match (nearest(name, names), list.is_empty()) {
-        (Some(near), _) => format!("did you mean `{near}`? there are: {}", list.join(", ")),
-        (None, false) => format!("one of: {}", list.join(", ")),
-        (None, true) if what == "event" => {
-            "give the event a name: {name: outage, from_s: 40, …}".into()
-        }
-        (None, true) => {
-            "give an element of the track file a name: {kind: grade, name: climb, …}".into()
-        }
+    let help = match (list.is_empty(), what) {
+        (false, _) => suggestion(name, names, "one of"),
+        (true, "event") => "give the event a name: {name: outage, from_s: 40, …}".into(),
+        _ => "give an element of the track file a name: {kind: grade, name: climb, …}".into(),
     };
     (message, help)
 }

@@ -8,7 +8,7 @@ use monorig_sim::record::whole;
 use std::path::{Path, PathBuf};
 
 /// An example that is copied.
-pub(super) struct Example {
+pub(in crate::commands::new) struct Example {
     /// Its folder in the sources of monorig.
     pub folder: &'static str,
     /// Its files that are copied.
@@ -100,7 +100,7 @@ fn file_name(folder: &Path) -> Result<String, CliError> {
 }
 
 /// The folder of monorig's sources: the given one, or the nearest at or above `starts`.
-fn sources(
+pub(in crate::commands::new) fn sources(
     example: &Example,
     given: Option<&Path>,
     starts: [&Path; 2],
@@ -127,7 +127,7 @@ fn sources(
 }
 
 /// The way from a folder to monorig's sources with `/` at its end, as TOML, YAML and a shell can name it.
-fn way(from: &Path, sources: &Path) -> Result<String, CliError> {
+pub(in crate::commands::new) fn way(from: &Path, sources: &Path) -> Result<String, CliError> {
     let way = link(from, sources);
     match way
         .chars()
