@@ -11,9 +11,9 @@ use crate::filters::gaussian::Gaussian;
 use crate::models::attitude::{BIAS_X, BIAS_Y, N, PHI, THETA};
 use crate::tuning;
 
-/// The belief by the first samples, `dt` seconds long, of a vehicle (on a `road`) whose biases of accelerometer and
-/// gyro have the standard deviations `bias_sd` (m/s², rad/s). One sample says little of the pitch, at rest too: its
-/// noise is not known yet, and a vehicle may just set off. `None` until there has been an accelerometer and a wheel.
+/// The belief by the first samples, `dt` seconds long, of a vehicle (on a `road`) that stands below `standing_mps`
+/// and whose biases of accelerometer and gyro have the standard deviations `bias_sd` (m/s², rad/s). `None` until
+/// there has been an accelerometer and a wheel.
 #[allow(
     clippy::indexing_slicing,
     reason = "indices of states are constants below N"
@@ -23,7 +23,7 @@ pub fn first_belief(
     dt: Real,
     params: &AttitudeParams,
     bias_sd: [Real; 2],
-    road: bool,
+    (standing_mps, road): (Real, bool),
 ) -> Option<Gaussian<N>> {
     let [fx, fy, _] = z.specific_force_mps2?;
     let wheels = z.new_wheel_speed_mps.iter().flatten();
@@ -39,8 +39,12 @@ pub fn first_belief(
     let theta = asin((fx / GRAVITY).clamp(-steepest, steepest));
     let g_theta = GRAVITY * cos(theta);
     let phi = asin((fy / g_theta).clamp(-leaning, leaning));
-    let [on_rail, on_road] = tuning::ATTITUDE.first_acceleration_sd_mps2;
-    let v_dot = if road { on_road } else { on_rail };
+    let [standing, on_rail, on_road] = tuning::ATTITUDE.first_acceleration_sd_mps2;
+    let v_dot = match (v.abs() < standing_mps, road) {
+        (true, _) => standing,
+        (false, false) => on_rail,
+        (false, true) => on_road,
+    };
     let [bias, gyro] = bias_sd;
     let noise = params.velocity_random_walk / sqrt(dt);
     let angle = sqrt(bias * bias + v_dot * v_dot + noise * noise) / g_theta;
@@ -65,6 +69,7 @@ mod tests {
     use crate::models::attitude::{GYRO_Y, SCALE, V};
 
     const BIAS_SD: [Real; 2] = [0.05, 0.002];
+    const STANDING_MPS: Real = 0.02;
 
     /// The belief by a first step of 10 ms on this pitch and roll, rad, with these wheel speeds, m/s.
     fn belief([pitch, roll]: [Real; 2], wheels_mps: &[Real], road: bool) -> Gaussian<N> {
@@ -80,7 +85,7 @@ mod tests {
             *place = Some(*v);
         }
         let params = AttitudeParams::default();
-        first_belief(&z, 0.01, &params, BIAS_SD, road).unwrap()
+        first_belief(&z, 0.01, &params, BIAS_SD, (STANDING_MPS, road)).unwrap()
     }
 
     #[test]
@@ -99,14 +104,14 @@ mod tests {
     }
 
     /// The reading v̇ + g sin θ + b is known but for its noise and v̇: pitch and bias are uncertain, and wholly
-    /// correlated. v̇ has 1 m/s², on a road 2.5 m/s², whatever the speed.
+    /// correlated. A vehicle that stands has a v̇ of 0.02 m/s², one that runs of 1 m/s², on a road of 2.5 m/s².
     #[test]
     fn what_the_accelerometer_reads_is_known_to_its_noise_and_the_acceleration() {
         let params = AttitudeParams::default();
         let noise = params.velocity_random_walk * params.velocity_random_walk / 0.01;
         for (speed, road, v_dot) in [
-            (0.0, false, 1.0),
-            (0.019, true, 2.5),
+            (0.0, false, 0.02),
+            (0.019, true, 0.02),
             (-0.5, false, 1.0),
             (0.5, true, 2.5),
         ] {
@@ -159,7 +164,7 @@ mod tests {
     #[test]
     fn without_a_wheel_or_an_accelerometer_there_is_none() {
         let params = AttitudeParams::default();
-        let begin = |z: &Channels| first_belief(z, 0.01, &params, BIAS_SD, false).is_some();
+        let begin = |z: &Channels| first_belief(z, 0.01, &params, BIAS_SD, (0.02, false)).is_some();
         let mut z = Channels::default();
         z.new_wheel_speed_mps[1] = Some(0.0);
         assert!(!begin(&z));
