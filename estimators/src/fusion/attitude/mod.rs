@@ -279,7 +279,13 @@ impl AttitudeFilter {
 
     /// Begins with the first samples of an accelerometer that is in use.
     fn start(&mut self, z: &Channels, dt: Real) -> Option<()> {
-        self.belief = first_belief(z, dt, &self.params, self.bias_sd, self.road)?;
+        self.belief = first_belief(
+            z,
+            dt,
+            &self.params,
+            self.bias_sd,
+            (self.standing_mps, self.road),
+        )?;
         (self.started, self.starts) = (true, true);
         let moves = self.belief.x[V].abs() > self.standing_mps;
         [self.opening_s, self.young_s] = match moves {
