@@ -47,8 +47,8 @@ Examples:
 All estimators run in the same runs on the same measurements; `in_loop` stays
 what the scenario says. Differences to the reference are taken run by run; those
 of an error only on the samples that both estimators mark valid.
-± is half of the 95 % interval, a percentile bootstrap over seeds. Medians,
-intervals, shares of samples and published figures are in --csv and --json, and
+Behind an error ± is twice the mean reported standard deviation, behind a ratio
+half of its 95 % interval (percentile bootstrap over seeds). Medians, intervals, shares of samples and published figures are in --csv and --json, and
 `monorig report` makes a page of the latter.";
 
 /// Compare estimators on the same runs, or two runs signal by signal.

@@ -83,7 +83,7 @@ pub struct StressArgs {
     /// Compare with what --json wrote earlier; a cell that has become worse fails
     #[arg(long, value_name = "FILE")]
     pub against: Option<PathBuf>,
-    /// Share by which an error may be worse; shares of samples may be worse by 1 %
+    /// Share by which an error may be worse; shares of samples may be worse by one percentage point
     #[arg(long, hide_short_help = true, value_name = "SHARE", value_parser = share, default_value = "5%", requires = "against")]
     pub worse_than: f64,
     /// Largest share of valid samples that may mislead; if a condition is beyond it the exit code is 1

@@ -56,8 +56,8 @@ Examples:
 
 A scenario fails when a run does not finish, when an estimator never marks
 anything valid or marks misleading values valid, when an expectation does not
-hold in as many runs as it asks for (`quantile`; without it half of them, and
-all for the train and the controller), or when a known failure is worse than
+hold in as many runs as it requires (`quantile`: 0.6 without the key; 1 for the
+train and the controller), or when a known failure is worse than
 what is known or all of ten runs hold it. While it goes on there is a line for
 each scenario; at the end stand the reasons of those that fail, known failures
 by estimator, and the verdict. With -v every finding, every known failure and
