@@ -480,7 +480,7 @@ class Rail:
             return
         (start, old), self.last = self.last or (self.at, reading), (self.at, reading)
         first, second = math.floor(start / self.pitch), math.floor(self.at / self.pitch)
-        if not self.u or self.low == self.high == second:
+        if not self.u or self.low == self.high == second and self.at - second * self.pitch < 0.01:
             self.u = {}
             self.write(second, reading)
             self.low = self.high = second
