@@ -1,7 +1,7 @@
 """Random frames of every DBC file in the sources of cantools, with the values that cantools decodes.
 
     python interfaces/logs/tests/reference/dbc_of_cantools.py FOLDER
-    MONORIG_DBC_FOLDER=FOLDER cargo test --release -- --ignored dbc_files_of_cantools
+    MONORIG_DBC_FOLDER=FOLDER cargo test --release --tests -- --ignored dbc_files_of_cantools
 
 For each file FOLDER gets NAME.dbc, NAME.log (candump) and NAME.csv: stamp in ns, `message.signal`, value. Files that
 cantools refuses, and messages that it cannot decode, are counted and left out.
