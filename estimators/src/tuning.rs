@@ -411,7 +411,7 @@ groups! {
         turn_memory_s: Real = 2.0,
         /// Standard deviation of v̇ at the first sample, m/s²: of a vehicle that stands, of one that runs on a rail,
         /// and on a road. Chosen.
-        first_acceleration_sd_mps2: [Real; 3] = [0.1, 1.0, 2.5],
+        first_acceleration_sd_mps2: [Real; 3] = [0.02, 1.0, 2.5],
         /// Largest sines of the pitch and the roll at the start. Chosen.
         max_sines: [Real; 2] = [0.6, 0.3],
     }

@@ -278,7 +278,7 @@ class Attitude:
         theta = math.asin(clip(force[0] / G, -0.6, 0.6))
         gc = G * math.cos(theta)
         phi = math.asin(clip(force[1] / gc, -0.3, 0.3))
-        a = 0.1 if abs(v) < self.still else 2.5 if self.turn_walk else 1.0
+        a = 0.02 if abs(v) < self.still else 2.5 if self.turn_walk else 1.0
         angle = math.sqrt(p["bias"] ** 2 + a**2 + (p["vrw"] / math.sqrt(DT)) ** 2) / gc
         scale = p["scale"] / math.sqrt(len(speeds))
         sd = np.zeros(11)
@@ -480,8 +480,7 @@ class Rail:
             return
         (start, old), self.last = self.last or (self.at, reading), (self.at, reading)
         first, second = math.floor(start / self.pitch), math.floor(self.at / self.pitch)
-        if not self.u or self.low == self.high == second and self.at - second * self.pitch < 0.01:
-            self.u = {}
+        if not self.u:
             self.write(second, reading)
             self.low = self.high = second
             return

@@ -138,7 +138,7 @@ class Supervised:
     def __init__(self, method, cutoff, rate, settle, way=Rails):
         self.att, self.rail, self.method, self.samples = Attitude(True, 0.4 * way.standstill, way.side, way.turn_walk), Rail(), method, Samples(cutoff, rate, settle)
         self.way, self.bend = way, Bend(cutoff)
-        self.read_sd, self.waiting, self.late, self.curvature, self.run = 0.0, [], 0.0, 0.0, 0.0
+        self.read_sd, self.waiting, self.late, self.curvature = 0.0, [], 0.0, 0.0
         self.age, self.gone, self.back, self.pitch_rate = 1.0, 0.0, 0.0, 0.0
         self.sine, self.variance, self.square, self.blind = 0.0, 0.0, 1.0, 0.0
         self.met = {"waits": 0, "judged": 0, "alone": 0, "worse than calm": 0, "used": 0, "goes back blind": 0, "without IMU": 0}
@@ -178,10 +178,8 @@ class Supervised:
         assert self.rail.doubt < 0.5, "the oracle never loses its place"
         readable = att.sum_sd < 0.02 and math.sqrt(att.b.P[V, V]) < 0.1
         self.rail.step(att.v * DT, [math.sin(att.b.x[TH]) + att.b.x[BX] / G, bend] if readable else None)
-        self.run += abs(att.v) * DT
         if readable:
-            kept = self.read_sd * math.exp(-abs(att.v) * DT / 20.0) if self.run > 0.1 else 0.0
-            self.read_sd = max(unusual(att.sum_sd), kept)
+            self.read_sd = max(unusual(att.sum_sd), self.read_sd * math.exp(-abs(att.v) * DT / 20.0))
             self.met["worse than calm"] += att.sum_sd > 0.003
 
     def next(self, z, net, running):

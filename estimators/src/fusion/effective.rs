@@ -86,7 +86,7 @@ impl EffectiveGrade {
         {
             return;
         }
-        (self.age_s, self.way_m, self.looked) = (0.0, 0.0, rail.is_known());
+        (self.age_s, self.way_m, self.looked) = (0.0, 0.0, true);
         let means = train.at(rail, rail.here());
         let behind = mass.behind(&means);
         if self.back_m > 0.0 {

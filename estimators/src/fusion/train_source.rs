@@ -104,8 +104,6 @@ pub struct TrainSource {
     brake: Real,
     /// Standard deviation of what was read under the train, beyond that of a calm instrument.
     read_sd: Real,
-    /// Way since the start, m.
-    gone_m: Real,
     plausibility: Plausibility,
 }
 
@@ -136,7 +134,6 @@ impl TrainSource {
             torques: TorqueMonitor::new(vehicle, torque, monitored),
             brake: 0.0,
             read_sd: 0.0,
-            gone_m: 0.0,
             plausibility: Plausibility::new(integrity.plausibility, uses, standstill_mps),
         }
     }
@@ -197,18 +194,10 @@ impl TrainSource {
             0.0
         };
         let u = self.attitude.pitch_sine() + attitude.bias_mps2 / GRAVITY;
-        if self.attitude.has_just_started() {
-            self.gone_m = 0.0;
-        }
-        self.gone_m += v.abs() * dt;
         let readable = attitude.sum_sd < tuning::SOURCE.read_sum_sd
             && attitude.speed_sd_mps < tuning::SOURCE.max_speed_sd_mps;
         if readable {
-            // Rail is behind the train once it has gone from the first node of the memory to the next.
-            let kept = match self.gone_m > tuning::MEMORY.min_pitch_m {
-                true => self.read_sd * exp(-v.abs() * dt / tuning::SOURCE.read_m),
-                false => 0.0,
-            };
+            let kept = self.read_sd * exp(-v.abs() * dt / tuning::SOURCE.read_m);
             self.read_sd = unusual_sd(attitude.sum_sd).max(kept);
         }
         self.brake += dt / (tuning::SOURCE.brake_lag_s + dt) * (reading.brake - self.brake);
@@ -285,7 +274,7 @@ fn unusual_sd(sum_sd: Real) -> Real {
     sqrt((sum_sd * sum_sd - tuning::SOURCE.calm_sum_sd * tuning::SOURCE.calm_sum_sd).max(0.0))
 }
 
-state!(TrainSource { plausibility, bends, attitude, torques, brake, read_sd, gone_m; standstill_mps, air, max_sum_sd });
+state!(TrainSource { plausibility, bends, attitude, torques, brake, read_sd; standstill_mps, air, max_sum_sd });
 
 #[cfg(test)]
 mod tests {

@@ -159,8 +159,7 @@ impl RailMemory {
     }
 
     /// Moves on by `way_m` and reads `now` = [u, curvature] there; `None` if it cannot be read. Nodes passed meanwhile
-    /// are filled by a straight line, once there is something to read again. The first node is written anew while
-    /// the train stands there: the longer it stands, the better it is read.
+    /// are filled by a straight line, once there is something to read again.
     pub fn step(&mut self, way_m: Real, now: Option<[Real; 2]>) {
         self.here = self.ahead(self.here, way_m);
         // What was read before goes out of the memory as the train runs on.
@@ -173,10 +172,7 @@ impl RailMemory {
             .unwrap_or((self.here, now));
         let (from, to) = (start.node, self.here.node);
         let whole = (to - from) as Real * self.pitch_m + self.here.rest_m - start.rest_m;
-        let stands = self.here.rest_m < 0.1 * tuning::MEMORY.min_pitch_m;
-        if self.known.is_none_or(|known| stands && known == [to; 2])
-            || (to - from).abs() > tuning::MEMORY.nodes as i64
-        {
+        if self.known.is_none() || (to - from).abs() > tuning::MEMORY.nodes as i64 {
             self.write(to, now);
         } else if to > from {
             // Nodes passed forwards: from + 1 … to.
@@ -196,7 +192,7 @@ impl RailMemory {
         let room = tuning::MEMORY.nodes as i64;
         let seen = self
             .known
-            .is_some_and(|[low, high]| low < high && (low..=high).contains(&node));
+            .is_some_and(|[low, high]| (low..=high).contains(&node));
         let near = self
             .known
             .filter(|[low, high]| node >= low - 1 && node <= high + 1);

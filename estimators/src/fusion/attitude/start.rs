@@ -12,8 +12,7 @@ use crate::models::attitude::{BIAS_X, BIAS_Y, N, PHI, THETA};
 use crate::tuning;
 
 /// The belief by the first samples, `dt` seconds long, of a vehicle (on a `road`) that stands below `standing_mps`
-/// and whose biases of accelerometer and gyro have the standard deviations `bias_sd` (m/s², rad/s). One sample of a
-/// vehicle that stands says no more than its noise allows, which may be larger than that of the sheet. `None` until
+/// and whose biases of accelerometer and gyro have the standard deviations `bias_sd` (m/s², rad/s). `None` until
 /// there has been an accelerometer and a wheel.
 #[allow(
     clippy::indexing_slicing,
@@ -105,14 +104,14 @@ mod tests {
     }
 
     /// The reading v̇ + g sin θ + b is known but for its noise and v̇: pitch and bias are uncertain, and wholly
-    /// correlated. A vehicle that stands has a v̇ of 0.1 m/s², one that runs of 1 m/s², on a road of 2.5 m/s².
+    /// correlated. A vehicle that stands has a v̇ of 0.02 m/s², one that runs of 1 m/s², on a road of 2.5 m/s².
     #[test]
     fn what_the_accelerometer_reads_is_known_to_its_noise_and_the_acceleration() {
         let params = AttitudeParams::default();
         let noise = params.velocity_random_walk * params.velocity_random_walk / 0.01;
         for (speed, road, v_dot) in [
-            (0.0, false, 0.1),
-            (0.019, true, 0.1),
+            (0.0, false, 0.02),
+            (0.019, true, 0.02),
             (-0.5, false, 1.0),
             (0.5, true, 2.5),
         ] {
