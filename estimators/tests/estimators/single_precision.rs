@@ -131,8 +131,8 @@ fn strays_little(steps: usize) {
 }
 
 /// Least squares for two parameters of scales as in `ffrls` written in N and kg: regressors of 10⁴ and 1, hardly
-/// excited. In square-root form, or with the covariance as the recursion is written in books: the smallest eigenvalue of the scaled covariance met in any step and the error of the first
-/// parameter at the end, in its units.
+/// excited. In square-root form, or with the covariance as the recursion is written in books: the smallest eigenvalue
+/// of the scaled covariance met in any step, the refused steps, and the error of the first parameter at the end.
 macro_rules! long_regression {
     ($crate_name:ident, $real:ty, $square_root:expr) => {{
         use $crate_name::filters::{forgetting::Forgetting, gaussian::Gaussian, rls::Rls};

@@ -1,5 +1,5 @@
-//! Assignment of an FMU's variables to our inputs and outputs, by name or by the `map` of the scenario. This file has the
-//! ports of an estimator; the controller has its ports beside it.
+//! Assignment of an FMU's variables to our inputs and outputs, by name or by the `map` of the scenario. This file has
+//! the ports of an estimator; the controller has its ports beside it.
 
 use super::calls::Fmu;
 use super::description::{BaseUnit, Description, Kind, Variable};
