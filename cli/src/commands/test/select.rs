@@ -4,57 +4,79 @@ use crate::arguments::Out;
 use crate::ui::note::note;
 use monorig_sim::record::whole;
 use std::collections::BTreeSet;
+use std::iter::Peekable;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// Texts in the name of a scenario, with `not`, `and` and `or`: of the alternatives one must fit with all its terms.
+/// Texts in the name of a scenario, with `not`, `and`, `or` and parentheses; an expression that can be read.
 #[derive(Clone, Debug)]
-pub struct NameFilter {
-    /// The expression as it was written.
-    text: String,
-    /// For each alternative its terms: true if the name must have the text.
-    alternatives: Vec<Vec<(bool, String)>>,
-}
+pub struct NameFilter(String);
+
+/// Words and parentheses of an expression.
+type Tokens<'a> = Peekable<std::vec::IntoIter<&'a str>>;
 
 impl FromStr for NameFilter {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let term = |term: &str| {
-            let term = term.trim();
-            let (wanted, name) = match term.strip_prefix("not ") {
-                Some(name) => (false, name.trim()),
-                None => (true, term),
-            };
-            let is_word = !["", "and", "or", "not"].contains(&name);
-            (is_word && !name.contains([' ', '(', ')'])).then(|| (wanted, name.to_lowercase()))
-        };
-        let alternatives = text
-            .split(" or ")
-            .map(|all| all.split(" and ").map(term).collect());
-        let alternatives: Option<Vec<Vec<(bool, String)>>> = alternatives.collect();
-        let wrong =
-            || "write texts with `and`, `or`, `not`: \"liu2023 and not vehicle\"".to_owned();
-        let text = text.to_owned();
-        alternatives
-            .map(|alternatives| Self { text, alternatives })
-            .ok_or_else(wrong)
+        let filter = Self(text.to_owned());
+        filter.value("").map(|_| filter.clone()).ok_or_else(|| {
+            "write texts with `and`, `or`, `not` and parentheses: \"liu2023 and not (vehicle or load)\"".to_owned()
+        })
     }
 }
 
 impl NameFilter {
     /// The expression as it was written.
     pub(super) fn text(&self) -> &str {
-        &self.text
+        &self.0
     }
 
     /// True for the file of a scenario whose name fits, in letters of either case.
     pub(super) fn fits(&self, file: &Path) -> bool {
         let stem = file.file_stem().unwrap_or_default();
-        let name = stem.to_string_lossy().to_lowercase();
-        let fits = |(wanted, text): &(bool, String)| name.contains(text) == *wanted;
-        let mut alternatives = self.alternatives.iter();
-        alternatives.any(|all| all.iter().all(fits))
+        self.value(&stem.to_string_lossy()) == Some(true)
+    }
+
+    /// Value of the expression for a name; `None` if it cannot be read.
+    fn value(&self, name: &str) -> Option<bool> {
+        let spaced = self
+            .0
+            .to_lowercase()
+            .replace('(', " ( ")
+            .replace(')', " ) ");
+        let words: Vec<&str> = spaced.split_whitespace().collect();
+        let mut tokens = words.into_iter().peekable();
+        let value = alternatives(&mut tokens, &name.to_lowercase())?;
+        tokens.next().is_none().then_some(value)
+    }
+}
+
+/// Value of terms with `or`, which binds less than `and`.
+fn alternatives(tokens: &mut Tokens, name: &str) -> Option<bool> {
+    let mut value = all(tokens, name)?;
+    while tokens.next_if_eq(&"or").is_some() {
+        value |= all(tokens, name)?;
+    }
+    Some(value)
+}
+
+/// Value of terms with `and`.
+fn all(tokens: &mut Tokens, name: &str) -> Option<bool> {
+    let mut value = term(tokens, name)?;
+    while tokens.next_if_eq(&"and").is_some() {
+        value &= term(tokens, name)?;
+    }
+    Some(value)
+}
+
+/// Value of a text, of a term behind `not`, or of what parentheses enclose.
+fn term(tokens: &mut Tokens, name: &str) -> Option<bool> {
+    match tokens.next()? {
+        "not" => term(tokens, name).map(|value| !value),
+        "(" => alternatives(tokens, name).filter(|_| tokens.next() == Some(")")),
+        "and" | "or" | ")" => None,
+        text => Some(name.contains(text)),
     }
 }
 
@@ -126,10 +148,24 @@ mod tests {
             ("hill or liu and section", "hill.yaml", true),
             ("hill or liu and section", "liu2023_vehicle.yaml", false),
             ("not hill", "dale.yaml", true),
+            ("(hill or liu) and section", "hill.yaml", false),
+            ("(hill or liu) and section", "liu2023_section1.yaml", true),
+            ("not (hill or dale)", "dale.yaml", false),
+            ("not not hill and not(dale)", "hill.yaml", true),
         ] {
             assert_eq!(fits(expression, name), expected, "{expression} {name}");
         }
-        for wrong in ["", "a and", "not", "(a or b)", "a b", "or a", "a or not "] {
+        for wrong in [
+            "",
+            "a and",
+            "not",
+            "(a or b",
+            "a or b)",
+            "()",
+            "a b",
+            "or a",
+            "a or not ",
+        ] {
             assert!(NameFilter::from_str(wrong).is_err(), "{wrong}");
         }
     }
