@@ -131,10 +131,7 @@ fn nothing_to_test_is_an_error() {
     let dir = with(&[("one", quick(HOLDS))]);
     std::fs::create_dir(dir.path("empty")).unwrap();
     for (arguments, says) in [
-        (
-            &["test", "empty"][..],
-            "there is no scenario in this folder",
-        ),
+        (&["test", "empty"][..], "this folder has no scenario"),
         (
             &["test", "all", "--filter", "xyz"],
             "`xyz` fits the name of none of 1 scenarios",

@@ -43,7 +43,7 @@ impl Progress for Told {
 
     fn trial(&self, trial: &Trial, best: Option<&Trial>, budget: usize) -> bool {
         let n = trial.trial + 1;
-        let best = best.map_or("none good yet".to_owned(), |b| {
+        let best = best.map_or("no good trial yet".to_owned(), |b| {
             format!("best loss {:.4}", b.loss())
         });
         self.tell(

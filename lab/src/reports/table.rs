@@ -6,7 +6,7 @@ use crate::text::number;
 use crate::verdicts::judgement::Grade;
 use maud::{Markup, PreEscaped, html};
 
-/// A table. Columns of numbers stand to the right.
+/// A table. Aligns columns of numbers to the right.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
     /// Caption above the table; may be empty.

@@ -40,7 +40,7 @@ impl StressRun {
     /// Takes from a result what a matrix needs.
     pub(crate) fn of(condition: &str, given: String, result: RunResult) -> Self {
         let unfinished = !result.finished() && result.error.is_none();
-        let unfinished = unfinished.then(|| "it did not come to its end".to_owned());
+        let unfinished = unfinished.then(|| "the run did not finish".to_owned());
         let all = result.summary.into_iter().flat_map(|s| s.estimators);
         let wanted = Quantity::ALL.map(metrics).concat();
         let figures = |all: BTreeMap<String, Option<f64>>| {

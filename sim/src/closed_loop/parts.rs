@@ -50,7 +50,7 @@ pub fn estimators(
             .map_err(|w| scenario.error(at, w.message, w.help))?;
         if let Some(bad) = bad_internal(&estimator) {
             let message = format!("it shows a quantity called {bad:?}");
-            let help = "a name of its own for each, without slashes and control characters";
+            let help = "give each result its own name, without slashes and control characters";
             return Err(scenario.error(format!("estimators.{name}"), message, help));
         }
         let mut running = RunningEstimator::new(name, estimator);

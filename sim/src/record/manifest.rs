@@ -216,7 +216,7 @@ fn damaged(path: &Path, message: &str) -> Error {
         column: None,
         key: String::new(),
         message: message.into(),
-        help: "make it again with `monorig run`".into(),
+        help: "make the result again with `monorig run`".into(),
     }
     .into()
 }

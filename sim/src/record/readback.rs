@@ -175,7 +175,7 @@ fn broken(path: &Path, what: impl ToString) -> Error {
         column: None,
         key: String::new(),
         message: format!("this file of channels cannot be read: {}", what.to_string()),
-        help: "make it again with `monorig run`".into(),
+        help: "make the result again with `monorig run`".into(),
     }
     .into()
 }

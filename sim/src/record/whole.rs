@@ -47,7 +47,7 @@ pub fn create(path: &Path) -> Result<File, Error> {
     file.map_err(|source| at(path, source))
 }
 
-/// Write a whole file. What stands in its place is replaced if it is a file; a link, a device or a folder is refused.
+/// Write a whole file. What stands in its place is replaced if this is a file; a link, a device or a folder is refused.
 pub fn write(place: &Path, bytes: &[u8]) -> Result<(), Error> {
     replaceable(place)?;
     let partial = partial(place);

@@ -1,4 +1,4 @@
-//! Scenarios of a test that are chosen by their names, or because they failed the last time.
+//! Selection of the scenarios of a test: by name, or because they failed the last time.
 
 use crate::arguments::Out;
 use crate::ui::note::note;
@@ -7,12 +7,12 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// Texts in the name of a scenario, with `not`, `and` and `or`: of the alternatives one must fit with all its terms.
+/// Texts in the name of a scenario, with `not`, `and` and `or`: all terms of one alternative must fit.
 #[derive(Clone, Debug)]
 pub struct NameFilter {
     /// The expression as it was written.
     text: String,
-    /// For each alternative its terms: true if the name must have the text.
+    /// Terms of each alternative: true if the name must have the text.
     alternatives: Vec<Vec<(bool, String)>>,
 }
 
@@ -48,7 +48,7 @@ impl NameFilter {
         &self.text
     }
 
-    /// True for the file of a scenario whose name fits, in letters of either case.
+    /// True if the name of a scenario's file fits, in upper or lower case.
     pub(super) fn fits(&self, file: &Path) -> bool {
         let stem = file.file_stem().unwrap_or_default();
         let name = stem.to_string_lossy().to_lowercase();
@@ -58,7 +58,7 @@ impl NameFilter {
     }
 }
 
-/// Scenarios that failed when they were tested last, a path a line in a file of the folder for results.
+/// Scenarios that failed in their last test: a file in the folder for results with a path in each line.
 pub(super) struct LastFailed {
     file: PathBuf,
     paths: BTreeSet<PathBuf>,
@@ -78,7 +78,8 @@ impl LastFailed {
         self.paths.contains(&place(scenario))
     }
 
-    /// Puts scenarios that failed into the list, takes out those that held, and writes it. Others stay as they were.
+    /// Adds failed scenarios to the list, removes scenarios that held, and writes the list. Scenarios that were not
+    /// tested stay.
     pub(super) fn update<'a>(mut self, tested: impl Iterator<Item = (&'a Path, bool)>) {
         let before = self.paths.clone();
         for (path, held) in tested {
@@ -96,12 +97,14 @@ impl LastFailed {
         let made = std::fs::create_dir_all(folder).map_err(|e| e.to_string());
         let write = || whole::write(&self.file, text.as_bytes()).map_err(|e| e.to_string());
         if let Err(why) = made.and_then(|()| write()) {
-            note(&format!("--lf will not know what failed: {why}"));
+            note(&format!(
+                "the next --lf cannot know the failed scenarios: {why}"
+            ));
         }
     }
 }
 
-/// The scenario's path wherever the next command is given.
+/// Path of the scenario, valid in every current folder.
 fn place(scenario: &Path) -> PathBuf {
     scenario.canonicalize().unwrap_or_else(|_| scenario.into())
 }

@@ -153,7 +153,7 @@ pub fn serve_can(
     let broken = |e: io::Error| {
         Refusal::new(
             format!("the CAN bus `{interface}`: {e}"),
-            "a bus that works",
+            "check the bus or the address",
         )
     };
     let mut ecu = Ecu::new(numbers);

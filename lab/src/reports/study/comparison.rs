@@ -267,7 +267,7 @@ fn left_out(all: &Comparison) -> Section {
     let mut table = Table::new(&["seed", "why"], &[]);
     for run in all.runs.iter().filter(|r| !r.finished()) {
         let why = run.error.as_deref();
-        let why = why.unwrap_or("it did not come to its end");
+        let why = why.unwrap_or("the run did not finish");
         table.row([run.seed.to_string().into(), why.into()]);
     }
     Section::new("Left out").table(table)

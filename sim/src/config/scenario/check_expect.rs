@@ -26,7 +26,7 @@ fn event_names(file: &ScenarioFile) -> Result<(), Wrong> {
             return wrong(
                 key,
                 format!("another event or point of the speed reference is called `{name}` already"),
-                "a name of its own for each",
+                "give each result its own name",
             );
         }
         names.push(name);

@@ -52,10 +52,10 @@ pub enum Way {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum SignalNumbers {
-    /// Fixed-point numbers of 24 bits, as buses have them.
+    /// Fixed-point numbers of 24 bits, as usual on a bus.
     #[default]
     Fixed,
-    /// Floating-point numbers of 64 bits, which round nothing.
+    /// Floating-point numbers of 64 bits, without rounding.
     Float,
 }
 

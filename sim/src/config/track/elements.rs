@@ -369,7 +369,7 @@ pub(super) fn name_taken(path: &str, name: &str) -> DataError {
     DataError::new(
         format!("{path}.name"),
         format!("another element is called `{name}` already"),
-        "a name of its own for each element",
+        "give each result its own name element",
     )
 }
 
