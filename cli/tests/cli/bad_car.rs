@@ -36,7 +36,7 @@ steering_angle: {sampling: {rate_hz: 100}, errors: {noise_sd: 0.001}}
 #[rustfmt::skip] // a table
 const CASES: &[(&str, &str, &str, &[&str])] = &[
     ("car.yaml", "car: road", "train: train.yaml\ncar: road", &["car.yaml:5:6: car:", "keep one of them"]),
-    ("car.yaml", "car: road/hongqi_ehs3.yaml\n", "", &["nothing runs in this scenario", "`car: "]),
+    ("car.yaml", "car: road/hongqi_ehs3.yaml\n", "", &["this scenario has no vehicle", "`car: "]),
     ("car.yaml", "hongqi_ehs3", "hongqi_ehs9", &["car.yaml:4:6: car:", "hongqi_ehs3"]),
     ("car.yaml", "track: road.yaml", "track: track.yaml", &["car.yaml:3:8: track:", "road_width_m"]),
     ("car.yaml", "car: road/hongqi_ehs3.yaml", "train: train.yaml", &["track:", "`profile`"]),

@@ -136,12 +136,12 @@ fn nothing_to_test_is_an_error() {
             &["test", "all", "--filter", "xyz"],
             "`xyz` fits the name of none of 1 scenarios",
         ),
-        (&["test", "nowhere"], "there is no such file"),
+        (&["test", "nowhere"], "this file does not exist"),
         (
             &["test", "all", "--seeds", "4..1"],
             "write the smaller end first",
         ),
-        (&["test"], "there is no such file"),
+        (&["test"], "this file does not exist"),
     ] {
         let told = dir.refused(arguments);
         assert!(told.contains(says), "{told}");
@@ -324,7 +324,7 @@ fn a_known_failure_is_shown_and_not_red_until_it_is_worse_or_holds() {
     for (known, says) in [
         (
             "{estimator: attitude, metric: slope_rmse_deg, no_worse_than: 1, why: x}",
-            "there is no such bound in `expect`",
+            "`expect` has no bound of this estimator and metric",
         ),
         (
             "{estimator: attitude, metric: mass_availability, no_worse_than: 0.5, why: x}",

@@ -10,7 +10,7 @@ pub struct AidStatus {
     pub innovation: Real,
     /// Variance of that by the filter's own account.
     pub innovation_variance: Real,
-    /// Innovation squared over variance, over the gate's threshold: above 1 the gate acts. 0 where there is no gate.
+    /// Innovation squared over variance and over the gate's threshold: above 1 the gate acts. 0 where there is no gate.
     pub test_ratio: Real,
     /// Outcome: fused, deweighted, rejected or stale.
     pub outcome: AidOutcome,

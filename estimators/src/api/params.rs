@@ -29,7 +29,7 @@ pub enum KeyKind {
         /// Smallest and largest value allowed.
         range: [Real; 2],
     },
-    /// Yes or no.
+    /// True or false.
     Flag {
         /// Value when not set.
         default: bool,
@@ -48,7 +48,7 @@ pub enum KeyKind {
 pub enum Setting<'a> {
     /// A number, in the unit of the key.
     Number(Real),
-    /// Yes or no.
+    /// True or false.
     Flag(bool),
     /// A word.
     Choice(&'a str),

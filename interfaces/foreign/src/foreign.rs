@@ -115,7 +115,7 @@ impl Foreign {
             };
             return Err(Refusal::new(
                 format!("{} refuses to build `{name}`: {why}", library.at),
-                "a vehicle and parameters that this estimator can be built for",
+                "use a vehicle and parameters for which this estimator can be built",
             ));
         }
         let mut built = Self {

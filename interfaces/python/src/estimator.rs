@@ -319,7 +319,7 @@ impl Estimator {
         }
         let built = registry::build(name, &vehicle.0, settings());
         Ok(Self {
-            estimator: built.map_err(|e| refused(e, "values that fit this vehicle"))?,
+            estimator: built.map_err(|e| refused(e, "use values that fit this vehicle"))?,
             drives: vehicle.0.drives,
         })
     }

@@ -71,7 +71,7 @@ impl MassBound {
         }
     }
 
-    /// A step of the plant later.
+    /// Called after each step of the plant.
     pub(crate) fn step(&mut self, truth: &Truth, vehicle: &Vehicle, gravity: f64) {
         if self.mass_kg.is_nan() {
             self.start_m = truth.chainage_m;

@@ -179,7 +179,7 @@ pub(crate) struct Term {
     /// Measured from here, s.
     #[serde(default = "after_s")]
     pub(crate) after_s: NonNegative,
-    /// Measured to here, s; none = to the end.
+    /// End of the window, s; none = to the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) until_s: Option<Positive>,
     /// Its share in the loss.
@@ -210,7 +210,7 @@ pub(crate) struct Constraint {
     /// Measured from here, s.
     #[serde(default = "after_s")]
     pub(crate) after_s: NonNegative,
-    /// Measured to here, s; none = to the end.
+    /// End of the window, s; none = to the end.
     pub(crate) until_s: Option<Positive>,
     /// Upper bound.
     pub(crate) at_most: Option<Finite>,
@@ -356,12 +356,12 @@ impl TuningStudy {
         if let Some((name, found)) = part("fmu", &file.fmu)? {
             if key == "library" {
                 let why = "an estimator is in a library or in an FMU, not in both";
-                return Err(document.error("fmu", why, "keep one of the two"));
+                return Err(document.error("fmu", why, "keep only one of the two"));
             }
             (key, untuned) = ("fmu", untuned.in_fmu(&name, found));
         }
         if !file.map.is_empty() && file.fmu.is_none() {
-            let why = "`map` gives the names in an FMU, and `fmu` names none";
+            let why = "`map` needs `fmu`: it gives the names in an FMU";
             return Err(document.error("map", why, "remove it, or name the FMU"));
         }
         untuned.map = file.map.clone();

@@ -137,7 +137,7 @@ fn range(r: &Range) -> Result<(), (&'static str, Refusal)> {
                 "",
                 wrong(
                     "`choices` leave no room for `from`, `to`, `scale` or `integer`",
-                    "keep one of the two",
+                    "keep only one of the two",
                 ),
             ));
         }

@@ -274,7 +274,7 @@ fn known_failures(scenario: &Scenario) -> Result<(), Error> {
             return Err(scenario.error(
                 format!("known_failures[{}]", known.entry),
                 format!("nothing bounds `{}` here", known.metric),
-                "`estimator` and `metric` of a bound, or leave it out",
+                "use `estimator` and `metric` of a bound, or remove this known failure",
             ));
         }
     }

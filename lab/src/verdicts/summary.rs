@@ -76,9 +76,9 @@ pub struct ExpectationVerdict {
     pub metric: String,
     /// The time it is measured over, in words, such as ` from 5 s`; empty for the whole run.
     pub window: String,
-    /// Measured from here, s; none = from the start.
+    /// Begin of the window, s; none = from the start.
     pub after_s: Option<f64>,
-    /// Measured to here, s; none = to the end.
+    /// End of the window, s; none = to the end.
     pub until_s: Option<f64>,
     /// Upper bound.
     pub at_most: Option<f64>,
@@ -96,7 +96,7 @@ pub struct ExpectationVerdict {
     /// Why it is known not to hold, if it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub known_failure: Option<String>,
-    /// A value beyond this is worse than what is known.
+    /// Bound of the known failure: a value beyond it is worse than known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_worse_than: Option<f64>,
 }

@@ -121,7 +121,7 @@ fn a_program_that_loads_no_libraries_says_so() {
     let refused = refused.err().unwrap().to_string();
     has(
         &refused,
-        &["this program runs no estimators or controllers of others"],
+        &["this program does not run foreign estimators or controllers"],
     );
 }
 

@@ -131,7 +131,7 @@ impl Plan {
             map.error(
                 "nominal",
                 e.to_string(),
-                "values that the data sheet of a vehicle can have",
+                "use values that the data sheet of a vehicle can have",
             )
         })?;
         Ok(Self {

@@ -316,7 +316,8 @@ impl<'a> SampleColumns<'a> {
             let name = column.name();
             let array = batch.column_by_name(&name);
             let array = array.filter(|a| *a.data_type() == kind);
-            let array = array.ok_or_else(|| format!("there is no column `{name}` of {kind}"))?;
+            let array =
+                array.ok_or_else(|| format!("the file has no column `{name}` of {kind}"))?;
             Ok((column, array))
         });
         found.collect::<Result<_, String>>().map(Self)

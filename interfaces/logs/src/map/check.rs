@@ -192,7 +192,7 @@ fn vector(key: &str, v: &VectorChannel, quantity: Quantity) -> Result<(), Wrong>
             return wrong(
                 format!("{key}.calibrate.slope_deg"),
                 "the slope does not matter to a gyro",
-                "leave it out",
+                "leave this out",
             );
         }
         let m = &v.mount_deg;
@@ -200,7 +200,7 @@ fn vector(key: &str, v: &VectorChannel, quantity: Quantity) -> Result<(), Wrong>
             return wrong(
                 format!("{key}.calibrate"),
                 "roll and pitch of the mount are given, and are to be found as well",
-                "keep one of the two",
+                "keep only one of the two",
             );
         }
     }
@@ -266,7 +266,7 @@ fn traction(key: &str, t: &Traction) -> Result<(), Wrong> {
         return wrong(
             format!("{key}.gear_ratio"),
             "a gear ratio belongs to a torque",
-            "leave it out",
+            "leave this out",
         );
     }
     if t.efficiency.is_some() && t.power.is_none() {
@@ -332,7 +332,7 @@ fn slope_reference(key: &str, slope: Option<&SlopeReference>) -> Result<(), Wron
                 return wrong(
                     format!("{key}.unit"),
                     "only a column has a unit here",
-                    "leave it out",
+                    "leave this out",
                 );
             }
             (None, None) => {}

@@ -281,7 +281,7 @@ pub(crate) struct LogFault {
 pub(crate) enum LogFaultKind {
     /// No samples.
     Off,
-    /// The last value again and again.
+    /// The last value repeated.
     Stuck,
     /// Constant bias of `size` SI units.
     Bias,

@@ -198,7 +198,7 @@ impl Stream {
             let taken = column.and_then(|c| into.values.get(c)).copied();
             let Some(ns) = taken.and_then(|x| unit.of_f64(x)) else {
                 let message = match column {
-                    None => format!("there is no column `{name}` for when values were taken"),
+                    None => format!("the file has no column `{name}` for when values were taken"),
                     Some(_) => format!("row {} does not say when it was taken", row.place),
                 };
                 let help = "`time: {stamp: COLUMN}` names a column that every table has";

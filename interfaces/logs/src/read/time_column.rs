@@ -24,7 +24,7 @@ pub(super) fn find(
             wrong(
                 file,
                 Some(1),
-                format!("there is no column `{name}` for the time"),
+                format!("the file has no column `{name}` for the time"),
                 format!("columns here: {}", all()),
             )
         })?,
