@@ -366,7 +366,7 @@ fn overview(
         let mut titles = vec![runs_told.clone()];
         for metric in chunk {
             titles.push(narrow(metric));
-            titles.extend(is_error(metric).then(|| "times\nthat of ¹".to_owned()));
+            titles.extend(is_error(metric).then(|| "ratio\nto ¹".to_owned()));
         }
         titles.extend((i == 0).then(|| "misled\n%".to_owned()));
         let columns = titles.len();

@@ -292,7 +292,7 @@ sensitivity: {{curve: 0, map: 0}}
         (
             "map: {grade: theta}",
             range,
-            ["study.yaml:4:", "`fmu` names none"],
+            ["study.yaml:4:", "`map` needs `fmu`"],
         ),
         (
             "fmu: ./two_state.fmu\nmap: {grade: theta}",

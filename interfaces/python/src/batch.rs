@@ -99,10 +99,7 @@ pub(crate) fn compare(
             let help = near.map_or("`metrics()` lists them".to_owned(), |near| {
                 format!("did you mean `{near}`?")
             });
-            return Err(refused(
-                format!("there is no metric `{name}` of estimators"),
-                help,
-            ));
+            return Err(refused(format!("estimators have no metric `{name}`"), help));
         }
     }
     let runs = results(&runs)?;

@@ -75,7 +75,7 @@ def test_names_that_are_none_or_unknown(minimal: pathlib.Path, ours: monorig.Est
         monorig.run(minimal, estimators={"a/b": WrongReturn})
     with pytest.raises(monorig.InputError, match="did you mean `dffrls_aekf`"):
         monorig.Estimator("dffrls_aekff", monorig.Vehicle.from_scenario(minimal))
-    with pytest.raises(monorig.InputError, match="there is already an estimator called `rail_fusion`"):
+    with pytest.raises(monorig.InputError, match="an estimator called `rail_fusion` exists already"):
         monorig.run(minimal, estimators={"rail_fusion": WrongReturn})
     with pytest.raises(monorig.InputError, match="there is no estimator `nobody`"):
         monorig.run(minimal, estimators=["nobody"])

@@ -8,7 +8,7 @@
 //! | `extra` | channels that others add, such as the Cramér-Rao bound |
 //! | `background` | a sink on a thread of its own |
 //! | `parquet` `readback` | columns written to a file, and read from one |
-//! | `folder` `manifest` `identity` | the folder of a run; what the run was made from, and by which program |
+//! | `folder` `manifest` `identity` | the folder of a run; program and inputs of the run, and by which program |
 //! | `arithmetic` | whether two machines round alike |
 //! | `inputs` | copies of the files that a study was made from |
 //! | `whole` | files that are there whole or not at all |

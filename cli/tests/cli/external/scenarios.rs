@@ -43,7 +43,7 @@ fn an_external_estimator_in_a_scenario() {
         ),
         (
             "{process: [sh]}, is: rail_fusion",
-            "`external` alone says where it is",
+            "`external` cannot be combined",
         ),
         ("{process: [sh]}, gain: 2", "no parameter `gain`"),
     ] {

@@ -255,7 +255,7 @@ fn every_mistake_of_a_scenario_has_its_message() {
     let told = |controller: &str, parts: &[&str]| has(&of(&good, controller), parts);
     told("{fmu: ./no.fmu}", &[AT, "drive.controller.fmu", "no.fmu"]);
     told("{fmu: ./pi.fmu, kind: pi}", &[AT, "not both"]);
-    told("{map: {command_brake: x}}", &[AT, "`fmu` names none"]);
+    told("{map: {command_brake: x}}", &[AT, "`map` needs `fmu`"]);
     told(
         "{fmu: ./pi.fmu, kpp: 1}",
         &[AT, "no parameter `kpp`", "did you mean `kp`"],

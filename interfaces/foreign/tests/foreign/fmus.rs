@@ -155,7 +155,7 @@ fn every_mistake_of_a_scenario_has_its_message() {
     );
     has(
         &of("{library: ./slope.so, map: {grade: theta}}"),
-        &[AT, "`fmu` names none"],
+        &[AT, "`map` needs `fmu`"],
     );
     let map = |map: &str| of(&format!("{{fmu: ./slope.fmu, map: {{{map}}}}}"));
     has(

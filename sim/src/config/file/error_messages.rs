@@ -97,7 +97,7 @@ pub(super) fn syntax(yaml: &str, line: &str) -> ErrorMessage {
         )
     } else if said.contains("unknown anchor") {
         (
-            "this refers to an anchor that does not exist",
+            "this refers to an unknown anchor",
             "put text that starts with `*` in quotes",
         )
     } else {
