@@ -329,7 +329,7 @@ impl Estimator {
         self.estimator.name()
     }
 
-    /// Back to the state it was built in.
+    /// Resets the estimator to its first state.
     fn reset(&mut self) {
         self.estimator.reset();
     }

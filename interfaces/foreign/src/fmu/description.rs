@@ -27,7 +27,7 @@ pub(crate) enum Kind {
     Real,
     Integer,
     Boolean,
-    /// One word of several.
+    /// One of several words.
     Word,
     /// A text, an array, a clock, a number of another size.
     #[default]

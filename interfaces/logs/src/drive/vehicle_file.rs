@@ -41,17 +41,17 @@ struct NominalValues {
     rotating_mass_kg: f64,
     /// Running-resistance coefficient.
     running_resistance: f64,
-    /// Smallest and largest total mass thought possible, kg.
+    /// Smallest and largest possible total mass, kg.
     mass_range_kg: [f64; 2],
     /// First guess of the total mass, kg; none = not told.
     mass_guess_kg: Option<f64>,
     /// From where to where behind the middle of the unit with the IMU the tare is spread, m; both 0 = a point.
     #[serde(default)]
     tare_span_m: [f64; 2],
-    /// The same for where the load's weight comes onto the rail, m.
+    /// Span in which the load's weight acts on the rail, in the same form, m.
     #[serde(default)]
     load_span_m: [f64; 2],
-    /// Distance of the IMU ahead of that middle, m.
+    /// Distance of the IMU ahead of this middle, m.
     #[serde(default)]
     imu_arm_m: f64,
     /// Places of the masses, as the numbers of `MassLayout::numbers` in their order: four a mass (front and rear place,

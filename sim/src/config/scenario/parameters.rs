@@ -20,7 +20,7 @@ pub enum ParameterValue {
     Number(Finite),
     /// True or false.
     Flag(bool),
-    /// One word of several.
+    /// One of several words.
     Choice(String),
 }
 
