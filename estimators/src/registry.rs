@@ -166,29 +166,29 @@ registry! {{
     "joint_ekf" in "liu2023" as Published => joint_ekf::JointEkfPublished,
     /// Curvature by least squares, slope by an adaptive unscented filter on accelerometer and wheel speed.
     "dffrls_aukf" in "huainan" as Published => dffrls_aukf::DffrlsAukfPublished,
-    /// The method with fixed noise.
+    /// `dffrls_aukf` with fixed noise.
     "dffrls_ukf" in "huainan" as Published => dffrls_ukf::DffrlsUkfPublished,
-    /// The adaptive one with an extended filter.
+    /// `dffrls_aukf` with an extended filter.
     "dffrls_aekf_inclination" in "huainan" as Published => dffrls_aekf_inclination::DffrlsAekfInclinationPublished,
-    /// The adaptive one with constant forgetting.
+    /// `dffrls_aukf` with constant forgetting.
     "ffrls_aukf" in "huainan" as Published => ffrls_aukf::FfrlsAukfPublished,
-    /// The adaptive one with multiple forgetting.
+    /// `dffrls_aukf` with multiple forgetting.
     "rls_mff_aukf" in "huainan" as Published => rls_mff_aukf::RlsMffAukfPublished,
     /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
     "imm_stf" in "guo2024" as Published => imm_stf::ImmStfPublished,
-    /// The same with fixed transitions between the models.
+    /// `imm_stf` with fixed transitions between the models.
     "imm_stf_fixed" in "guo2024" as Published => imm_stf_fixed::ImmStfFixedPublished,
-    /// The same without correction for bends.
+    /// `imm_stf` without correction for bends.
     "imm_stf_no_lateral" in "guo2024" as Published => imm_stf_no_lateral::ImmStfNoLateralPublished,
-    /// The same with plain Kalman filters.
+    /// `imm_stf` with plain Kalman filters.
     "imm_ekf" in "guo2024" as Published => imm_ekf::ImmEkfPublished,
-    /// Plain Kalman filters, fixed transitions.
+    /// `imm_stf` with plain Kalman filters and fixed transitions.
     "imm_ekf_fixed" in "guo2024" as Published => imm_ekf_fixed::ImmEkfFixedPublished,
     /// The kinematic model of `imm_stf` alone.
     "kinematic_stf" in "guo2024" as Published => kinematic_stf::KinematicStfPublished,
     /// The dynamic model of `imm_stf` alone.
     "dynamic_stf" in "guo2024" as Published => dynamic_stf::DynamicStfPublished,
-    /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
+    /// Patent CN 111507019 B: mass by two weighted models, slope by Sage-Husa and strong tracking in turn.
     "mmrls_sh_stf" in "patent" as Published => mmrls_sh_stf::MmrlsShStfPublished,
     /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic
     /// forgetting.
@@ -199,11 +199,9 @@ registry! {{
     "rail_fusion" in "rail_fusion" as Ours => rail_fusion::RailFusion,
     /// Ours: attitude filter alone (gyro, accelerometer, wheels), on a rail or a road.
     "attitude" in "rail_fusion" as Ours => attitude::AttitudePipeline,
-    /// Baseline: textbook extended Kalman filter for speed, grade and the biases of gyro and accelerometer; finds no
-    /// mass.
+    /// Baseline: textbook extended Kalman filter for speed, grade and the biases of gyro and accelerometer; no mass.
     "ekf_v_theta_biases" in "baseline" as Baseline => ekf_v_theta_biases::EkfVThetaBiases,
-    /// Baseline: gyro in the short run, accelerometer less the acceleration of the wheels in the long run; finds no
-    /// mass.
+    /// Baseline: gyro for fast changes, accelerometer minus acceleration of the wheels for slow changes; no mass.
     "complementary_filter" in "baseline" as Baseline => complementary_filter::ComplementaryFilter,
 } as printed: {
     /// Liu et al. 2023 as printed.

@@ -297,7 +297,10 @@ sensitivity: {{curve: 0, map: 0}}
         (
             "fmu: ./two_state.fmu\nmap: {grade: theta}",
             range,
-            ["study.yaml:4:", "`theta` for grade, which the FMU has not"],
+            [
+                "study.yaml:4:",
+                "`theta` for grade, but the FMU has no such variable",
+            ],
         ),
     ] {
         study(part, range);

@@ -363,7 +363,7 @@ fn a_ghost_has_the_forces_of_the_log_and_shows_what_it_is_told_wrong() {
     );
     let alone = dir.refused(&["replay", "--map", &map, "--ghost", "--set", "reference={}"]);
     assert!(
-        alone.contains("`slope` and `mass` under `reference`"),
+        alone.contains("give `slope` and `mass` under `reference`"),
         "{alone}"
     );
 }

@@ -243,7 +243,7 @@ fn bad_studies_are_refused() {
         (
             "scenario: quick.yaml",
             "scenario: quik.yaml",
-            "there is no file",
+            "does not exist",
         ),
     ] {
         let dir = dir(&STUDY.replace(good, bad));

@@ -35,7 +35,7 @@ params! {
         residual_sd_mps2 ["m/s²"] = 0.1, 1e-4 => 10.0, "Standard deviation of the residual g e after this low-pass.";
         accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias, which only widens the reported deviation; not set: the value of the vehicle's sheet, or 0.05.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
-        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Standard deviation of the grade angle at the start.";
     }
 }
 

@@ -41,7 +41,7 @@ params! {
         wheel_speed_sd_mps ["m/s"] = 0.02, 1e-6 => 10.0, "Standard deviation of wheel speed.";
         reject_sd ["-"] = 3.0, 1.0 => 100.0, "Gate of the wheel speed, in standard deviations; replaces `gate_sd`.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
-        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Standard deviation of the grade angle at the start.";
     }
 }
 

@@ -83,7 +83,7 @@ params! {
         q_theta ["rad²/s"] = 2e-5, 1e-12 => 10.0, "Process noise of the grade angle.";
         wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed at the start.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
-        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Standard deviation of the grade angle at the start.";
     }
 }
 
@@ -99,7 +99,7 @@ methods! {
     dffrls_aukf: DffrlsAukfPublished = Huainan<Ukf<InclinationModel, 2>, 1>,
         { curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, sigma: SigmaParams, noise: AdaptedNoise },
         |_, p| build(&p.curvature, dynamic(&p.forgetting), 0.0, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
-    /// The method with fixed noise.
+    /// `dffrls_aukf` with fixed noise.
     dffrls_ukf: DffrlsUkfPublished = Huainan<Ukf<InclinationModel, 2>, 1>,
         { curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, sigma: SigmaParams },
         |_, p| build(&p.curvature, dynamic(&p.forgetting), 0.0, ukf(&p.slope, &p.sigma, None));

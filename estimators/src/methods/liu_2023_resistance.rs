@@ -30,7 +30,7 @@ params! {
     Regression {
         known_mass_kg ["kg"] = none, 1.0 => 1e6, "Total mass, known; not set: the middle of the vehicle's mass range.";
         resistance0 ["-"] = 0.0, 0.0 => 1.0, "μ at the start.";
-        resistance0_sd ["-"] = 0.5, 1e-4 => 1.0, "Its standard deviation: P₀, which is not given.";
+        resistance0_sd ["-"] = 0.5, 1e-4 => 1.0, "Standard deviation of μ at the start: P₀, which is not given.";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual, the unit of P₀.";
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "Forgetting factor of the first sample.";
         delta ["-"] = 0.95, 0.5 => 1.0, "Smallest forgetting factor δ.";

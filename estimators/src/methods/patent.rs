@@ -57,7 +57,7 @@ params! {
         q_i ["1/s"] = 3e-4, 1e-12 => 10.0, "Process noise of the grade i.";
         wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed at the start.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
-        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Standard deviation of the grade angle at the start.";
         b ["-"] = 0.97, 0.5 => 0.99999, "Fading factor b of the adapted noise; the patent has 0.95 to 0.99.";
         memory ["-"] = 0.95, 0.0 => 1.0, "Forgetting factor ρ of the innovation covariance.";
         weakening ["-"] = 1.5, 1.0 => 100.0, "Weakening factor β.";

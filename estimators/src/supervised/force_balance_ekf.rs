@@ -29,7 +29,7 @@ params! {
         q_v ["m²/s³"] = 1e-4, 0.0 => 10.0, "Process noise of speed: unmodelled force per unit mass.";
         q_theta ["rad²/s"] = 1.5e-4, 0.0 => 10.0, "Process noise of the grade angle while moving.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
-        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Standard deviation of the grade angle at the start.";
     }
 }
 

@@ -76,8 +76,8 @@ fn results(runs: &[String]) -> PyResult<Vec<RunResult>> {
     let read: Result<Vec<RunResult>, _> = read.collect();
     read.map_err(|e| {
         refused(
-            format!("this is no result of a run: {e}"),
-            "the `runs` of a study",
+            format!("this is not the result of a run: {e}"),
+            "use the `runs` of a study",
         )
     })
 }

@@ -28,9 +28,9 @@ fn an_external_estimator_in_a_scenario() {
         ("{process: []}", "begins with a program"),
         (
             "{process: [no-such-program]}",
-            "there is no program `no-such-program`",
+            "the program `no-such-program` does not exist",
         ),
-        ("{process: [./mine]}", "there is no program `./mine`"),
+        ("{process: [./mine]}", "the program `./mine` does not exist"),
         ("{process: [sh], baud: 9600}", "baud"),
         (
             "{process: [sh], deadline_ms: 0}",

@@ -22,7 +22,7 @@ pub struct VehicleFile {
     nominal_vehicle: NominalValues,
 }
 
-/// The nominal values of a vehicle, which estimators are given.
+/// Nominal values of a vehicle for the estimators.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -35,7 +35,7 @@ struct NominalValues {
     wheel_radius_m: f64,
     /// Motor revolutions per wheel revolution.
     gear_ratio: f64,
-    /// Share of motor power that reaches the rim.
+    /// Share of motor power that reaches the wheel rim.
     efficiency: f64,
     /// Rotating masses reflected to the rim, kg.
     rotating_mass_kg: f64,
@@ -43,7 +43,7 @@ struct NominalValues {
     running_resistance: f64,
     /// Smallest and largest possible total mass, kg.
     mass_range_kg: [f64; 2],
-    /// First guess of the total mass, kg; none = not told.
+    /// First guess of the total mass, kg; none = not given.
     mass_guess_kg: Option<f64>,
     /// From where to where behind the middle of the unit with the IMU the tare is spread, m; both 0 = a point.
     #[serde(default)]
@@ -126,8 +126,8 @@ impl VehicleFile {
         file.data().ok_or_else(|| {
             document.error(
                 format!("{KEY}.layout"),
-                "these are too few numbers for a mass layout",
-                "all of them, as `monorig log export` writes them, or no layout",
+                "a mass layout needs more numbers",
+                "give all numbers, as `monorig log export` writes them, or no layout",
             )
         })
     }
