@@ -102,7 +102,7 @@ pub struct ForceBalanceRls {
 
 impl ForceBalanceRls {
     /// Builds the regression from the vehicle, the parameters, the way to forget and the standard deviation of the
-    /// accelerometer's bias, m/s² (`None`: that of the vehicle's sheet).
+    /// accelerometer's bias, m/s² (`None`: the value of the vehicle's sheet).
     pub fn new(
         vehicle: &Vehicle,
         params: MassParams,

@@ -250,7 +250,7 @@ class Estimator:
     ) -> Table:
         """All steps at once, a row each; other threads of Python run meanwhile.
 
-        The arrays are float64 and contiguous, NaN where there is no new sample.
+        The arrays are float64 and contiguous, NaN without a new sample.
 
         Args:
             t_ns: Instants of the steps, ns, shape (n,).

@@ -14,7 +14,7 @@ use serde_json::Value;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Vary {
-    /// What varies: a path as in `--set`, such as `load.mass_kg` or `track.vertical[1].to_grade_deg`.
+    /// Varied value: a path as in `--set`, such as `load.mass_kg` or `track.vertical[1].to_grade_deg`.
     pub(crate) path: String,
     /// Paths that get the same draw.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -164,7 +164,7 @@ impl Quantity {
     }
 
     /// True for an overconfident sample: marked valid, and its error exceeds k standard deviations (with that of the
-    /// reference), whatever its size; also without a standard deviation.
+    /// reference), for any size; also without a standard deviation.
     pub(crate) fn is_overconfident(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
         let nees = self.nees(x);
         self.is_judged(x) && (nees.is_nan() || nees > limits.k * limits.k)

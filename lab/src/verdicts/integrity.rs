@@ -22,7 +22,7 @@ pub struct Integrity {
     pub(crate) coarse: u64,
     /// Misleading samples: marked valid, and the error exceeds k reported standard deviations and the alert limit.
     pub(crate) misleading: u64,
-    /// Overconfident samples: marked valid, and the error exceeds k reported standard deviations, whatever its size.
+    /// Overconfident samples: marked valid, and the error exceeds k reported standard deviations, for any size.
     #[serde(default)]
     pub(crate) overconfident: u64,
     /// Alert limit: a share of the mass, or degrees.
