@@ -64,7 +64,7 @@ pub struct CompareArgs {
     pub changes: Changes,
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = metric, help = METRICS)]
     pub metrics: Vec<String>,
-    /// Reference, with which the other estimators are compared; without this option the first
+    /// Estimator to compare the others with; without this option the first
     #[arg(long, value_name = "NAME")]
     pub reference: Option<String>,
     #[command(flatten)]

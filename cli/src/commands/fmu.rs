@@ -41,7 +41,7 @@ enum What {
 
 #[derive(Debug, clap::Args)]
 struct EstimatorArgs {
-    /// Name of the estimator (`monorig list estimators`, or its name in the library)
+    /// Name of the estimator (`monorig list estimators`); for a library its name there
     name: String,
     /// Scenario with the estimator's vehicle and its instruments
     #[arg(long, value_name = "SCENARIO")]

@@ -39,8 +39,8 @@ const WIDTH: usize = 80;
 pub struct ListArgs {
     /// Names to list
     pub what: Listed,
-    /// With `parameters`: the estimator or controller; with `scenarios` and `runs`: the folder [default: scenarios, the
-    /// folder for results]; with the other lists: a part of the name
+    /// Estimator, folder or part of a name: with `parameters` the estimator or controller; with `scenarios` and `runs`
+    /// the folder [default: scenarios, the folder for results]; with the other lists a part of the name
     pub of: Option<String>,
     /// List only names with this text
     #[arg(

@@ -54,7 +54,7 @@ pub struct ReplayArgs {
     /// Table of estimates of another program: CSV, Parquet or any format of a log
     #[arg(long, value_name = "FILE")]
     pub estimates: Option<PathBuf>,
-    /// Name of the estimates of --estimates in the results
+    /// Name for the estimates of --estimates
     #[arg(
         long,
         hide_short_help = true,
@@ -63,22 +63,22 @@ pub struct ReplayArgs {
         requires = "estimates"
     )]
     pub name: String,
-    /// Estimators to run instead of the map's estimators, by name
+    /// Estimators to run instead of those of the map, by name
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub estimators: Vec<String>,
     /// Source of the noise for estimators: `from-log` (`wheel_speed_sd_mps` and `accel_sd_mps2` if the map does not set
     /// them, with Allan figures at standstill) or `defaults`
     #[arg(long, hide_short_help = true, value_name = "SOURCE", value_parser = noise_source)]
     pub noise: Option<NoiseSource>,
-    /// Also simulate the vehicle of the map on the same drive, at the measured speed, and record its traction, motor
-    /// torque and specific force and their differences to the measured values
+    /// Also simulate the vehicle of the map on the same drive; its traction, motor torque and specific force at the
+    /// measured speed are recorded, with their differences to the measured values
     #[arg(long, hide_short_help = true)]
     pub ghost: bool,
     /// Only find faults in the log, as `monorig log check` does
     #[arg(long, hide = true, requires = "map", conflicts_with_all = ["live", "no_rerun", "junit", "full_rate", "ghost"])]
     pub check: bool,
-    /// Draw the lines of run.rrd through every row instead of about ten rows a second, and record long logs at the full
-    /// rate too
+    /// Draw the lines of run.rrd through every row instead of about ten a second, and record long logs at the full rate
+    /// too
     #[arg(long, hide_short_help = true)]
     pub full_rate: bool,
     #[command(flatten)]

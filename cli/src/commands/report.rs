@@ -42,8 +42,8 @@ installed.";
 #[derive(Debug, clap::Parser)]
 #[command(name = "report", after_help = REPORT_EXAMPLES)]
 pub struct ReportArgs {
-    /// Folder of a run, or folders of two runs to compare; or results of `monorig test --json`,
-    /// `monorig compare --json` or a study
+    /// Folder of a run, or of two runs to compare; or results of `monorig test --json`, `monorig compare --json` or a
+    /// study
     #[arg(required = true, num_args = 1..=2, value_name = "PATH")]
     pub paths: Vec<PathBuf>,
     /// Write the report here instead of beside the results

@@ -57,7 +57,7 @@ pub struct RunArgs {
     /// Scenario files
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// Run these seeds instead of the scenario's first seed: `7`, `1..3` or `1,5,9`
+    /// Run these seeds instead of the first seed: `7`, `1..3` or `1,5,9`
     #[arg(long, value_name = "SEEDS", value_parser = seeds)]
     pub seed: Option<String>,
     /// Name of the variant that --set and --plant make, instead of a short hash
@@ -69,15 +69,15 @@ pub struct RunArgs {
     #[arg(long, value_name = "HOST:PORT", conflicts_with = "no_rerun", num_args = 0..=1, require_equals = true,
         default_missing_value = VIEWER, value_parser = address)]
     pub live: Option<SocketAddr>,
-    /// Simulate no faster than FACTOR times real time; without this option as fast as possible. A late answer of an
-    /// external estimator is then lost
+    /// Simulate no faster than this multiple of real time; without this option as fast as possible. With --pace
+    /// external estimators must answer in time
     #[arg(long, value_name = "TIMES", value_parser = pace::parse)]
     pub pace: Option<f64>,
     /// Do not write run.rrd
     #[arg(long)]
     pub no_rerun: bool,
-    /// Draw the lines of run.rrd through every row instead of about ten rows a second, and record long runs at the full
-    /// rate too, instead of half the rate after two hours (360 000 rows), a quarter after four …
+    /// Draw the lines of run.rrd through every row instead of about ten a second, and record long runs at the full rate
+    /// too, instead of half the rate after two hours (360 000 rows), a quarter after four …
     #[arg(long, hide_short_help = true)]
     pub full_rate: bool,
     /// Keep every sample with stamp and arrival in samples.parquet: `monorig log export` makes a log from this file

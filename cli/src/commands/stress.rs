@@ -55,7 +55,7 @@ pub struct StressArgs {
     /// Folder of further conditions, beside monorig's; may be given several times
     #[arg(long, value_name = "DIR")]
     pub conditions: Vec<PathBuf>,
-    /// Try only conditions with one of these texts in the name or group
+    /// Only conditions with one of these texts in the name or group
     #[arg(long, value_name = "TEXTS", value_delimiter = ',')]
     pub only: Vec<String>,
     /// Draw N sensor faults instead, each on a drawn course
@@ -64,7 +64,7 @@ pub struct StressArgs {
     /// Seed of the first drawn fault; each further fault has the next seed
     #[arg(long, value_name = "N", default_value_t = 1, requires = "drawn")]
     pub seed: u64,
-    /// File of the ranges from which the courses are drawn
+    /// File of the ranges for the courses
     #[arg(long, hide_short_help = true, value_name = "FILE", default_value = RANGES, requires = "drawn")]
     pub ranges: PathBuf,
     #[command(flatten)]

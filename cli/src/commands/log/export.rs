@@ -27,7 +27,7 @@ CAN signals are rounded.";
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXPORT_EXAMPLES)]
 pub struct ExportArgs {
-    /// Folder of a run that was made with --keep-samples
+    /// Folder of a run made with --keep-samples
     pub run: PathBuf,
     /// Format of the log
     #[arg(long, value_name = "FORMAT", value_parser = formats())]

@@ -38,7 +38,7 @@ pub struct ImuArgs {
     /// Columns to fit, as NAME or NAME=UNIT, with commas between them; without this option all columns of numbers
     #[arg(long, value_name = "COLUMNS", value_delimiter = ',', value_parser = WantedColumn::parse)]
     pub columns: Vec<WantedColumn>,
-    /// Column whose value changes where a new piece begins, such as the number of a run
+    /// Column whose change begins a new piece, such as the number of a run
     #[arg(long, value_name = "COLUMN")]
     pub pieces: Option<String>,
     /// Use samples from this time on, s

@@ -33,7 +33,7 @@ the feature `blf`.";
 #[derive(Debug, clap::Args)]
 #[command(after_help = INFO_EXAMPLES)]
 pub struct InfoArgs {
-    /// The log, or a folder with the files of one log, for which monorig proposes one map
+    /// The log, or a folder with the files of one log: monorig proposes one map for all files
     pub log: PathBuf,
     /// Column of the time (CSV, Parquet), if its name does not show it
     #[arg(long, value_name = "COLUMN")]

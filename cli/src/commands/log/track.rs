@@ -22,8 +22,8 @@ Examples:
       --profile assets/rails/i140e.yaml
 
 The run or replay needs an estimator with an attitude filter. The grade of a
-place is read when the middle of the unit with the IMU has reached it, and
-corrected for the bias of the accelerometer that is known at the end. OUT is a track
+place is read when the middle of the unit with the IMU has reached it, and is
+corrected for the bias of the accelerometer known at the end. OUT is a track
 file; beside it is a CSV file with chainage, grade and standard deviation, and
 the heading from the first place on with its own. Rail before the start and
 beyond the end goes on at the first and the last grade and heading, with a
