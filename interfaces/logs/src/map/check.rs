@@ -158,7 +158,7 @@ fn channels(c: &Channels) -> Result<(), Wrong> {
                 if list.len() > most {
                     return wrong(
                         format!("channels.{}", measurand.name()),
-                        format!("the map has {}", list.len()),
+                        format!("the map has {} of these columns", list.len()),
                         format!("at most {most}"),
                     );
                 }
