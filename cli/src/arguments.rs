@@ -34,7 +34,7 @@ impl Jobs {
 /// Variable with the cores that Slurm gives a task; Slurm does not bind the task to them everywhere.
 const SLURM_CPUS: &str = "SLURM_CPUS_PER_TASK";
 
-/// The cores, at most as many as the variable holds; a text that is no number is no limit.
+/// Number of cores, limited by the number in the variable; a text that is not a number sets no limit.
 fn at_most(cores: NonZeroUsize, variable: Option<&str>) -> NonZeroUsize {
     let limit = variable.and_then(|n| n.trim().parse::<NonZeroUsize>().ok());
     limit.map_or(cores, |limit| limit.min(cores))
@@ -43,7 +43,7 @@ fn at_most(cores: NonZeroUsize, variable: Option<&str>) -> NonZeroUsize {
 /// Changes to scenarios.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Changes {
-    /// Run these seeds instead of those that a scenario has: `7`, `1..50` or `1,5,9`
+    /// Run these seeds instead of the scenario's seeds: `7`, `1..50` or `1,5,9`
     #[arg(long, value_name = "SEEDS", value_parser = seeds)]
     pub seeds: Option<String>,
     /// Change a value of every scenario; may be given several times
@@ -52,7 +52,7 @@ pub struct Changes {
 }
 
 impl Changes {
-    /// All of them as paths and values.
+    /// All changes as paths and values.
     pub fn all(&self) -> Vec<(String, String)> {
         let seeds = self.seeds.iter();
         let seeds = seeds.map(|seeds| ("seeds".to_owned(), seeds.clone()));
@@ -66,12 +66,12 @@ pub enum Expect {
     /// This process: exit code 1 if an expectation failed
     #[default]
     Here,
-    /// `monorig merge`: a shard whose runs were made exits with 0, whatever they have come to
+    /// `monorig merge`: a shard whose runs were made exits with 0, whatever their results are
     Merge,
 }
 
 impl Expect {
-    /// The outcome to exit with after the verdicts `judged`.
+    /// Outcome that sets the exit code after the verdicts `judged`.
     pub fn outcome(self, judged: CommandOutcome) -> CommandOutcome {
         match self {
             Self::Here => judged,
@@ -80,7 +80,7 @@ impl Expect {
     }
 }
 
-/// File of ranges that courses are drawn from.
+/// File of the ranges from which courses are drawn.
 pub const RANGES: &str = "assets/ranges/roadway.yaml";
 
 /// Reads a part of the runs, as `K/N`.
@@ -92,13 +92,13 @@ pub fn shard(text: &str) -> Result<Shard, String> {
     parsed.ok_or_else(|| "write K/N with K from 1 to N, such as 2/5".to_owned())
 }
 
-/// Name of the variable that names the folder for results.
+/// Name of the environment variable with the folder for results.
 const OUT_VARIABLE: &str = "MONORIG_OUT";
 
 /// Folder for results.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Out {
-    /// Folder the results go to [default: the variable MONORIG_OUT, else runs]
+    /// Folder for the results [default: the variable MONORIG_OUT, else runs]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -109,24 +109,24 @@ impl Out {
         self.out.clone().unwrap_or_else(Self::usual)
     }
 
-    /// Path of the folder where none is named.
+    /// Path of the folder if the command line names none.
     pub fn usual() -> PathBuf {
         let variable = std::env::var_os(OUT_VARIABLE).filter(|dir| !dir.is_empty());
         variable.map_or_else(|| "runs".into(), PathBuf::from)
     }
 }
 
-/// Code of others that a file names.
+/// Permission to run the foreign code that a file names.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct Foreign {
-    /// Run the libraries, FMUs and programs that the files name, with your rights; without it only those that `--set`
-    /// names
+    /// Run the libraries, FMUs and programs that the files name, with your rights; without this option only those that
+    /// `--set` names
     #[arg(long)]
     allow_foreign: bool,
 }
 
 impl Foreign {
-    /// The registry for files that others may have sent, with what the user names.
+    /// Registry for files that others may have sent: foreign code runs only if the user names or allows it.
     pub fn registry(self, all: &Registry, named: impl IntoIterator<Item = String>) -> Registry {
         match self.allow_foreign {
             true => all.clone(),
@@ -138,24 +138,24 @@ impl Foreign {
 /// Results for programs.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct Json {
-    /// Write results and verdicts as JSON; `-` is standard output, and what people read goes to standard error then
+    /// Write results and verdicts as JSON; `-` is standard output, and the text for people then goes to standard error
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
 
 impl Json {
-    /// Path of the file, if one was asked for.
+    /// Path of the JSON file, if the user asked for a file.
     pub fn path(&self) -> Option<&Path> {
         self.json.as_deref()
     }
 
-    /// Writes the results, made only if they were asked for.
+    /// Writes the results; `make` is called only if the user asked for a file.
     pub fn write(&self, make: impl FnOnce() -> serde_json::Value) -> Result<(), CliError> {
         let text = || serde_json::to_string_pretty(&make()).map_err(CliError::json);
         self.write_text(|| Ok(text()? + "\n"))
     }
 
-    /// Writes a text, made only if a file was asked for.
+    /// Writes a text; `make` is called only if the user asked for a file.
     pub fn write_text(
         &self,
         make: impl FnOnce() -> Result<String, CliError>,
@@ -167,7 +167,7 @@ impl Json {
     }
 }
 
-/// Reads seeds; returns them as a scenario would write them.
+/// Reads seeds; returns the text that a scenario would have for these seeds.
 pub fn seeds(text: &str) -> Result<String, String> {
     let yaml = if text.contains(',') {
         format!("[{text}]")
@@ -188,7 +188,7 @@ pub fn assignment(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// The value of a parameter as it is written.
+/// Value of a parameter from its text: a number, a flag or a word.
 #[cfg(feature = "plugins")]
 pub fn value_of(text: &str) -> monorig_sim::config::scenario::ParameterValue {
     match (text.parse::<f64>(), text.parse::<bool>()) {
@@ -209,14 +209,14 @@ pub struct Signals {
 /// Numbers of CAN signals, as the command line names them.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 enum SignalNumbers {
-    /// Fixed-point numbers of 24 bits, as buses have them
+    /// Fixed-point numbers of 24 bits, as usual on a bus
     Fixed,
-    /// Floating-point numbers of 64 bits, which round nothing
+    /// Floating-point numbers of 64 bits, without rounding
     Float,
 }
 
 impl Signals {
-    /// As frames have them.
+    /// Format of the numbers in the frames.
     pub fn numbers(self) -> Numbers {
         match self.signals {
             SignalNumbers::Fixed => Numbers::Fixed,
@@ -225,7 +225,7 @@ impl Signals {
     }
 }
 
-/// Address of a Rerun viewer by default.
+/// Default address of a Rerun viewer.
 pub const VIEWER: &str = "127.0.0.1:9876";
 
 /// Reads an address, as HOST:PORT.

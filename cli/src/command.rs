@@ -1,10 +1,10 @@
-//! The trait of a command, and the list of those a program has.
+//! The trait of a command, and the list of the commands of a program.
 
 use crate::ui::errors::CliError;
 use clap::{ArgMatches, CommandFactory, FromArgMatches};
 use monorig_sim::closed_loop::registry::Registry;
 
-/// A command: its arguments, which clap derives from a struct, and what is done with them.
+/// A command: arguments, which clap derives from a struct, and the work that it does.
 ///
 /// `#[derive(clap::Parser)]` with `#[command(name = "…")]` makes name, help and arguments of the struct;
 /// [`crate::App::command`] adds it.
@@ -18,7 +18,7 @@ pub trait Command: CommandFactory + FromArgMatches {
     fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError>;
 }
 
-/// The end of a task that could be done.
+/// Outcome of a command that did its work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CommandOutcome {
     /// Everything held: exit code 0.
@@ -28,7 +28,7 @@ pub enum CommandOutcome {
 }
 
 impl CommandOutcome {
-    /// The end of a task whose expectations held, or did not.
+    /// Outcome of a command, from the verdict on the expectations.
     pub fn of(held: bool) -> Self {
         match held {
             true => Self::Held,
@@ -37,7 +37,7 @@ impl CommandOutcome {
     }
 }
 
-/// The program that a command belongs to.
+/// Program to which a command belongs.
 #[derive(Clone, Copy, Debug)]
 pub struct Program<'a> {
     /// Estimators and controllers by name.

@@ -8,8 +8,8 @@ pub(crate) fn identity() -> Identity {
     Identity::of_program(option_env!("MONORIG_REVISION"))
 }
 
-/// The text of `--version`: version, git revision and hash of the program; system, compiler and viewer it is built
-/// with. Only the version where nobody asks: the hash takes time.
+/// Text of `--version`: version, git revision and hash of the program; system, compiler and viewer of its build.
+/// Without this option only the version is made: the hash takes time.
 pub(crate) fn version() -> &'static str {
     static VERSION: OnceLock<String> = OnceLock::new();
     let asked = std::env::args_os().any(|a| a == "--version" || a == "-V");

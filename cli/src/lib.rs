@@ -36,7 +36,7 @@
 //! #[derive(clap::Parser)]
 //! #[command(name = "names")]
 //! struct Names {
-//!     /// Only names with this text
+//!     /// List only names with this text
 //!     #[arg(long, default_value = "")]
 //!     filter: String,
 //! }
@@ -89,8 +89,8 @@ use ui::terminal::TerminalArgs;
 use ui::{errors, note, output};
 
 const AFTER_HELP: &str = "\
-More commands: merge, ecu, dbc, completions, man. Options: monorig COMMAND -h,
-and of every command -q (quiet), -v (verbose), --color WHEN; -V is the version.
+More commands: merge, ecu, dbc, completions, man. Options: monorig COMMAND -h;
+every command has -q (quiet), -v (verbose), --color WHEN; -V is the version.
 Exit codes: 0 all held, 1 an expectation failed, 2 could not run (bad input).";
 /// The program's own help: one screen.
 const TEMPLATE: &str = "{about}\n\n{usage-heading} {usage}\n\n{subcommands}{after-help}";
@@ -102,7 +102,7 @@ const TEMPLATE: &str = "{about}\n\n{usage-heading} {usage}\n\n{subcommands}{afte
 struct Arguments {
     #[command(flatten)]
     terminal: TerminalArgs,
-    /// Run estimators of libraries inside of this program: faster, and a crash in one ends the program
+    /// Run estimators of libraries inside this program: faster, but a crash in a library ends the program
     #[arg(long, global = true, hide = true)]
     in_process: bool,
 }
@@ -112,7 +112,7 @@ struct Arguments {
 pub struct App {
     registry: Registry,
     commands: Vec<CommandEntry>,
-    /// The first mistake in what was added.
+    /// First mistake in the added parts.
     wrong: Option<String>,
 }
 
@@ -128,7 +128,7 @@ impl App {
         Self::default()
     }
 
-    /// Makes a program with the parts of this registry and no others.
+    /// Makes a program with only the parts of this registry.
     pub fn with_registry(registry: Registry) -> Self {
         Self {
             registry,
@@ -137,8 +137,8 @@ impl App {
         }
     }
 
-    /// Adds a type of estimator with the parameters `P`. A name that is taken, or that cannot be part of a channel's
-    /// path, is an error of [`App::main`].
+    /// Adds a type of estimator with the parameters `P`. A name that exists already, or that cannot be part of a
+    /// channel's path, is an error of [`App::main`].
     pub fn estimator<P, E>(
         mut self,
         name: &str,
@@ -186,7 +186,7 @@ impl App {
     }
 
     /// Adds a type of instrument with the parameters `P`, which a scenario names under `instruments`, as
-    /// [`App::estimator`] does. [`Instrument::name`] of what it builds is this name.
+    /// [`App::estimator`] does. [`Instrument::name`] of the built instrument is this name.
     pub fn instrument<P, I>(
         mut self,
         name: &str,
@@ -218,27 +218,27 @@ impl App {
         self
     }
 
-    /// Adds a command. A name that is taken is an error of [`App::main`].
+    /// Adds a command. A name that exists already is an error of [`App::main`].
     pub fn command<C: Command>(mut self) -> Self {
         let name = C::command().get_name().to_owned();
         let mut there = self.commands.iter().map(|c| c.describe(&self.registry));
         let taken = name == "help" || there.any(|c| c.get_name() == name);
-        self.keep_first(taken.then(|| format!("there is a command `{name}` already")));
+        self.keep_first(taken.then(|| format!("the command `{name}` exists already")));
         self.commands.push(CommandEntry::of::<C>());
         self
     }
 
-    /// Keeps the first mistake.
+    /// Keeps the result's error if it is the first mistake.
     fn keep_first(&mut self, mistake: Option<String>) {
         self.wrong = self.wrong.take().or(mistake);
     }
 
-    /// Runs the command of the command line, and returns the exit code.
+    /// Runs the command that the command line names, and returns the exit code.
     pub fn main(self) -> ExitCode {
         self.main_with(std::env::args_os())
     }
 
-    /// Runs the command of these words, the first of them the program's name.
+    /// Runs the command that these words name; the first word is the program's name.
     fn main_with(mut self, words: impl IntoIterator<Item = OsString>) -> ExitCode {
         let words: Vec<OsString> = words.into_iter().collect();
         #[cfg(all(unix, feature = "plugins"))]
@@ -293,7 +293,7 @@ impl App {
             .subcommands(commands)
     }
 
-    /// Runs the command that the words name.
+    /// Runs the command that the parsed words name.
     fn run(&self, matches: &ArgMatches, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
         let (name, of_command) = matches.subcommand().unwrap_or(("", matches));
         let names = program
@@ -313,11 +313,11 @@ impl App {
     }
 }
 
-/// The word by which the program starts itself to run a part.
+/// Word with which the program starts itself to run a part.
 #[cfg(all(unix, feature = "plugins"))]
 const SERVE: &str = "serve-part";
 
-/// The registry with estimators of libraries, in processes of this program unless they are to run inside of it.
+/// Registry with estimators of libraries, which run in processes of this program or, by option, inside it.
 fn with_libraries(registry: Registry, _in_process: bool) -> Registry {
     #[cfg(all(unix, feature = "plugins"))]
     if !_in_process && let Ok(program) = this_program() {
@@ -328,7 +328,7 @@ fn with_libraries(registry: Registry, _in_process: bool) -> Registry {
     registry
 }
 
-/// The file of this program. On Linux the one that runs, even if another has come in its place.
+/// File of this program. On Linux it is the running file, even if another file has replaced it.
 #[cfg(all(unix, feature = "plugins"))]
 fn this_program() -> std::io::Result<std::path::PathBuf> {
     match cfg!(target_os = "linux") {

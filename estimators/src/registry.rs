@@ -40,13 +40,13 @@ use crate::{Error, Real};
 /// Kind of a named estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Our own, made for use: its marks go by the validity rule ([`crate::detect::validity`]).
+    /// An estimator of this project for use: its marks go by the validity rule ([`crate::detect::validity`]).
     Ours,
-    /// A published method under supervision, made for use: its marks go by the same rule.
+    /// A published method under supervision, for use: its marks go by the same rule.
     Supervised,
-    /// A textbook filter to compare with: its marks go by the same rule.
+    /// A textbook filter for comparison: its marks go by the same rule.
     Baseline,
-    /// A published method with its errata corrected and nothing else: it marks what it has found at all.
+    /// A published method with only its errata corrected: it marks what it has found at all.
     Published,
     /// A published method letter by letter.
     Printed,
@@ -69,10 +69,11 @@ macro_rules! registry {
         /// Names that [`build`] accepts.
         pub const NAMES: &[&str] = &[$(#[cfg(feature = $family)] $name),*];
 
-        /// Names it also accepts with the feature `printed`: methods as printed, slips and all. None without it.
+        /// Further names that [`build`] accepts with the feature `printed`: methods as printed, slips and all. None
+        /// without it.
         pub const PRINTED_NAMES: &[&str] = &[$(#[cfg(feature = "printed")] $print_name),*];
 
-        /// The parameters of a named estimator, in groups; `None` if there is no such estimator.
+        /// The parameters of a named estimator, in groups; `None` for an unknown estimator.
         pub fn key_groups(name: &str) -> Option<&'static [&'static [Key]]> {
             match name {
                 $(#[cfg(feature = $family)] $name => Some(<$module::Params as Parameters>::GROUPS),)*
@@ -81,7 +82,7 @@ macro_rules! registry {
             }
         }
 
-        /// Returns the kind of a named estimator; `None` if there is no such estimator.
+        /// Returns the kind of a named estimator; `None` for an unknown estimator.
         pub fn kind(name: &str) -> Option<Kind> {
             match name {
                 $(#[cfg(feature = $family)] $name => Some(Kind::$kind),)*
@@ -90,7 +91,7 @@ macro_rules! registry {
             }
         }
 
-        /// Describes a named estimator in a sentence; `None` if there is no such estimator.
+        /// Describes a named estimator in a sentence; `None` for an unknown estimator.
         pub fn about(name: &str) -> Option<&'static str> {
             match name {
                 $(#[cfg(feature = $family)] $name => Some(concat!($($about),*).trim()),)*
@@ -99,7 +100,7 @@ macro_rules! registry {
             }
         }
 
-        /// Builds an estimator by name, with the parameters named in `settings` and the defaults of the rest.
+        /// Builds an estimator by name, with the parameters in `settings` and defaults for the others.
         pub fn build<'a>(
             name: &str,
             vehicle: &Vehicle,
@@ -120,7 +121,7 @@ macro_rules! registry {
             }
         }
 
-        /// Any of the named estimators, without a heap.
+        /// A named estimator of any type, without a heap.
         #[derive(Clone, Copy, Debug, PartialEq)]
         #[allow(clippy::large_enum_variant)]
         pub enum AnyEstimator {
@@ -136,7 +137,7 @@ macro_rules! registry {
                 }
             }
 
-            /// The name it was built by.
+            /// The name with which the estimator was built.
             pub fn name(&self) -> &'static str {
                 match self {
                     $(#[cfg(feature = $family)] AnyEstimator::$pipeline(_) => $name,)*
@@ -165,29 +166,29 @@ registry! {{
     "joint_ekf" in "liu2023" as Published => joint_ekf::JointEkfPublished,
     /// Curvature by least squares, slope by an adaptive unscented filter on accelerometer and wheel speed.
     "dffrls_aukf" in "huainan" as Published => dffrls_aukf::DffrlsAukfPublished,
-    /// The same with fixed noise.
+    /// `dffrls_aukf` with fixed noise.
     "dffrls_ukf" in "huainan" as Published => dffrls_ukf::DffrlsUkfPublished,
-    /// The adaptive one with an extended filter.
+    /// `dffrls_aukf` with an extended filter.
     "dffrls_aekf_inclination" in "huainan" as Published => dffrls_aekf_inclination::DffrlsAekfInclinationPublished,
-    /// The adaptive one with constant forgetting.
+    /// `dffrls_aukf` with constant forgetting.
     "ffrls_aukf" in "huainan" as Published => ffrls_aukf::FfrlsAukfPublished,
-    /// The adaptive one with multiple forgetting.
+    /// `dffrls_aukf` with multiple forgetting.
     "rls_mff_aukf" in "huainan" as Published => rls_mff_aukf::RlsMffAukfPublished,
     /// Guo et al. 2024: mass from differences, slope by interacting strong-tracking filters.
     "imm_stf" in "guo2024" as Published => imm_stf::ImmStfPublished,
-    /// The same with fixed transitions between the models.
+    /// `imm_stf` with fixed transitions between the models.
     "imm_stf_fixed" in "guo2024" as Published => imm_stf_fixed::ImmStfFixedPublished,
-    /// The same without correction for bends.
+    /// `imm_stf` without correction for bends.
     "imm_stf_no_lateral" in "guo2024" as Published => imm_stf_no_lateral::ImmStfNoLateralPublished,
-    /// The same with plain Kalman filters.
+    /// `imm_stf` with plain Kalman filters.
     "imm_ekf" in "guo2024" as Published => imm_ekf::ImmEkfPublished,
-    /// Plain Kalman filters, fixed transitions.
+    /// `imm_stf` with plain Kalman filters and fixed transitions.
     "imm_ekf_fixed" in "guo2024" as Published => imm_ekf_fixed::ImmEkfFixedPublished,
     /// The kinematic model of `imm_stf` alone.
     "kinematic_stf" in "guo2024" as Published => kinematic_stf::KinematicStfPublished,
     /// The dynamic model of `imm_stf` alone.
     "dynamic_stf" in "guo2024" as Published => dynamic_stf::DynamicStfPublished,
-    /// Patent CN 111507019 B: mass by two weighed models, slope by Sage-Husa and strong tracking in turn.
+    /// Patent CN 111507019 B: mass by two weighted models, slope by Sage-Husa and strong tracking in turn.
     "mmrls_sh_stf" in "patent" as Published => mmrls_sh_stf::MmrlsShStfPublished,
     /// Liu et al. 2023, section 2.2: running resistance of a train of known mass by least squares with dynamic
     /// forgetting.
@@ -198,11 +199,9 @@ registry! {{
     "rail_fusion" in "rail_fusion" as Ours => rail_fusion::RailFusion,
     /// Ours: attitude filter alone (gyro, accelerometer, wheels), on a rail or a road.
     "attitude" in "rail_fusion" as Ours => attitude::AttitudePipeline,
-    /// Baseline: textbook extended Kalman filter for speed, grade and the biases of gyro and accelerometer; finds no
-    /// mass.
+    /// Baseline: textbook extended Kalman filter for speed, grade and the biases of gyro and accelerometer; no mass.
     "ekf_v_theta_biases" in "baseline" as Baseline => ekf_v_theta_biases::EkfVThetaBiases,
-    /// Baseline: gyro in the short run, accelerometer less the acceleration of the wheels in the long run; finds no
-    /// mass.
+    /// Baseline: gyro for fast changes, accelerometer minus acceleration of the wheels for slow changes; no mass.
     "complementary_filter" in "baseline" as Baseline => complementary_filter::ComplementaryFilter,
 } as printed: {
     /// Liu et al. 2023 as printed.

@@ -13,7 +13,7 @@ use crate::preprocess::conditioning::ConditioningParams;
 use crate::preprocess::front_end::FrontEnd;
 use crate::{Error, Real, Time};
 
-/// The work of a pipeline, once its input is checked and merged. Plain data.
+/// The work of a pipeline after its input has been checked and merged. Plain data.
 pub trait Pipeline: Copy {
     /// Names of its internal quantities.
     const INTERNALS: &'static [Internal];
@@ -24,12 +24,12 @@ pub trait Pipeline: Copy {
     /// Its internal quantities, in the order of their names, written to `values`; as many as fit.
     fn internal_values(&self, values: &mut [Real]);
 
-    /// Conditioning of its channels; a published method has none.
+    /// Conditioning of the pipeline's channels; a published method has none.
     fn conditioning(&self) -> Option<ConditioningParams> {
         None
     }
 
-    /// Sources of measurements it uses.
+    /// Sources of measurements that the pipeline uses.
     const AID_SOURCES: &'static [&'static str] = &[];
 
     /// Writes the status of the last measurement of each source to `status`; as many as fit.
@@ -41,7 +41,7 @@ pub trait Pipeline: Copy {
     }
 }
 
-/// A pipeline made an estimator.
+/// A pipeline as an estimator.
 #[derive(Clone, Copy, Debug)]
 pub struct Runner<P, Q> {
     name: &'static str,
@@ -71,8 +71,8 @@ impl<P: Pipeline, Q: Parameters + Copy> Runner<P, Q> {
         }
     }
 
-    /// Of the name, and of vehicle and parameters; of the version and size too, as what the state means may change with
-    /// them.
+    /// Fingerprints of the name, and of vehicle and parameters; also of version and size, which may change the meaning
+    /// of the state.
     fn origin(&self) -> Origin {
         let mut estimator = Fingerprint::new();
         estimator.add(self.name.as_bytes());
@@ -88,8 +88,7 @@ impl<P: Pipeline, Q: Parameters + Copy> Runner<P, Q> {
     }
 }
 
-/// For a search for parameters.
-/// The same name, vehicle, parameters and state.
+/// Functions for a search for parameters. The same name, vehicle, parameters and state.
 impl<P: PartialEq, Q: PartialEq> PartialEq for Runner<P, Q> {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name
@@ -152,7 +151,7 @@ impl<P: Pipeline, Q: Parameters + Copy> Estimator for Runner<P, Q> {
     }
 }
 
-/// The front end that a pipeline needs.
+/// Front end for a pipeline.
 fn front_end<P: Pipeline>(pipeline: &P, vehicle: &Vehicle) -> FrontEnd {
     match pipeline.conditioning() {
         Some(params) => FrontEnd::conditioned(vehicle, params),

@@ -1,4 +1,4 @@
-//! Every number of our own estimator that a user does not set: its unit, and where it comes from.
+//! Every number of monorig's own estimator that a user does not set: its unit, and where it comes from.
 //!
 //! Provenance: *derived* follows from another number or from the hardware, *data sheet* is the sheet of an instrument,
 //! *measured* names the note with the measurement, *chosen* was set by hand. Values that a user sets stand with the
@@ -24,40 +24,40 @@ macro_rules! groups {
 }
 
 groups! {
-    /// The rail and the ways over it, as the filters may assume them.
+    /// Assumptions of the filters about the rail and motion on it.
     RAIL: Rail {
-        /// Distance behind the rail read at which η is the grade that the rail differs by, m. Chosen.
+        /// Distance behind the read rail at which η is the difference of the grade, m. Chosen.
         eta_m: Real = 9.0,
-        /// Standard deviation of the grade ahead of the rail read, rad/m. Chosen.
+        /// Standard deviation of the grade ahead of the read rail, rad/m. Chosen.
         ahead_rad_per_m: Real = 0.02,
-        /// Standard deviation of the grade ahead by the gradient of its end, rad per rad/m. Chosen.
+        /// Standard deviation of the grade ahead due to the gradient at the end of the read rail, rad per rad/m.
+        /// Chosen.
         ahead_m: Real = 0.7,
-        /// Standard deviations of the grade `eta_m` behind the rail read, rad: of a train that is switched on at a
+        /// Standard deviations of the grade `eta_m` behind the read rail, rad: of a train that is switched on at a
         /// standstill, and of one that came to where it is unseen. Chosen.
         behind_sd_rad: [Real; 2] = [0.02, 0.3],
-        /// Mean way behind the rail remembered over which η becomes another, m. Chosen.
+        /// Correlation distance of η behind the remembered rail, m. Chosen.
         eta_memory_m: Real = 2.0,
-        /// Standard deviation of the change of an unread grade by way gone back while no force measures it, rad/m.
-        /// Derived: half of a curvature of 0.1/m; on drawn courses no sample misled (`docs/notes/rail_fusion.md`,
-        /// "Wanted and measured").
+        /// Standard deviation of the change of an unread grade per distance gone back while no force measures it,
+        /// rad/m. Derived: half of a curvature of 0.1/m; on drawn courses no sample misled
+        /// (`docs/notes/rail_fusion.md`, "Wanted and measured").
         blind_rad_per_m: Real = 0.05,
-        /// Way gone back unseen beyond which it counts no more, m. Chosen.
+        /// Distance gone back unseen above which it no longer counts, m. Chosen.
         max_blind_m: Real = 10.0,
-        /// Way over which the last correction by the force fades where the rail is not read, m. Chosen
+        /// Distance over which the last correction by the force fades on unread rail, m. Chosen
         /// (`docs/notes/rail_fusion.md`).
         fade_m: Real = 10.0,
-        /// Way ahead of the rail read up to which a block is of use, m. Chosen.
+        /// Distance ahead of the read rail up to which a block is used, m. Chosen.
         max_ahead_m: Real = 0.8,
-        /// Least distance of the furthest mass ahead of the rail read that a jump of the force counts from, m. Chosen.
+        /// Least distance of the foremost mass ahead of the read rail at which a jump of the force counts, m. Chosen.
         min_ahead_m: Real = 0.5,
-        /// Mean distance of the tare behind the rail remembered up to which a block is of use when going back, m.
+        /// Largest mean distance of the tare behind the remembered rail at which a block is used when going back, m.
         /// Chosen.
         max_behind_m: Real = 0.3,
         /// Sharpest vertical curvature, rad/m: a faster turn of a slope over the way is that of an accelerometer, of
         /// wheels or of a load that jump. Chosen: a radius of 8 m.
         max_turn_radpm: Real = 0.13,
-        /// Sharpest bend that a vehicle may have gone round while the gyro was out of use, 1/m. Chosen: a radius of 4
-        /// m.
+        /// Sharpest bend that a vehicle may have passed while the gyro was out of use, 1/m. Chosen: a radius of 4 m.
         max_bend_per_m: Real = 0.25,
         /// Sharpest curvature of any track or road, 1/m. Chosen: a radius of 2 m.
         max_track_per_m: Real = 0.5,
@@ -68,21 +68,22 @@ groups! {
         /// are read, a block of its force is of use. Chosen.
         moves_mps: Real = 0.06,
     }
-    /// Limits of tests that all pieces share.
+    /// Common limits of tests.
     STATISTICS: Statistics {
-        /// Standard deviations beyond which a difference is more than noise: an innovation is deweighted and counts
-        /// linearly (Huber 1964), a gain is wrong. Chosen: 99.7 % of a normal variable is within.
+        /// Number of standard deviations beyond which a difference is more than noise: an innovation is deweighted and
+        /// counts linearly (Huber 1964), a gain is wrong. Chosen: 99.7 % of a normal variable is within.
         noise_sd: Real = 3.0,
         /// Standard deviations within which wheels agree. Chosen.
         agree_sd: Real = 7.0,
         /// Limit of the NIS of one innovation: a bump of one or two samples is for the gate, does not end validity and
         /// does not inflate the noise further. Chosen: five standard deviations.
         max_nis: Real = 25.0,
-        /// Usual steps from sample to sample beyond which a sample is an outlier. Chosen.
+        /// Multiple of the usual step between samples beyond which a sample is an outlier. Chosen.
         jump_factor: Real = 6.0,
-        /// Running means that one value counts for at most in them. Chosen: joints and bumps are no noise.
+        /// Largest weight of one value in a running mean, as a multiple of the mean. Chosen: joints and bumps are no
+        /// noise.
         clip: Real = 4.0,
-        /// Events in a row from which they are no chance: rejections of a gate, repetitions of a vector. Chosen.
+        /// Number of consecutive events that cannot be chance: rejections of a gate, repetitions of a vector. Chosen.
         in_a_row: u32 = 3,
     }
     /// Windows of the specific force.
@@ -93,7 +94,7 @@ groups! {
         rate_lag_s: Real = 0.02,
         /// Factor on the variance of f_y: impacts of the guide wheels. Chosen.
         lateral_noise_factor: Real = 25.0,
-        /// Velocity random walk that is assumed until that of the instrument has been seen, m/s/√s. Chosen: that of a
+        /// Velocity random walk that is assumed until the instrument's noise has been learnt, m/s/√s. Chosen: that of a
         /// shaken robot.
         unseen_walk: Real = 0.1,
     }
@@ -103,22 +104,22 @@ groups! {
         noise: Real = 3e-4,
         /// Share of the standstill speed below which the vehicle stands. Chosen.
         speed_share: Real = 0.4,
-        /// Time of standing before the gyro is taken to read its biases, s. Chosen.
+        /// Time at standstill after which the gyro's reading counts as its bias, s. Chosen.
         quiet_s: Real = 0.3,
         /// Length of a window of the gyro's mean, s. Chosen.
         window_s: Real = 0.25,
-        /// Windows in a row that must be alike. Chosen.
+        /// Number of consecutive windows that must be alike. Chosen.
         windows: u32 = 6,
-        /// Standard deviations beyond which a window contradicts the bias of the filter. Chosen.
+        /// Number of standard deviations beyond which a window contradicts the bias of the filter. Chosen.
         contradiction_sd: Real = 5.0,
-        /// Largest difference of two windows as a share of what they contradict the bias by. Chosen.
+        /// Largest difference of two windows, as a share of their difference from the bias. Chosen.
         max_difference: Real = 0.25,
     }
     /// Gate and scales of the wheel speeds.
     WHEELS: Wheels {
         /// Share of the speed by which wheels may differ beyond their noise: creep, scale. Chosen.
         spread: Real = 0.004,
-        /// Wheels whose agreement tells more than that they slip alike. Chosen.
+        /// Number of wheels whose agreement excludes equal slip. Chosen.
         min_agreed: usize = 3,
         /// Memory of the scale of one wheel against the mean of all, s. Chosen.
         scale_memory_s: Real = 20.0,
@@ -126,11 +127,11 @@ groups! {
         scale_mps: Real = 0.2,
         /// Largest scale error of one wheel against the mean. Chosen.
         max_scale: Real = 0.2,
-        /// Memory of the time by which wheels come before the accelerometer, s. Chosen.
+        /// Memory of the lead of the wheels over the accelerometer, s. Chosen.
         time_memory_s: Real = 1.0,
-        /// Largest such time, s: clocks that are further apart are set differently. Chosen.
+        /// Largest lead, s: clocks that are further apart are set differently. Chosen.
         max_ahead_s: Real = 0.5,
-        /// Change of the acceleration that is not known, m/s³. Chosen: the jerk of a start.
+        /// Unknown change of the acceleration, m/s³. Chosen: the jerk of a start.
         jerk_mps3: Real = 0.5,
     }
     /// Dynamic lag of a grade.
@@ -140,7 +141,7 @@ groups! {
     }
     /// Excitation gate of the regressions.
     EXCITATION: Excitation {
-        /// Longest period that counts as one, s. Chosen.
+        /// Longest period that counts, s. Chosen.
         max_period_s: Real = 60.0,
     }
     /// Gravity check of an accelerometer.
@@ -165,7 +166,7 @@ groups! {
     }
     /// Gate of the innovations of a state filter, as in the EKF2 of PX4.
     INNOVATION_GATE: InnovationGate {
-        /// Samples that the running scale of the innovations looks back on. Chosen.
+        /// Number of samples in the running scale of the innovations. Chosen.
         scale_memory: Real = 100.0,
     }
     /// Kinematic consistency of accelerometer, gyro and wheels.
@@ -174,72 +175,71 @@ groups! {
         low_pass_s: Real = 0.3,
         /// Time constant of the high-pass of the band, s. Chosen.
         high_pass_s: Real = 4.0,
-        /// Time constant of a second high-pass, which takes the bias of the gyro out, s. Chosen.
+        /// Time constant of a second high-pass, which removes the bias of the gyro, s. Chosen.
         leak_s: Real = 16.0,
-        /// Time for which the low-pass settles after a gap in its signals, s; the high-pass begins where it has come
-        /// to. Chosen.
+        /// Settling time of the low-pass after a gap in its signals, s; the high-pass then starts from its output.
+        /// Chosen.
         settle_s: Real = 1.0,
         /// Rate of the regression, 1/s. Chosen.
         rate_hz: Real = 5.0,
         /// Noise of a sample, m/s²: vibration behind the low-pass, the road under the wheels, a nod of the body by one
         /// degree. Chosen.
         noise_mps2: Real = 0.1,
-        /// Share of the regressors that is noise of them: a large start or a slip counts for no more than several small
-        /// ones. Chosen.
+        /// Share of noise in the regressors: a large start or a slip counts for no more than several small ones.
+        /// Chosen.
         relative_noise: Real = 0.3,
-        /// Noise of a sample by slopes at a speed without a gyro, m/s² for each m/s. Chosen.
+        /// Noise of a sample due to slopes without a gyro, m/s² for each m/s of speed. Chosen.
         slope_noise_per_s: Real = 1.0,
         /// Standard deviation of a gain before any sample. Chosen.
         gain_sd: Real = 0.5,
-        /// Largest error of a gain that is right. Chosen.
+        /// Largest error of a correct gain. Chosen.
         tolerance: Real = 0.4,
         /// Forgetting, per sample, of the gain that the sample informs. Chosen.
         forgetting: Real = 0.97,
         /// Forgetting, per sample, of the gain of the left axis. Chosen.
         cross_forgetting: Real = 0.93,
-        /// High-pass of both axes before that, s: axes that are exchanged on a grade leave a step on each, which must
-        /// have died out soon. Chosen.
+        /// High-pass of both axes before the regression, s: axes that are exchanged on a grade leave a step on each,
+        /// which must have died out soon. Chosen.
         cross_high_pass_s: Real = 1.5,
-        /// Noise of a sample of the left axis, which the road does not push, m/s². Chosen.
+        /// Noise of a sample of the left axis, without forces from the road, m/s². Chosen.
         cross_noise_mps2: Real = 0.05,
-        /// Standard deviations that the gain of the left axis must exceed. Chosen.
+        /// Number of standard deviations that the gain of the left axis must exceed. Chosen.
         cross_significant_sd: Real = 2.0,
-        /// Share of the regressors that is noise where the gyro is regressed on them: a slip, or a nod, is shorter than
-        /// a ramp and must not decide. Chosen.
+        /// Share of noise in the regressors in the regression of the gyro: a slip, or a nod, is shorter than a ramp and
+        /// must not decide. Chosen.
         turn_noise: Real = 0.6,
         /// Memory of the speed before a step, s. Chosen.
         before_s: Real = 2.0,
         /// Largest pitch rate of any track, rad/s: a gyro that reads more is itself in doubt, and the wheels are not.
         /// Chosen.
         max_pitch_radps: Real = 0.3,
-        /// Smallest step of the wheel speed that is wrong, m/s. Chosen.
+        /// Smallest wrong step of the wheel speed, m/s. Chosen.
         step_mps: Real = 0.4,
-        /// Smallest step that is wrong, as a share of the speed before. Chosen.
+        /// Smallest wrong step, as a share of the speed before the step. Chosen.
         step_share: Real = 0.25,
     }
     /// Load-change detector of the regressions.
     LOAD_CHANGE: LoadChange {
-        /// Size of one residual that is taken as ordinary, in standard deviations. Chosen.
+        /// Size up to which a residual is ordinary, in standard deviations. Chosen.
         ordinary_sd: Real = 1.5,
     }
     /// Observability of the grade by the force balance.
     OBSERVABILITY: Observability {
-        /// Standard deviation below which a grade counts as found again, rad. Derived: twice that of a steady run.
+        /// Standard deviation below which a grade is known again, rad. Derived: twice that of a steady run.
         found_sd_rad: Real = 0.01,
     }
     /// Arrivals of the samples of a channel.
     ARRIVALS: Arrivals {
-        /// Time without a sample after which an older stamp means that the clock of the instrument was set back, s.
-        /// Chosen.
+        /// Time without a sample after which an older stamp means a clock that was set back, s. Chosen.
         clock_set_back_s: Real = 1.0,
-        /// Mean gaps after which the last sample is stale. Chosen.
+        /// Number of mean gaps after which the last sample is stale. Chosen.
         timeout_gaps: Real = 3.0,
-        /// Mean deviations of the gaps on top of it. Derived: the factor of Jacobson (1988).
+        /// Number of mean deviations of the gaps added to this time. Derived: the factor of Jacobson (1988).
         timeout_deviations: Real = 4.0,
         /// Shortest timeout, s. Chosen: a dozen lost samples of a fast channel are nothing to filters with a corner of
         /// 1 Hz.
         min_timeout_s: Real = 0.1,
-        /// Gaps that their mean and deviation look back on. Chosen.
+        /// Number of gaps in their mean and deviation. Chosen.
         gap_memory: Real = 16.0,
     }
     /// Noise learnt from the samples of a channel.
@@ -251,34 +251,36 @@ groups! {
     }
     /// Spike gate.
     SPIKE_GATE: SpikeGate {
-        /// Samples that the usual jump looks back on. Chosen.
+        /// Number of samples in the usual jump. Chosen.
         memory: Real = 64.0,
     }
     /// Slip detector of the regressions.
     SLIP: Slip {
-        /// Adapted over nominal standard deviation of wheel speed from which the wheels are taken to slip. Chosen.
+        /// Ratio of adapted to nominal standard deviation of wheel speed above which the wheels count as slipping.
+        /// Chosen.
         max_sd_ratio: Real = 3.0,
     }
-    /// Another load after a standstill.
+    /// Detection of another load after a standstill.
     STANDING_LOAD: StandingLoad {
-        /// Samples of the force balance after driving off that confirm the mass. Chosen.
+        /// Number of samples of the force balance after driving off that confirm the mass. Chosen.
         confirming: u32 = 10,
-        /// Standard deviations by which a mass weighed anew may differ from the old one and be the same. Chosen.
+        /// Number of standard deviations by which a new mass may differ from the old mass and count as equal. Chosen.
         same_sd: Real = 2.0,
-        /// Standard deviations from which a mass weighed anew is another. Chosen.
+        /// Number of standard deviations above which a new mass counts as different. Chosen.
         other_sd: Real = 4.0,
-        /// Difference and twice its standard deviation up to which the mass is told to be the same, as a share of it.
+        /// Largest sum of the difference and twice its standard deviation for an equal mass, as a share of the mass.
         /// Derived: a load that is another by less may pass for the same, within three standard deviations of the
         /// gear's efficiency (3.5 %).
         same_share: Real = 0.12,
     }
     /// Stuck detectors of channels and of the IMU.
     STUCK: Stuck {
-        /// Repetitions in a row beyond which a noisy channel is stuck. Chosen.
+        /// Number of consecutive repetitions above which a noisy channel is stuck. Chosen.
         max_repeats: u32 = 20,
-        /// Time without another value beyond which a noisy channel is stuck, s. Chosen.
+        /// Time without a new value after which a noisy channel is stuck, s. Chosen.
         max_hold_s: Real = 0.5,
-        /// Changes per legitimate repetition, and without one, from which an instrument counts as noisy. Chosen.
+        /// Number of changes per legitimate repetition, and without one, above which an instrument counts as noisy.
+        /// Chosen.
         min_changes_per_repeat: u32 = 100,
     }
     /// The validity rule.
@@ -295,7 +297,7 @@ groups! {
     ARM: Arm {
         /// Predictions kept along the arm: a capacity. Chosen.
         places: usize = 4,
-        /// Way over which a large error is remembered, m. Chosen.
+        /// Distance over which a large error is remembered, m. Chosen.
         memory_m: Real = 8.0,
         /// Share of the largest recent square that counts as a variance. Derived: an error that comes and goes with
         /// each transition peaks at twice its root mean square.
@@ -303,22 +305,21 @@ groups! {
         /// Standard deviation of the pitch up to which the arm's error is measured, rad. Chosen.
         max_sd_rad: Real = 0.003,
     }
-    /// Instruments that are not calibrated.
+    /// Uncalibrated instruments.
     CALIBRATION: Calibration {
-        /// Standard deviation of the biases up to which an instrument counts as calibrated, and from which it does not,
-        /// m/s² and rad/s. Between the two it is doubted in proportion, so that no estimate jumps with what is told.
-        /// Chosen: a larger one may as well be the pitch of the mount or an error of scale
+        /// Standard deviations of the biases up to which an instrument counts as calibrated, and above which as
+        /// uncalibrated, m/s² and rad/s. Between the two it is doubted in proportion, so that no estimate jumps with
+        /// what is told. Chosen: a larger one may as well be the pitch of the mount or an error of scale
         /// (`docs/notes/rail_fusion.md`).
         calibrated_sd: [Real; 2] = [0.03, 0.06],
         /// Standard deviation of the scale of an instrument that is not calibrated. Measured in
         /// `docs/notes/rail_fusion.md`, "Uncalibrated and shaken instruments".
         scale_sd: Real = 0.0075,
-        /// Change of the pitch over which that counts as one error, rad. Chosen.
+        /// Change of the pitch over which the scale counts as one error, rad. Chosen.
         ramp_rad: Real = 0.2,
-        /// Angle by which its axes are askew against each other, rad. Measured in `docs/notes/rail_fusion.md`, as
-        /// above.
+        /// Non-orthogonality of its axes, rad. Measured in `docs/notes/rail_fusion.md`, as above.
         askew_rad: Real = 0.025,
-        /// Time over which a bend turns to one side, s. Chosen.
+        /// Longest time of a bend to one side, s. Chosen.
         bend_s: Real = 3.0,
         /// Bias of a calibrated accelerometer, m/s². Data sheet of a calibrated unit: 1 mg.
         accel_bias_mps2: Real = 0.00978,
@@ -331,9 +332,9 @@ groups! {
         memory_s: Real = 0.3,
         /// Threshold of the square of the mean over its variance. Chosen.
         threshold: Real = 30.0,
-        /// Largest excess over the threshold that is taken. Chosen.
+        /// Largest excess over the threshold that is used. Chosen.
         max_excess: Real = 20.0,
-        /// Time that the test must be above its threshold, s: slip is rejected sooner. Chosen.
+        /// Time for which the test must exceed its threshold, s: slip is rejected sooner. Chosen.
         wait_s: Real = 0.25,
         /// Time for which the monitor rests after a rejected wheel, s. Chosen.
         slip_rest_s: Real = 1.5,
@@ -342,9 +343,9 @@ groups! {
     }
     /// Solution separation of the pitch.
     SEPARATION: Separation {
-        /// Separation that is no fault, rad. Chosen.
+        /// Largest separation without a fault, rad. Chosen.
         nominal_rad: Real = 0.004,
-        /// Change of the pitch in which all must have agreed before a contradiction counts no more, rad. Chosen.
+        /// Change of the pitch over which all must agree until a contradiction no longer counts, rad. Chosen.
         excited_rad: Real = 0.01,
     }
     /// Heading by the integral of the yaw rate.
@@ -354,17 +355,17 @@ groups! {
     }
     /// Shocks of the accelerometer, and spikes of the gyro.
     SHOCK: Shock {
-        /// Jump of the accelerometer from one sample to the next that is a shock, m/s². Chosen.
+        /// Least jump of the accelerometer between samples that is a shock, m/s². Chosen.
         jump_mps2: Real = 1.5,
         /// Low-pass of |f| − g, s. Chosen: 0.1 s rejects the shocks of rail joints, too.
         norm_lag_s: Real = 0.4,
-        /// Deviation of |f| from g behind it beyond which the accelerometer is out of use, m/s². Chosen.
+        /// Deviation of |f| from g after this low-pass above which the accelerometer is out of use, m/s². Chosen.
         norm_gate_mps2: Real = 0.35,
         /// Time for which the gyro monitor rests after a shock, s. Chosen.
         rest_s: Real = 0.5,
         /// Time for which a shock rings, s. Chosen.
         ring_s: Real = 0.03,
-        /// Jump of the gyro that is no spike, rad/s. Chosen.
+        /// Largest jump of the gyro that is not a spike, rad/s. Chosen.
         min_jump_radps: Real = 0.1,
     }
     /// The attitude filter: limits of its state, and times.
@@ -375,31 +376,30 @@ groups! {
         max_speed_mps: Real = 100.0,
         /// Largest standard deviations of the state, in its units. Chosen.
         max_sd: [Real; crate::models::attitude::N] = [10.0, 0.6, 0.6, 2.0, 2.0, 2.0, 0.1, 0.1, 0.3, 0.3, 0.1],
-        /// Times without a wheel from which the variance of the speed grows by `coast`, and by which it is opened by
+        /// Times without a wheel after which the variance of the speed grows by `coast`, and after which it grows by
         /// `reopen`, s. Chosen.
         coast_s: [Real; 2] = [1.0, 8.0],
         /// Time without a sample after which wheels count as lost, s. Chosen.
         lost_s: Real = 0.5,
-        /// Largest age of a sample that counts, s: clocks that are further apart are set differently. Also the largest
-        /// lag of a torque that counts. Chosen.
+        /// Largest age of a used sample, s: clocks that are further apart are set differently. Also the largest lag of
+        /// a torque that counts. Chosen.
         max_age_s: Real = 1.0,
-        /// Time without any sample of accelerometer and wheels after which the vehicle may be anywhere and the filter
-        /// starts anew, s. Chosen.
+        /// Time without any sample of accelerometer and wheels after which the filter starts again, s. Chosen.
         pause_s: Real = 2.0,
         /// Time after a start in motion in which wheels may slip unseen, s. Chosen.
         opening_s: Real = 3.0,
-        /// Standard deviation of the pitch that this makes, rad/√s. Chosen.
+        /// Standard deviation of the pitch due to this slip, rad/√s. Chosen.
         opening_rad: Real = 0.06,
-        /// Time after a start in motion in which the filter is wrong if wheels that agree and do not slip contradict
-        /// its speed, s. Later it has shown that it is right. Chosen.
+        /// Time after a start in motion in which agreeing wheels without slip that contradict the speed prove the
+        /// filter wrong, s. Later it has shown that it is right. Chosen.
         young_s: Real = 20.0,
         /// Time for which wheels must contradict the speed, s. Chosen.
         contradicted_s: Real = 1.0,
-        /// Time without a gyro after which there is none, s. Chosen.
+        /// Time without samples after which the gyro counts as missing, s. Chosen.
         no_gyro_s: Real = 5.0,
         /// Growth of the variance of the speed without wheels, m²/s² per s. Chosen.
         coast: Real = 4e-4,
-        /// Growth of the variance of the speed once it is opened, m²/s² per s. Chosen.
+        /// Growth of the variance of the speed after `reopen`, m²/s² per s. Chosen.
         reopen: Real = 1.0,
         /// Standard deviations of the lateral force's model on a rail and on a road, m/s². On a road the side slip
         /// makes it wrong by some hundredths of m/s² for as long as a turn lasts, and the roll that passes for it
@@ -407,7 +407,7 @@ groups! {
         lateral_sd_mps2: [Real; 2] = [0.05, 5.0],
         /// Coupling of turns of a road vehicle, rad. Chosen.
         road_coupling_rad: Real = 0.01,
-        /// Time after which that coupling is another, s. Chosen.
+        /// Correlation time of this coupling, s. Chosen.
         turn_memory_s: Real = 2.0,
         /// Standard deviation of v̇ at the first sample, m/s²: of a vehicle that stands, of one that runs on a rail,
         /// and on a road. Chosen.
@@ -417,16 +417,16 @@ groups! {
     }
     /// Vertical curvature of the rail by the gyro.
     CURVATURE: Curvature {
-        /// Way over which it is smoothed, m: in way, not in time, or a body that nods at a stop would leave a curvature
-        /// of its own; its error is that of an arm shorter by as much. Chosen.
+        /// Smoothing distance, m: in way, not in time, or a body that nods at a stop would leave a curvature of its
+        /// own; its error is that of an arm shorter by as much. Chosen.
         memory_m: Real = 0.05,
     }
     /// Grade of the rail by the pitch of the body.
     SURVEY: Survey {
         /// Standard deviation of the pitch of the body against the rail, rad: its running wheels are springs. Chosen.
         model_sd_rad: Real = 0.0003,
-        /// Error of the chord as a share of that of the grade carried ahead over the arm. Derived: for d²θ/ds² it is
-        /// w²/6 against l²/2, a third where half the wheelbase w is the arm l.
+        /// Error of the chord, as a share of the error of the grade carried ahead over the arm. Derived: for d²θ/ds² it
+        /// is w²/6 against l²/2, a third where half the wheelbase w is the arm l.
         chord_share: Real = 1.0 / 3.0,
     }
     /// The effective grade.
@@ -438,9 +438,9 @@ groups! {
         force_motion: Real = 2.0,
         /// Share of a new block in the correction by force. Chosen.
         share: Real = 0.6,
-        /// Part of the correction that is left after a block of no use where the rail is read. Chosen.
+        /// Share of the correction that remains after an unused block on read rail. Chosen.
         left: Real = 0.7,
-        /// Standard deviation of the grade by rail behind what was read beyond which it counts as not read, rad.
+        /// Standard deviation of the grade due to rail behind the read rail above which it counts as unread, rad.
         /// Chosen.
         unread_sd_rad: Real = 0.002,
     }
@@ -449,17 +449,17 @@ groups! {
         /// Length of a part of a block, and time between two looks of the effective grade at the rail remembered (or
         /// `MEMORY.min_pitch_m`, whichever comes first), s. Chosen.
         substep_s: Real = 0.1,
-        /// Noise of the acceleration of a block that the model's noise covers, m/s². Chosen.
+        /// Noise of the acceleration of a block within the model's noise, m/s². Chosen.
         nominal_mps2: Real = 2.5e-3,
         /// Step of the accelerations kept, m/s². Derived: an eighth of their noise.
         acceleration_step: Real = 2e-4,
-        /// Noise of the acceleration of a part that the model's noise covers, m/s². Chosen.
+        /// Noise of the acceleration of a part within the model's noise, m/s². Chosen.
         nominal_part_mps2: Real = 0.01,
         /// Step in which the noise of a part is kept, m/s². Chosen: a byte keeps it.
         part_step: Real = 2e-3,
         /// Step of the lengths kept, s. Chosen: 16 bits keep it.
         length_step_s: Real = 2e-5,
-        /// Share of the brake beyond which a block is of no use. Chosen.
+        /// Share of the brake above which a block is not used. Chosen.
         max_brake: Real = 0.002,
     }
     /// Filter of the force balance with a swinging load.
@@ -475,17 +475,17 @@ groups! {
     QUEUE: Queue {
         /// Blocks kept that wait for rail; a capacity. Chosen.
         blocks: usize = 26,
-        /// Time after standing from which a block is of use, s. Chosen.
+        /// Time after standing after which a block is used, s. Chosen.
         settle_s: Real = 0.3,
-        /// Standard deviations by which the force may jump from one block to the next. Chosen.
+        /// Number of standard deviations by which the force may jump between blocks. Chosen.
         jump_sd: Real = 8.0,
-        /// Blocks after a jump until its cause is found. Chosen.
+        /// Number of blocks after a jump until its cause is known. Chosen.
         settling_blocks: u64 = 3,
     }
     /// Load bank.
     BANK: Bank {
-        /// Loads that a fresh hypothesis starts from, and their standard deviations, as shares of the largest load.
-        /// Chosen: closer together where they are light.
+        /// Initial loads of new hypotheses and their standard deviations, as shares of the largest load. Chosen: closer
+        /// together where they are light.
         loads: [[Real; 2]; 8] = [
             [0.03, 0.03],
             [0.10, 0.04],
@@ -498,33 +498,34 @@ groups! {
         ],
         /// Hypotheses kept after a block; a capacity. Chosen.
         kept: usize = 8,
-        /// Hypotheses with the fresh ones; a capacity. Derived: those kept and the loads above.
+        /// Number of hypotheses including new ones; a capacity. Derived: those kept and the loads above.
         most: usize = 16,
-        /// Rate of another load on the way, 1/s. Chosen.
+        /// Rate of load changes while moving, 1/s. Chosen.
         hazard_hz: Real = 3e-5,
-        /// Blocks of use from one share for another load to the next. Chosen.
+        /// Number of used blocks between two shares for another load. Chosen.
         share_blocks: u32 = 4,
-        /// Share of another load after a stand. Derived: a half, times a fifth by which a load that fits narrows, which
-        /// the weights leave out.
+        /// Share for another load after a standstill. Derived: a half, times a fifth by which a load that fits narrows,
+        /// which the weights leave out.
         stand_share: Real = 0.1,
         /// Degrees of freedom of a residual. Chosen: heavy tails.
         freedom: Real = 3.0,
-        /// Bhattacharyya distance of two loads that are the same. Chosen.
+        /// Bhattacharyya distance below which two loads are the same. Chosen.
         same: Real = 0.1,
         /// Weight below which a hypothesis is forgotten. Chosen.
         least_weight: Real = 1e-12,
-        /// Blocks used from which a mass is known. Chosen.
+        /// Number of used blocks after which a mass is known. Chosen.
         first_blocks: u32 = 6,
     }
     /// Torque monitor.
     TORQUE: Torque {
-        /// Speed of the rim over which the gear's efficiency changes sides, m/s. Chosen.
+        /// Speed of the rim over which the gear's efficiency reverses, m/s. Chosen.
         blend_mps: Real = 0.0085,
-        /// Low-pass behind which torques are compared, s. Chosen.
+        /// Low-pass before torques are compared, s. Chosen.
         lag_s: Real = 0.3,
-        /// Standard deviations beyond which a drive differs from the others, and the mean from the command. Chosen.
+        /// Number of standard deviations above which a drive differs from the others, and the mean from the command.
+        /// Chosen.
         gate_sd: Real = 6.0,
-        /// Share of a step of the command that a motor with a lag of 0.07 s is behind it after that low-pass. Derived:
+        /// Share of a step of the command by which a motor with a lag of 0.07 s is late after this low-pass. Derived:
         /// e^(0.07/0.3) − 1.
         delay: Real = 0.25,
         /// Lag behind the command that a motor may have, s. Chosen.
@@ -533,16 +534,16 @@ groups! {
         lag_memory_s: Real = 30.0,
         /// Memory of the mean age of samples, s. Chosen.
         age_memory_s: Real = 5.0,
-        /// Share of the torque that drives may share it unequally by, beyond noise and gain. Chosen.
+        /// Largest unequal share of the torque between drives, beyond noise and gain. Chosen.
         unequal: Real = 0.02,
     }
-    /// Parts of the train that are read, and when.
+    /// Conditions for reading the rail.
     SOURCE: TrainSource {
-        /// Standard deviation of the speed up to which the way run is measured, m/s. Chosen.
+        /// Standard deviation of the speed up to which the covered distance is measured, m/s. Chosen.
         seen_speed_sd_mps: Real = 0.02,
         /// Standard deviation of sin θ + b/g of a calm instrument. Chosen.
         calm_sum_sd: Real = 0.003,
-        /// Way over which what was read worse than usual goes out of the means under a train, m. Chosen.
+        /// Distance over which a bad reading disappears from the means under a train, m. Chosen.
         read_m: Real = 20.0,
         /// Standard deviation of sin θ + b/g up to which the rail is read: what is read badly is told with its doubt.
         /// Chosen.
@@ -552,23 +553,23 @@ groups! {
         /// Lag of the brake, s. Chosen.
         brake_lag_s: Real = 0.3,
     }
-    /// The rail as it is remembered.
+    /// The remembered rail.
     MEMORY: RailMemorySteps {
         /// Nodes remembered: a capacity. Chosen.
         nodes: usize = 300,
-        /// Smallest distance of nodes, and way between two looks at them for the effective grade, m. Chosen.
+        /// Smallest distance between nodes, and distance between two evaluations for the effective grade, m. Chosen.
         min_pitch_m: Real = 0.1,
-        /// Way remembered beyond the span of the train, m. Chosen.
+        /// Distance remembered beyond the span of the train, m. Chosen.
         spare_m: Real = 36.0,
-        /// Share of what a later visit reads. Chosen.
+        /// Weight of the reading of a later visit. Chosen.
         revisit: Real = 0.3,
-        /// Way over which the gradient at the front end is taken, m. Chosen.
+        /// Distance over which the gradient at the front end is computed, m. Chosen.
         end_m: Real = 1.0,
-        /// Way over which that gradient is taken to go on, m. Chosen.
+        /// Distance over which this gradient is assumed to continue, m. Chosen.
         onward_m: Real = 3.0,
-        /// Standard deviation of the distance to what was read from which it is forgotten, m. Chosen.
+        /// Standard deviation of the distance to the read rail above which the rail is forgotten, m. Chosen.
         max_doubt_m: Real = 0.5,
-        /// Standard deviation of that distance up to which it does not count, m. Chosen.
+        /// Standard deviation of this distance up to which it does not count, m. Chosen.
         min_doubt_m: Real = 0.02,
         /// Step of u kept. Chosen: 16 bits keep it.
         u_step: Real = 2e-5,

@@ -33,8 +33,8 @@ macro_rules! variants {
     };
 }
 
-/// Declares the published methods of one source, as `variants!` does estimators. The construction gives the corner and
-/// the sampling rate of the signals, Hz, and the method; what becomes of it is a
+/// Declares the published methods of one source, as `variants!` declares estimators. The construction gives the corner
+/// and the sampling rate of the signals, Hz, and the method; what becomes of it is a
 /// [`Published`](crate::methods::published::Published).
 #[allow(unused_macros)]
 macro_rules! methods {

@@ -39,7 +39,7 @@ pub mod text;
 pub mod tuning;
 pub mod verdicts;
 
-/// The example of the README compiles.
+/// Compiles the example of the README.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -10,7 +10,7 @@ pub(crate) fn is_hidden(c: char) -> bool {
         || matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
 }
 
-/// The text with hidden characters as their code points, such as `\u{1b}`.
+/// Text with hidden characters replaced by their code points, such as `\u{1b}`.
 pub fn spelled_out(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -22,7 +22,7 @@ pub fn spelled_out(text: &str) -> String {
     out
 }
 
-/// The text with a mark in place of each hidden character: as long as it was.
+/// Text with a mark instead of each hidden character: as long as it was.
 pub fn marked(text: &str) -> String {
     let mark = |c| {
         if is_hidden(c) {
@@ -57,7 +57,7 @@ pub(crate) fn with_unit(name: &str, unit: &str) -> String {
     }
 }
 
-/// A word as a shell takes it.
+/// A word quoted for a shell.
 pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "._-/=@:+,".contains(c);
     match word.chars().all(plain) && !word.is_empty() {

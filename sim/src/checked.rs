@@ -4,7 +4,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// Size beyond which a number in a file counts as a typing error.
+/// Largest size of a number in a file; a larger number counts as a typing error.
 const MAX_MAGNITUDE: f64 = 1e12;
 /// Size below which a number other than zero counts as a typing error: a division by it has no physical meaning.
 const MIN_MAGNITUDE: f64 = 1e-30;
@@ -18,7 +18,7 @@ macro_rules! checked {
         impl $name {
             /// The number.
             pub const fn get(self) -> f64 { self.0 }
-            /// A number that is right when the code is written (defaults).
+            /// A number that the code guarantees to be right (defaults).
             pub const fn new(x: f64) -> Self { Self(x) }
         }
         impl TryFrom<f64> for $name {
@@ -50,11 +50,11 @@ fn finite(x: f64, right: &str) -> Result<(), String> {
         Err(format!("this is {what}; write {right}"))
     } else if x.abs() > MAX_MAGNITUDE {
         Err(format!(
-            "{x:e} is too large to be meant; write {right}, at most {MAX_MAGNITUDE:e}"
+            "{x:e} is too large; write {right}, at most {MAX_MAGNITUDE:e}"
         ))
     } else if x != 0.0 && x.abs() < MIN_MAGNITUDE {
         Err(format!(
-            "{x:e} is too small to be meant; write {right}, of a size of at least {MIN_MAGNITUDE:e}"
+            "{x:e} is too small; write {right}, of a size of at least {MIN_MAGNITUDE:e}"
         ))
     } else {
         Ok(())
@@ -99,7 +99,7 @@ impl TryFrom<f64> for Version1 {
             Ok(Self)
         } else {
             Err(format!(
-                "this file has format version {version}, but only version 1 is known here; write `version: 1`, or use the monorig the file was written for"
+                "this file has format version {version}, but this monorig reads only version 1; write `version: 1`, or use the monorig for which the file was written"
             ))
         }
     }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// An error between a file on disk and a finished run.
+/// Error of reading files, simulating or recording.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file has a value that cannot be used.
@@ -16,7 +16,7 @@ pub enum Error {
         /// The error of the system.
         source: std::io::Error,
     },
-    /// The simulation left the range in which it means anything.
+    /// The simulation left its range of validity.
     #[error("the run broke down at t = {t_s:.3} s: {what}")]
     Broken {
         /// Simulated time, s.
@@ -29,7 +29,7 @@ pub enum Error {
     Estimator {
         /// Name in the scenario.
         name: String,
-        /// Seed of the run, if it is one with a seed.
+        /// Seed of the run, if the run has a seed.
         seed: Option<u64>,
         /// Simulated time, s.
         t_s: f64,
@@ -87,9 +87,9 @@ pub fn wrong(
 pub struct InputError {
     /// The file.
     pub file: PathBuf,
-    /// Line, from 1, where it is known.
+    /// Line, from 1, if known.
     pub line: Option<usize>,
-    /// Column, from 1, where it is known.
+    /// Column, from 1, if known.
     pub column: Option<usize>,
     /// Path of the key inside the file, such as `vertical[2].radius_m`; empty for the file as a whole.
     pub key: String,
@@ -100,7 +100,7 @@ pub struct InputError {
 }
 
 impl InputError {
-    /// The place with a colon behind it; nothing where there is none.
+    /// The place followed by a colon; empty without a place.
     fn place(&self) -> String {
         let place = self.file_and_key();
         match place.is_empty() {

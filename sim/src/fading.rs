@@ -1,9 +1,9 @@
-//! Rests of what fades away exponentially.
+//! Small remainders of values that decay exponentially.
 
-/// Below this size a rest acts on nothing.
+/// Size below which a remainder has no effect.
 const NOTHING: f64 = 1e-150;
 
-/// 0 in place of a rest of below 1e-150. It would go on to fade into subnormal numbers, where each operation costs a
+/// Replaces a remainder below 1e-150 by 0. It would go on to fade into subnormal numbers, where each operation costs a
 /// processor some hundred cycles, and rounding would keep it there for ever.
 pub(crate) fn faded(rest: f64) -> f64 {
     if rest.abs() < NOTHING { 0.0 } else { rest }

@@ -1,5 +1,5 @@
-//! Foreign code held at arm's length, so that its panics are errors: decoders of other libraries, which panic on some
-//! damaged files (arrow-ipc 58), and the estimators, controllers and plants of a program of one's own.
+//! Runs foreign code so that its panics become errors: decoders of other libraries, which panic on some damaged files
+//! (arrow-ipc 58), and the estimators, controllers and plants of a program of one's own.
 
 use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind, set_hook, take_hook};
@@ -8,7 +8,7 @@ use std::sync::Once;
 thread_local! {
     /// True while foreign code runs on this thread.
     static GUARDED: Cell<bool> = const { Cell::new(false) };
-    /// The words of the last panic of foreign code, with its place.
+    /// Message of the last panic of foreign code, with its place.
     static TOLD: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
@@ -31,7 +31,7 @@ pub fn guarded<T>(work: impl FnOnce() -> T) -> Result<T, String> {
 
 /// Runs a decoder. The words of its panics are of no use to whoever has a damaged file.
 pub fn decoded<T>(decode: impl FnOnce() -> T) -> Result<T, &'static str> {
-    guarded(decode).map_err(|_| "its decoder can make nothing of it")
+    guarded(decode).map_err(|_| "the decoder cannot read it")
 }
 
 /// The message of a panic and the place in the source: "no such wheel (src/main.rs:12)".

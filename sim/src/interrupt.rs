@@ -4,12 +4,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
-/// Asks everything to end in good order; true if that was asked for before.
+/// Asks the program to end in good order; returns true if this was asked before.
 pub fn request() -> bool {
     REQUESTED.swap(true, Ordering::Relaxed)
 }
 
-/// True once everything is to end.
+/// True after the program was asked to end.
 pub fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }

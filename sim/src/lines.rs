@@ -1,8 +1,8 @@
-//! Lines of files and pipes that others write: of bounded length.
+//! Lines of files and pipes from other programs: of bounded length.
 
 use std::io::{BufRead, Error, ErrorKind, Read, Result};
 
-/// Reads a line with its end, of at most so many bytes, behind what is in `line`. False at the end.
+/// Reads a line with its end, of a limited number of bytes, and appends it to `line`. False at the end.
 pub fn read_line(from: &mut impl BufRead, most: u64, line: &mut Vec<u8>) -> Result<bool> {
     let read = from.take(most + 1).read_until(b'\n', line)?;
     match read as u64 > most {

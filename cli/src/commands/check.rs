@@ -31,10 +31,10 @@ Examples:
 #[derive(Debug, clap::Parser)]
 #[command(name = "check", after_help = CHECK_EXAMPLES)]
 pub struct CheckArgs {
-    /// Files to check; their kind is told from their keys, of results from their names
+    /// Files to check; monorig finds the kind of a file from its keys, the kind of a result from its name
     #[arg(required_unless_present = "schema")]
     pub files: Vec<PathBuf>,
-    /// Kind of the files, if it cannot be told from their keys
+    /// Kind of the files, if their keys do not show it
     #[arg(long)]
     pub kind: Option<FileKind>,
     /// Print the JSON Schema of a kind of files: every key, its meaning and its unit; without KIND the kinds are listed
@@ -66,7 +66,7 @@ fn schema(kind: Option<FileKind>, registry: &Registry) -> Result<CommandOutcome,
     Ok(CommandOutcome::Held)
 }
 
-/// Check every file; all mistakes are shown, not only those of the first bad file.
+/// Check every file; the mistakes of all bad files are shown, not only of the first.
 fn check(task: &CheckArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let mut bad = 0;
     for file in &task.files {
@@ -120,8 +120,8 @@ fn recognise(file: &Path, keys: &[String]) -> Result<&'static FileFormat, Error>
         input_error(
             file,
             "",
-            "its keys do not tell what kind of file this is",
-            format!("say it with --kind, one of: {}", names.join(", ")),
+            "the keys do not show what kind of file this is",
+            format!("name the kind with --kind, one of: {}", names.join(", ")),
         )
     })
 }

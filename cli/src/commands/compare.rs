@@ -45,11 +45,11 @@ Examples:
       the same for a pull request; a sample may be 0.02 s early or late
 
 All estimators run in the same runs on the same measurements; `in_loop` stays
-what the scenario says. Differences to the reference are taken run by run; those
-of an error only on the samples that both estimators mark valid.
-Behind an error ± is twice the mean reported standard deviation, behind a ratio
+as in the scenario. Differences to the reference are computed run by run; for
+errors only on the samples that both estimators mark valid.
+After an error ± is twice the mean reported standard deviation, after a ratio
 half of its 95 % interval (percentile bootstrap over seeds). Medians, intervals, shares of samples and published figures are in --csv and --json, and
-`monorig report` makes a page of the latter.";
+`monorig report` makes a page of the JSON file.";
 
 /// Compare estimators on the same runs, or two runs signal by signal.
 #[derive(Debug, clap::Parser)]
@@ -64,7 +64,7 @@ pub struct CompareArgs {
     pub changes: Changes,
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = metric, help = METRICS)]
     pub metrics: Vec<String>,
-    /// Estimator that the others are held against; without it the first
+    /// Estimator to compare the others with; without this option the first
     #[arg(long, value_name = "NAME")]
     pub reference: Option<String>,
     #[command(flatten)]
@@ -86,14 +86,14 @@ const CSV_TITLES: &str = "estimator metric measured runs mean mean_low mean_high
     common_share difference difference_low difference_high published source";
 
 /// Help of `--metrics`.
-const METRICS: &str = "Metrics to compare; without it mass_rmse_kg, mass_error_converged_rel_max, slope_rmse_deg, slope_mae_deg, mass_misleading_share, \
+const METRICS: &str = "Metrics to compare; without this option mass_rmse_kg, mass_error_converged_rel_max, slope_rmse_deg, slope_mae_deg, mass_misleading_share, \
      mass_overconfident_share, slope_misleading_share, slope_overconfident_share and, where the runs have a Cramér-Rao bound, slope_rmse_over_bound, effective_slope_rmse_over_bound, mass_rmse_over_bound";
 
 /// Help of `--estimators`.
 const ESTIMATORS: &str =
-    "Estimators to compare, by name or as NAME=TYPE; without it those of the scenario";
+    "Estimators to compare, by name or as NAME=TYPE; without this option the scenario's";
 
-/// The changes to the scenario that add the estimators it does not have. One that it has under another type is an
+/// Changes that add the missing estimators to the scenario. An estimator that the scenario has with another type is an
 /// error.
 fn additions(
     scenario: &Scenario,
@@ -121,7 +121,7 @@ fn additions(
 }
 
 impl Command for CompareArgs {
-    /// Adds the names of the estimators there are to the help.
+    /// Adds the names of all estimators to the help.
     fn args(registry: &Registry) -> clap::Command {
         let names: Vec<&str> = registry.estimators().iter().map(|t| t.name()).collect();
         let long = format!("{ESTIMATORS}\n\nTypes: {}", names.join(", "));
@@ -147,12 +147,12 @@ impl Command for CompareArgs {
                 compare(self, file, program.registry)
             }
             [_] => Err(CliError::refused(
-                "a folder, tolerances, --signals and --html are for two runs, and only one path is named",
-                "monorig compare RUN RUN: two folders that `monorig run` has left",
+                "a folder, tolerances, --signals and --html need two runs, but only one path is given",
+                "monorig compare RUN RUN: two folders that `monorig run` has written",
             )),
             _ => Err(CliError::refused(
-                "--estimators, --seeds, --set, --metrics, --reference and --csv are for a scenario, and two paths are named",
-                "monorig compare FILE for estimators; --signals and tolerances for two runs",
+                "--estimators, --seeds, --set, --metrics, --reference and --csv need a scenario, but two paths are given",
+                "use monorig compare FILE for estimators; --signals and tolerances for two runs",
             )),
         }
     }
@@ -178,8 +178,8 @@ fn compare(
         .ok_or_else(|| {
             scenario.error(
                 "estimators",
-                "there is no such estimator to compare with",
-                format!("--reference with one of: {}", shown.join(", ")),
+                "the comparison has no estimator of this name",
+                format!("use --reference with one of: {}", shown.join(", ")),
             )
         })?;
     output::begin()?;
@@ -227,13 +227,13 @@ fn compare(
     parts.push(tables.join("\n\n"));
     let mut end: Vec<String> = Vec::new();
     end.extend(unfinished.iter().map(|run| {
-        let why = run.error.as_deref().unwrap_or("it did not come to its end");
+        let why = run.error.as_deref().unwrap_or("the run did not finish");
         format!("seed {} is left out: {why}", run.seed)
     }));
     end.extend(sentences);
     if !unfinished.is_empty() {
         end.push(format!(
-            "FAILED: {} of {} runs did not come to their end",
+            "FAILED: {} of {} runs did not finish",
             unfinished.len(),
             runs.len()
         ));
@@ -281,21 +281,21 @@ fn run(
     all_of(&scenario.name, task.jobs, specs, work)
 }
 
-/// The metrics of the overview unless others are asked for.
+/// Metrics of the overview unless the user asks for others.
 const MAIN: [&str; 2] = ["mass_rmse_kg", "slope_rmse_deg"];
-/// Metrics whose greatest is what misleads of an estimator.
+/// Metrics whose largest value is the share of misleading values of an estimator.
 const MISLEADING: [&str; 3] = [
     "mass_misleading_share",
     "slope_misleading_share",
     "effective_slope_misleading_share",
 ];
-/// Columns of what is told beside an error, such as ` ± 0.456`.
+/// Columns of the standard deviation beside an error, such as ` ± 0.456`.
 const TOLD: usize = 8;
 /// Columns of a multiple, such as `0.16 ± 0.02`.
 const MULTIPLE: usize = 11;
 
-/// A row for each estimator: the means of these metrics, each error also as a multiple of the reference's on the
-/// samples that both mark valid. What does not fit into `width` stands in further tables.
+/// A row for each estimator: the means of these metrics, each error also as a multiple of the reference's error on the
+/// samples that both mark valid. Columns that do not fit into `width` stand in further tables.
 fn overview(
     runs: &[RunResult],
     cells: &[ComparedMetric],
@@ -366,7 +366,7 @@ fn overview(
         let mut titles = vec![runs_told.clone()];
         for metric in chunk {
             titles.push(narrow(metric));
-            titles.extend(is_error(metric).then(|| "times\nthat of ¹".to_owned()));
+            titles.extend(is_error(metric).then(|| "ratio\nto ¹".to_owned()));
         }
         titles.extend((i == 0).then(|| "misled\n%".to_owned()));
         let columns = titles.len();

@@ -18,7 +18,7 @@ Examples:
 #[derive(Debug, clap::Parser)]
 #[command(name = "completions", after_help = COMPLETIONS_EXAMPLES)]
 pub struct CompletionsArgs {
-    /// For which shell
+    /// Shell for which the script is printed
     shell: Shell,
 }
 
@@ -33,8 +33,8 @@ impl Command for CompletionsArgs {
     }
 }
 
-/// The command line with the names of estimators and metrics as values of the options that take them: for scripts only,
-/// as a scenario may name its estimators otherwise.
+/// Command line with the names of estimators and metrics as values of their options: for scripts only, as a scenario
+/// may give its estimators other names.
 fn with_names(commands: clap::Command, registry: &Registry) -> clap::Command {
     let estimators = registry.estimators().iter().map(|t| t.name().to_owned());
     // a name lives as long as the program, which ends with this command

@@ -10,12 +10,12 @@ use monorig_wire::dbc;
 use monorig_wire::message::Message;
 use std::path::PathBuf;
 
-/// Write the DBC of the CAN messages by which an external estimator is reached.
+/// Write the DBC of the CAN messages to and from an external estimator.
 #[derive(Debug, clap::Parser)]
 #[command(
     name = "dbc",
     after_help = "Examples:\n  monorig dbc --drives 8 --out crane.dbc\n  monorig dbc --signals float --out lossless.dbc\n\n\
-    Samples, commands and step go to the estimator; its answer is estimate_mass,\nestimate_grade, estimate_status (if it likes) and \
+    Samples, commands and step go to the estimator; its answer is estimate_mass,\nestimate_grade, estimate_status (optional) and \
     estimate_motion, each with the\nnumber of the step. `monorig log export --to can` writes logs of the same messages."
 )]
 pub struct DbcArgs {
@@ -24,7 +24,7 @@ pub struct DbcArgs {
     drives: u64,
     #[command(flatten)]
     signals: Signals,
-    /// The file to write; without it the DBC is printed
+    /// File to write; without this option the DBC is printed
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }

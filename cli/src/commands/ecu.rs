@@ -18,22 +18,22 @@ Examples:
   monorig ecu rail_fusion --scenario scenarios/minimal.yaml < frames.log
       lines of candump in, the answers out";
 
-/// Run an estimator as an external one: it is given CAN frames and answers in CAN frames.
+/// Run an estimator as an external estimator: it reads CAN frames and answers with CAN frames.
 #[derive(Debug, clap::Parser)]
 #[command(name = "ecu", after_help = ECU_EXAMPLES)]
 pub struct EcuArgs {
-    /// The estimator, as `monorig list estimators` names it
+    /// Name of the estimator (`monorig list estimators`)
     name: String,
-    /// Scenario with the vehicle that the estimator is for
+    /// Scenario with the estimator's vehicle
     #[arg(long, value_name = "SCENARIO")]
     scenario: PathBuf,
-    /// Parameter that starts with another value than its default; may be given several times
+    /// Set a parameter to another value than its default; may be given several times
     #[arg(long = "set", value_name = "PARAMETER=VALUE", value_parser = assignment)]
     sets: Vec<(String, String)>,
     #[command(flatten)]
     signals: Signals,
-    /// Listen at this address for datagrams of cannelloni, until Ctrl-C; without it and `--can`, lines of candump come
-    /// by standard input
+    /// Listen at this address for datagrams of cannelloni, until Ctrl-C; without this option and `--can`, standard
+    /// input has lines of candump
     #[arg(long, value_name = "HOST:PORT")]
     udp: Option<SocketAddr>,
     /// Listen on this interface of SocketCAN, until Ctrl-C; for programs built with the feature `socketcan`
@@ -49,11 +49,12 @@ impl Command for EcuArgs {
         }
         let build = || monorig_fmu::built(&self.name, &settings, program.registry, &self.scenario);
         let numbers = self.signals.numbers();
-        let broken = |e: std::io::Error| CliError::refused(e.to_string(), "a bus that works");
+        let broken =
+            |e: std::io::Error| CliError::refused(e.to_string(), "check the bus or the address");
         match (self.udp, &self.can) {
             (Some(address), _) => {
                 let socket = UdpSocket::bind(address).map_err(|e| {
-                    let help = "an address of this machine with a free port";
+                    let help = "use an address of this machine with a free port";
                     CliError::refused(format!("{address}: {e}"), help)
                 })?;
                 note(&format!("{} listens at {address}", self.name));

@@ -1,4 +1,4 @@
-//! `monorig explain`: which source of error makes how much of a run's errors.
+//! `monorig explain`: the share of each source of error in a run's errors.
 
 use crate::arguments::{Foreign, Jobs, seeds};
 use crate::command::{Command, CommandOutcome, Program};
@@ -36,16 +36,17 @@ and all at once; then with more excitation. The terminal has the three sources
 that make most of the errors of the estimator in the loop. The folder of the run
 gets explain.json, and its report.html every table and plot.";
 
-/// Show how much of a run's errors each source of error makes.
+/// Show how much each source of error adds to a run's errors.
 #[derive(Debug, clap::Parser)]
 #[command(name = "explain", after_help = EXPLAIN_EXAMPLES)]
 pub struct ExplainArgs {
     /// Folder of a run
     pub run: PathBuf,
-    /// Its scenario file; without it one with its name and content is looked for here and in the folder scenarios
+    /// Scenario file of the run; without this option the file with the run's name and content, here or in the folder
+    /// scenarios
     #[arg(long, value_name = "FILE")]
     pub scenario: Option<PathBuf>,
-    /// Seeds to run; without it five from that of the run on
+    /// Seeds to run; without this option five, beginning with the run's seed
     #[arg(long, value_name = "SEEDS", value_parser = seeds)]
     pub seeds: Option<String>,
     #[command(flatten)]
@@ -63,7 +64,7 @@ impl Command for ExplainArgs {
     }
 }
 
-/// Make the runs, and show what each source makes of the errors.
+/// Make the runs, and show the share of each source in the errors.
 fn explain(task: &ExplainArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let manifest = Manifest::of_run(&task.run)?;
     let file = scenario_file(task, &manifest)?;
@@ -72,11 +73,11 @@ fn explain(task: &ExplainArgs, registry: &Registry) -> Result<CommandOutcome, Cl
     let scenario = &simulation.scenario;
     if scenario.name != scenario_name(&manifest) {
         let message = format!(
-            "this run is of {}, not of {}",
+            "this is a run of {}, not of {}",
             scenario_name(&manifest),
             scenario.name
         );
-        let help = "the scenario file of the run, or a run of this scenario";
+        let help = "name the scenario file of the run, or a run of this scenario";
         return Err(CliError::Sim(input_error(
             scenario.path(),
             "",
@@ -86,14 +87,14 @@ fn explain(task: &ExplainArgs, registry: &Registry) -> Result<CommandOutcome, Cl
     }
     let changed = scenario.input_digests() != manifest.inputs;
     if changed {
-        note("files of this run were changed since: explained is what they say now");
+        note("files of this run were changed later: the changed files are explained");
     }
     let mut same_run = scenario.clone();
     same_run.name.clone_from(&manifest.scenario);
     same_run.file.seeds = Seeds::one(manifest.seed);
     let program = manifest.monorig.differs(&identity());
     if !changed && program.is_none() && resolved(&same_run, registry) != manifest.resolved {
-        let message = "scenario file and changes do not come to what the manifest says was run";
+        let message = "scenario file and changes do not give the scenario in the run's manifest";
         let help = "make the run again with `monorig run`";
         let path = task.run.join(manifest::NAME);
         return Err(CliError::Sim(input_error(&path, "changes", message, help)));
@@ -120,7 +121,7 @@ fn explain(task: &ExplainArgs, registry: &Registry) -> Result<CommandOutcome, Cl
     Ok(CommandOutcome::Held)
 }
 
-/// Why there is no error that could be explained.
+/// Reason why there is no error to explain.
 fn nothing(task: &ExplainArgs, runs: &[RunResult]) -> CliError {
     let run = task.run.display();
     let broken = runs.iter().find_map(|r| r.error.as_ref());
@@ -129,17 +130,19 @@ fn nothing(task: &ExplainArgs, runs: &[RunResult]) -> CliError {
         .filter_map(|r| Some(r.summary.as_ref()?.simulated_s));
     let longest = longest.fold(0.0, f64::max);
     let (message, help) = match broken {
-        Some(error) => (error.clone(), "a run that comes to its end"),
+        Some(error) => (error.clone(), "use a run that finishes"),
         None if longest <= AFTER_S => (
-            format!("it ends after {longest:.1} s, and errors are measured from {AFTER_S} s on"),
+            format!(
+                "the run ends after {longest:.1} s, and errors are measured from {AFTER_S} s on"
+            ),
             "a longer run",
         ),
         None => (
-            "it has no estimator with an error".to_owned(),
-            "a run of a scenario with `estimators`",
+            "the run has no estimator with an error".to_owned(),
+            "use a run of a scenario with `estimators`",
         ),
     };
-    let message = format!("{run}: there are no errors to explain: {message}");
+    let message = format!("{run}: there is no error to explain: {message}");
     CliError::refused(message, help)
 }
 
@@ -171,14 +174,14 @@ fn asked_seeds(task: &ExplainArgs, first: u64) -> Result<Vec<u64>, CliError> {
     Ok(parsed.as_slice().to_vec())
 }
 
-/// The scenario file of a run: the one named, or one that has its name and, byte for byte, its content.
+/// Scenario file of a run: the file that the user names, or a file with the run's name and, byte for byte, its content.
 fn scenario_file(task: &ExplainArgs, manifest: &Manifest) -> Result<PathBuf, CliError> {
     if !manifest.resolved["log"].is_null() {
         return Err(CliError::Sim(input_error(
             &task.run,
             "",
-            "this run is a recorded log: its errors cannot be switched off",
-            "the folder of a run of `monorig run`",
+            "this run is a replay of a recorded log: sources of error cannot be switched off",
+            "name the folder of a run of `monorig run`",
         )));
     }
     if let Some(file) = &task.scenario {
@@ -187,7 +190,7 @@ fn scenario_file(task: &ExplainArgs, manifest: &Manifest) -> Result<PathBuf, Cli
     let found = of_run(manifest).ok_or_else(|| {
         let name = scenario_name(manifest);
         let message = format!(
-            "there is no {name}.yaml as it was in this run, here or in the folder scenarios"
+            "no {name}.yaml with the content of this run is here or in the folder scenarios"
         );
         CliError::refused(message, "name the scenario file with --scenario")
     })?;
@@ -219,7 +222,7 @@ fn runs(
     all_of(&scenario.name, task.jobs, specs.into_iter(), work)
 }
 
-/// A sentence, and the three sources that make most of the errors of one estimator, with 95 % intervals.
+/// A sentence, and the three largest sources of the errors of one estimator, with 95 % intervals.
 fn text(budget: &Budget, in_loop: Option<&str>) -> String {
     let (name, sentence) = budget.sentence(in_loop);
     let errors: Vec<_> = METRICS

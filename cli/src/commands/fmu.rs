@@ -41,15 +41,15 @@ enum What {
 
 #[derive(Debug, clap::Args)]
 struct EstimatorArgs {
-    /// The estimator, as `monorig list estimators` names it; that of a library by its name there
+    /// Name of the estimator (`monorig list estimators`); for a library its name there
     name: String,
-    /// Scenario with the vehicle that the estimator is for, and its instruments
+    /// Scenario with the estimator's vehicle and its instruments
     #[arg(long, value_name = "SCENARIO")]
     scenario: PathBuf,
     /// Shared library with the functions of monorig_estimator.h
     #[arg(long, value_name = "LIBRARY")]
     library: Option<PathBuf>,
-    /// Parameter that starts with another value than its default; may be given several times
+    /// Set a parameter to another value than its default; may be given several times
     #[arg(long = "set", value_name = "PARAMETER=VALUE", value_parser = assignment)]
     sets: Vec<(String, String)>,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! `monorig list`: the names there are, each with its unit, its range and one sentence; the runs there are.
+//! `monorig list`: all names of a kind, each with its unit, its range and one sentence; all runs.
 
 mod runs;
 
@@ -39,10 +39,10 @@ const WIDTH: usize = 80;
 pub struct ListArgs {
     /// Names to list
     pub what: Listed,
-    /// Of `parameters`: the estimator or controller; of `scenarios` and `runs`: the folder [default: scenarios, that of
-    /// the results]; of others: a part of the name
+    /// Estimator, folder or part of a name: with `parameters` the estimator or controller; with `scenarios` and `runs`
+    /// the folder [default: scenarios, the folder for results]; with the other lists a part of the name
     pub of: Option<String>,
-    /// Only names with this text
+    /// List only names with this text
     #[arg(
         long,
         value_name = "TEXT",
@@ -54,7 +54,7 @@ pub struct ListArgs {
     pub out: Out,
 }
 
-/// The lists there are.
+/// Lists that the command can print.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Listed {
     /// Types of estimators
@@ -73,11 +73,11 @@ pub enum Listed {
     Sensors,
     /// Scenarios in a folder
     Scenarios,
-    /// Runs in the folder for results, with what tells variants apart
+    /// Runs in the folder for results, with the changes of each variant
     Runs,
 }
 
-/// A name, what stands beside it (unit, range), and a sentence.
+/// A name, the text beside it (unit, range), and a sentence.
 struct Entry {
     name: String,
     values: String,
@@ -135,7 +135,10 @@ fn list(task: &ListArgs, registry: &Registry) -> Result<CommandOutcome, CliError
         .unwrap_or_default();
     if text.is_empty() && !part.is_empty() {
         let message = format!("there is no name with `{part}` in this list");
-        return Err(CliError::refused(message, "leave it out to see all names"));
+        return Err(CliError::refused(
+            message,
+            "leave the text out to see all names",
+        ));
     }
     output::print(&text)?;
     Ok(CommandOutcome::Held)
@@ -144,9 +147,9 @@ fn list(task: &ListArgs, registry: &Registry) -> Result<CommandOutcome, CliError
 fn parameters(of: Option<&str>, registry: &Registry) -> Result<Vec<Entry>, CliError> {
     let refused = |refusal: Refusal| CliError::refused(refusal.message, refusal.help);
     let Some(name) = of else {
-        let help = "name one, such as `monorig list parameters dffrls_aekf_robust`; `monorig list estimators` has their names";
+        let help = "name an estimator: `monorig list parameters dffrls_aekf_robust`; `monorig list estimators` has the names";
         return Err(CliError::refused(
-            "of which estimator, controller, instrument or plant?",
+            "`parameters` needs the name of an estimator, controller, instrument or plant",
             help,
         ));
     };
@@ -205,7 +208,7 @@ fn faults() -> Vec<Entry> {
     });
     let of_logs = faults_of_logs().into_iter();
     let of_logs = of_logs
-        .map(|(name, text)| entry(&name, "of logs alone, in maps; needs `size`".into(), &text));
+        .map(|(name, text)| entry(&name, "only in maps of logs; needs `size`".into(), &text));
     of_rig.chain(of_logs).collect()
 }
 
@@ -227,7 +230,7 @@ fn sensors(registry: &Registry) -> Vec<Entry> {
     of_sheet.chain(own).collect()
 }
 
-/// The scenarios in a folder and the folders in it, each with why it exists.
+/// Scenarios in a folder and its subfolders, each with its purpose.
 fn scenarios(folder: &Path) -> Result<Vec<Entry>, CliError> {
     if !folder.is_dir() {
         let help = "name a folder of scenarios: `monorig list scenarios DIR`";
@@ -269,7 +272,7 @@ fn unit(unit: &str) -> String {
     }
 }
 
-/// The name with unit and range, and below it the sentence, broken so that it fits the width.
+/// The name with unit and range, and below these the sentence in lines that fit the width.
 fn text(entry: &Entry) -> String {
     let head = format!("{}  {}", entry.name, entry.values);
     let lines = |words: &str, first: &str| {

@@ -1,4 +1,4 @@
-//! `monorig log`: recorded logs in and out.
+//! `monorig log`: read and write recorded logs.
 
 mod calibrate;
 pub(super) mod check;
@@ -10,7 +10,7 @@ mod track;
 use crate::command::{Command, CommandOutcome, Program};
 use crate::ui::errors::CliError;
 
-/// Look at a recorded log, check it, calibrate by it; write runs as logs.
+/// Show, check and calibrate with a recorded log; write runs as logs.
 #[derive(Debug, clap::Parser)]
 #[command(name = "log")]
 pub struct LogArgs {

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
     after_help = "Examples:\n  monorig man ~/.local/share/man/man1      then `man monorig-run`"
 )]
 pub struct ManArgs {
-    /// Folder the pages go to
+    /// Folder for the pages
     folder: PathBuf,
 }
 
@@ -26,7 +26,7 @@ impl Command for ManArgs {
     }
 }
 
-/// Writes a page for the program and one for each command; returns how many.
+/// Writes a page for the program and a page for each command; returns the number of pages.
 fn write_all(folder: &Path, command_line: &clap::Command) -> Result<usize, CliError> {
     let program = command_line.get_name().to_owned();
     write(folder, &program, command_line.clone())?;

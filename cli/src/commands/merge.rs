@@ -1,4 +1,4 @@
-//! `monorig merge`: the shards of a study, of a test or of a stress battery put together.
+//! `monorig merge`: join the shards of a study, of a test or of a stress battery.
 
 use crate::arguments::Json;
 use crate::command::{Command, CommandOutcome, Program};
@@ -17,7 +17,7 @@ use monorig_lab::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::error::Error;
 use std::path::PathBuf;
 
-/// Put the shards of a study, a test or a stress battery together.
+/// Join the shards of a study, a test or a stress battery.
 #[derive(Debug, clap::Parser)]
 #[command(
     name = "merge",
@@ -32,7 +32,7 @@ pub struct MergeArgs {
     /// Results of all shards of a study, a test or a stress battery
     #[arg(required = true)]
     pub parts: Vec<PathBuf>,
-    /// File the whole goes to; of a test `-` is standard output
+    /// File for the joined results; for a test `-` is standard output
     #[arg(long, value_name = "FILE")]
     pub into: PathBuf,
 }
@@ -43,7 +43,7 @@ impl Command for MergeArgs {
     }
 }
 
-/// Put the shards together, and print what all runs have come to.
+/// Join the shards, and print the results of all runs.
 fn merge(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
     let (parts, into) = (&task.parts, &task.into);
     let kind = match parts.first() {
@@ -70,7 +70,7 @@ fn merge(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
     }
 }
 
-/// Judge the shards of a test together, and write what `monorig test --json` would have written for the whole.
+/// Judge the shards of a test together, and write the file that `monorig test --json` would write for all runs.
 fn merge_tests(task: &MergeArgs) -> Result<CommandOutcome, CliError> {
     let shards = Shards::<RunResult>::open(&task.parts, CampaignKind::Test)?;
     let campaign = shards.campaign().clone();

@@ -1,4 +1,4 @@
-//! The commands, a file each: its arguments with their help, and what it does. A new one is a file, its `mod` and its
+//! The commands, a file each, with its arguments, its help and its work. A new command needs a file, its `mod` and its
 //! line in the list.
 
 mod check;
@@ -26,7 +26,7 @@ mod tune;
 use crate::command::CommandEntry;
 use std::ffi::OsString;
 
-/// The commands of monorig, in the order of the help; those that few need are not in its list.
+/// Commands of monorig, in the order of the help; rarely needed commands are hidden in its list.
 pub(crate) const COMMANDS: &[CommandEntry] = &[
     CommandEntry::of::<run::RunArgs>(),
     CommandEntry::of::<test::TestArgs>(),
@@ -51,7 +51,7 @@ pub(crate) const COMMANDS: &[CommandEntry] = &[
     CommandEntry::of::<man::ManArgs>().unlisted(),
 ];
 
-/// Names that commands had before version 0.1, each with the words that stand for it now.
+/// Names of commands before version 0.1, each with the words that replace it now.
 const OLD_NAMES: [(&str, &[&str]); 10] = [
     ("calibrate", &["log", "calibrate"]),
     ("draw", &["new", "courses"]),
@@ -65,8 +65,8 @@ const OLD_NAMES: [(&str, &[&str]); 10] = [
     ("sensors", &["log", "imu"]),
 ];
 
-/// The words of a command line with the command's old name, if it has one, replaced. `commands`: names of today, which
-/// come before old ones.
+/// Words of a command line, with an old name of the command replaced. `commands`: present names, which are found before
+/// old names.
 pub(crate) fn of_today(mut words: Vec<OsString>, commands: &[&str]) -> Vec<OsString> {
     let old = |word: &OsString| OLD_NAMES.iter().find(|(name, _)| word == name);
     let first =

@@ -1,4 +1,4 @@
-//! `monorig new`: files to begin with.
+//! `monorig new`: files from a template.
 
 mod courses;
 mod estimator;
@@ -7,7 +7,7 @@ mod scenario;
 use crate::command::{Command, CommandOutcome, Program};
 use crate::ui::errors::CliError;
 
-/// Make an estimator or a scenario to begin with, or draw courses
+/// Make an estimator or a scenario from a template, or draw courses
 #[derive(Debug, clap::Parser)]
 #[command(name = "new")]
 pub struct NewArgs {
@@ -15,7 +15,7 @@ pub struct NewArgs {
     task: NewTask,
 }
 
-/// New things.
+/// Things that the command makes.
 #[derive(Debug, clap::Subcommand)]
 enum NewTask {
     Estimator(estimator::NewEstimatorArgs),

@@ -1,4 +1,5 @@
-//! `monorig replay`: estimators over a recorded log or a kept run, and estimates made elsewhere beside them.
+//! `monorig replay`: run estimators over a recorded log or the kept samples of a run, and judge estimates of other
+//! programs.
 
 use super::log::check;
 use crate::command::{Command, CommandOutcome, Program};
@@ -26,34 +27,34 @@ Examples:
       --estimators rail_fusion,dffrls_aekf_robust
   monorig replay --map drive.map.yaml --junit replay.xml
   monorig replay --map drive.map.yaml --ghost
-      beside the vehicle of the map on the same drive
+      with the simulated vehicle of the map on the same drive
   monorig replay runs/minimal/1 --estimates mine.csv
-      estimates made elsewhere, judged beside ours, over a run that has kept its
-      samples (`monorig run --keep-samples`); with --map over a log
+      estimates of another program, judged beside ours, over a run made with
+      --keep-samples; with --map over a log
 
 Results are those of `monorig run`: OUT/<map>/1/ with manifest.json,
 channels.parquet, metrics.json and, with the viewer built in, run.rrd; `monorig
 report` makes a page of them. `monorig log info LOG` proposes a map, `monorig
-check --schema map` prints every key. The table of estimates has a time (that of
-the run or of the log's clock) and at least one of mass_kg, slope_deg,
+check --schema map` prints every key. The table of estimates has a time (of the
+run or of the log's clock) and at least one of mass_kg, slope_deg,
 effective_slope_deg, speed_mps; beside each …_sd_… (mass_sd_kg, slope_sd_deg)
-and …_valid (0 or 1) if there are.";
+and …_valid (0 or 1) are optional.";
 
-/// Run estimators over a recorded log, or judge estimates made elsewhere.
+/// Run estimators over a recorded log, or judge estimates of another program.
 #[derive(Debug, clap::Parser)]
 #[command(name = "replay", after_help = REPLAY_EXAMPLES)]
 pub struct ReplayArgs {
-    /// The log: one file, or the folder in which the files of the map are; without it where the map says. Without --map
-    /// the folder of a run that has kept its samples
+    /// The log: one file, or the folder with the files of the map; without LOG the paths in the map. Without --map the
+    /// folder of a run made with --keep-samples
     #[arg(value_name = "LOG|RUN", required_unless_present = "map")]
     pub log: Option<PathBuf>,
     /// Map file: the quantities in the columns of the log
     #[arg(long, value_name = "MAP")]
     pub map: Option<PathBuf>,
-    /// Table of estimates made elsewhere: CSV, Parquet or any format of a log
+    /// Table of estimates of another program: CSV, Parquet or any format of a log
     #[arg(long, value_name = "FILE")]
     pub estimates: Option<PathBuf>,
-    /// Name under which they are judged
+    /// Name for the estimates of --estimates
     #[arg(
         long,
         hide_short_help = true,
@@ -65,15 +66,15 @@ pub struct ReplayArgs {
     /// Estimators to run instead of those of the map, by name
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub estimators: Vec<String>,
-    /// Where estimators have the noise from: `from-log` (`wheel_speed_sd_mps` and `accel_sd_mps2` where the map does
-    /// not set them, with Allan figures of what stands) or `defaults`
+    /// Source of the noise for estimators: `from-log` (`wheel_speed_sd_mps` and `accel_sd_mps2` if the map does not set
+    /// them, with Allan figures at standstill) or `defaults`
     #[arg(long, hide_short_help = true, value_name = "SOURCE", value_parser = noise_source)]
     pub noise: Option<NoiseSource>,
-    /// Also record the vehicle of the map on the same drive, with the speed that was measured: the traction, motor
-    /// torque and specific force that it has, and how far off the measured ones are
+    /// Also simulate the vehicle of the map on the same drive; its traction, motor torque and specific force at the
+    /// measured speed are recorded, with their differences to the measured values
     #[arg(long, hide_short_help = true)]
     pub ghost: bool,
-    /// Only say what is wrong with the log, as `monorig log check`
+    /// Only find faults in the log, as `monorig log check` does
     #[arg(long, hide = true, requires = "map", conflicts_with_all = ["live", "no_rerun", "junit", "full_rate", "ghost"])]
     pub check: bool,
     /// Draw the lines of run.rrd through every row instead of about ten a second, and record long logs at the full rate
@@ -145,11 +146,11 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     play(&map, &playing, registry)
 }
 
-/// The map of a run that has kept its samples, and the folder of the log that it reads.
+/// Map of a run that has kept its samples, and the folder of its log.
 fn map_of_run(run: &Path, task: &ReplayArgs) -> Result<(Map, Temporary), CliError> {
     if !run.join(manifest::NAME).is_file() {
-        let help = "a run of `monorig run --keep-samples`, or a log with --map";
-        return Err(input_error(run, "", "this is no folder of a run", help).into());
+        let help = "use a run of `monorig run --keep-samples`, or a log with --map";
+        return Err(input_error(run, "", "this is not the folder of a run", help).into());
     }
     let manifest = Manifest::of_run(run)?;
     let out = task.play.out.get();
@@ -163,7 +164,7 @@ fn map_of_run(run: &Path, task: &ReplayArgs) -> Result<(Map, Temporary), CliErro
     Ok((map, folder))
 }
 
-/// A folder that goes when it is no longer needed.
+/// Temporary folder, removed when the value is dropped.
 struct Temporary(PathBuf);
 
 impl Drop for Temporary {

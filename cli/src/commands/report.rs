@@ -1,4 +1,4 @@
-//! `monorig report`: what was run, as an HTML file to read and to hand on.
+//! `monorig report`: write results as an HTML file to read and to pass on.
 
 mod view;
 mod web_viewer;
@@ -30,9 +30,9 @@ Examples:
   monorig report compared.json   writes compared.html
 
 Of a test of several scenarios verdicts.html is an index, with a page for
-each scenario in the folder verdicts. In the same way the results of a study, such as
-runs/vehicle_test_spread/results.jsonl; `monorig tune` writes its report by
-itself. The report is one file that needs nothing else: open it in any browser,
+each scenario in the folder verdicts. The results of a study have a report too:
+runs/vehicle_test_spread/results.jsonl; `monorig tune` writes its own
+report. A report is one file that needs nothing else: open it in any browser,
 offline, on a phone or on paper. With --view it is a page with the Rerun viewer
 and the recordings inside, runs/minimal/1/view.html, for a current browser on a
 computer; the viewer is taken from the Python package rerun-sdk, which must be
@@ -42,14 +42,14 @@ installed.";
 #[derive(Debug, clap::Parser)]
 #[command(name = "report", after_help = REPORT_EXAMPLES)]
 pub struct ReportArgs {
-    /// Folder of a run, or of two runs to compare; or results of `monorig test --json`, of `monorig compare --json`, or
-    /// of a study
+    /// Folder of a run, or of two runs to compare; or results of `monorig test --json`, `monorig compare --json` or a
+    /// study
     #[arg(required = true, num_args = 1..=2, value_name = "PATH")]
     pub paths: Vec<PathBuf>,
-    /// Write the report here instead of into or beside what it is about
+    /// Write the report here instead of beside the results
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Write a page with the Rerun viewer and the recordings inside instead
+    /// Write a page with the Rerun viewer and the recordings instead
     #[arg(long)]
     pub view: bool,
     /// Take the viewer from this program `rerun` instead of the installed one
@@ -63,7 +63,7 @@ impl Command for ReportArgs {
     }
 }
 
-/// Writes a report. The exit code is 0 once it is written, also where an expectation of the run failed.
+/// Writes a report. The exit code is 0 once the report is written, even if an expectation of the run failed.
 fn report(task: &ReportArgs) -> Result<CommandOutcome, CliError> {
     let (html, out) = match task.paths.as_slice() {
         _ if task.view => view(task)?,
@@ -98,7 +98,7 @@ fn report(task: &ReportArgs) -> Result<CommandOutcome, CliError> {
     Ok(CommandOutcome::Held)
 }
 
-/// The page with the viewer and the recordings of the runs, and where it goes.
+/// Page with the viewer and the recordings of the runs, and the path of this page.
 fn view(task: &ReportArgs) -> Result<(String, PathBuf), CliError> {
     let recordings = task.paths.iter().map(|folder| recording(folder));
     let recordings = recordings.collect::<Result<Vec<_>, CliError>>()?;
@@ -107,7 +107,7 @@ fn view(task: &ReportArgs) -> Result<(String, PathBuf), CliError> {
     {
         return Err(CliError::Refused {
             message: format!(
-                "both recordings are called {}: the viewer would take them for one",
+                "both recordings are called {}: the viewer would show them as one recording",
                 a.name
             ),
             help: "run one of them again with --name".into(),
@@ -129,8 +129,8 @@ fn view(task: &ReportArgs) -> Result<(String, PathBuf), CliError> {
 fn recording(run: &Path) -> Result<Recording, CliError> {
     let path = run.join("run.rrd");
     if !path.is_file() {
-        let message = "there is no recording for the viewer (run.rrd) here";
-        let help = "the folder of a run, made by a `monorig` with the viewer built in and without --no-rerun";
+        let message = "this folder has no recording for the viewer (run.rrd)";
+        let help = "use the folder of a run made by a `monorig` with the viewer built in, without --no-rerun";
         return Err(CliError::Sim(input_error(run, "", message, help)));
     }
     regular(&path)?;
@@ -148,7 +148,7 @@ fn recording_name(run: &Path) -> Result<String, CliError> {
     Ok(format!("{}-{}", manifest.scenario, manifest.seed))
 }
 
-/// The folder that a file is in.
+/// Folder of a file.
 fn folder_of(file: &Path) -> &Path {
     file.parent().unwrap_or(Path::new(""))
 }

@@ -57,30 +57,30 @@ pub struct RunArgs {
     /// Scenario files
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// Run these seeds instead of the scenario's first: `7`, `1..3` or `1,5,9`
+    /// Run these seeds instead of the first seed: `7`, `1..3` or `1,5,9`
     #[arg(long, value_name = "SEEDS", value_parser = seeds)]
     pub seed: Option<String>,
-    /// Call the variant that --set and --plant make this, instead of a short hash
+    /// Name of the variant that --set and --plant make, instead of a short hash
     #[arg(long, hide_short_help = true, value_name = "NAME", value_parser = variant::parse)]
     pub name: Option<String>,
     #[command(flatten)]
     pub out: Out,
-    /// Also stream to a Rerun viewer; without an address to the one that is open on this machine
+    /// Also stream to a Rerun viewer; without an address to the open viewer on this machine
     #[arg(long, value_name = "HOST:PORT", conflicts_with = "no_rerun", num_args = 0..=1, require_equals = true,
         default_missing_value = VIEWER, value_parser = address)]
     pub live: Option<SocketAddr>,
-    /// Simulate no faster than so many times real time; without it as fast as it goes. External estimators then answer
-    /// in time or not at all
+    /// Simulate no faster than this multiple of real time; without this option as fast as possible. With --pace
+    /// external estimators must answer in time
     #[arg(long, value_name = "TIMES", value_parser = pace::parse)]
     pub pace: Option<f64>,
     /// Do not write run.rrd
     #[arg(long)]
     pub no_rerun: bool,
     /// Draw the lines of run.rrd through every row instead of about ten a second, and record long runs at the full rate
-    /// too, instead of at half of it after two hours (360 000 rows), a quarter after four …
+    /// too, instead of half the rate after two hours (360 000 rows), a quarter after four …
     #[arg(long, hide_short_help = true)]
     pub full_rate: bool,
-    /// Keep every sample with stamp and arrival in samples.parquet: `monorig log export` makes a log of it
+    /// Keep every sample with stamp and arrival in samples.parquet: `monorig log export` makes a log from this file
     #[arg(long)]
     pub keep_samples: bool,
     /// Move the train with this plant instead of the scenario's
@@ -111,7 +111,7 @@ impl RunArgs {
     }
 }
 
-/// The plant that moves the train.
+/// Plant that moves the train.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PlantChoice {
     /// Rigid bodies in rapier
@@ -126,8 +126,8 @@ impl Command for RunArgs {
     }
 }
 
-/// Simulate scenarios with the seeds asked for, else each with its first seed; all of them are for tests and
-/// comparisons. Nothing is written before the whole input has been found good.
+/// Simulate each scenario with the user's seeds, else with its first seed; tests and comparisons use all its seeds.
+/// Nothing is written before the whole input is checked.
 fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let clock = task.pace.map(|times| Arc::new(WallClock::new(times)));
     let registry = &registry.clone().on_clock(clock.clone());
@@ -192,7 +192,7 @@ fn run(task: &RunArgs, registry: &Registry) -> Result<CommandOutcome, CliError> 
 struct Shown {
     verdicts: Vec<ScenarioVerdict>,
     json: Vec<serde_json::Value>,
-    /// An estimator could not go on.
+    /// True if an estimator broke down.
     broken: bool,
 }
 
@@ -211,7 +211,7 @@ impl Shown {
         self.broken = true;
     }
 
-    /// All runs in a line, those that failed by name.
+    /// Verdict on all runs in a line, with the names of the failed runs.
     fn words(&self) -> String {
         let all = self.verdicts.len();
         let failed = self.verdicts.iter().filter(|v| !v.held);
@@ -257,7 +257,7 @@ fn one(
         return Err(CliError::Interrupted);
     }
     if !run.summary.finished {
-        note("the train did not come to where the scenario ends (`stop.at_m`)");
+        note("the train did not reach the end of the scenario (`stop.at_m`)");
     }
     shown.json.push(run.json());
     shown.verdicts.push(run.summary.verdict());
@@ -271,8 +271,8 @@ fn one(
         .find(|(_, metrics)| is_late(metrics));
     match late {
         Some((late, _)) => Err(CliError::refused(
-            format!("this program missed its own deadlines: the run is no verdict on {late}"),
-            "an idle machine, `--no-rerun`, or a slower `--pace`; the channel `rig_late` counts the steps that were sent too late",
+            format!("this program missed its own deadlines: the run does not judge {late}"),
+            "use an idle machine, `--no-rerun`, or a slower `--pace`; the channel `rig_late` counts the steps that were sent too late",
         )),
         None => Ok(()),
     }

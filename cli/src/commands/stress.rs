@@ -1,4 +1,4 @@
-//! `monorig stress`: a battery of conditions for estimators, one at a time.
+//! `monorig stress`: try estimators under a battery of conditions, one condition at a time.
 
 use crate::arguments::{Changes, Jobs, NamedEstimator, Out, RANGES, named, shard, share};
 use crate::command::{Command, CommandOutcome, Program};
@@ -29,18 +29,18 @@ Examples:
       every condition in assets/conditions over the scenarios in scenarios/stress
   monorig stress --estimators rail_fusion,mine --html stress.html --json stress.json
   monorig stress --estimators mine --conditions my_conditions --only oil
-      also the conditions of a folder of yours; only those with `oil` in the name
+      also the conditions of your folder; only conditions with `oil` in the name
   monorig stress my_scenario.yaml --estimators mine --seeds 1..5
   monorig stress --estimators mine --against stress.json
       exit code 1 if a cell has become worse
   monorig stress --drawn 100 --seed 1 --estimators mine
-      faults that nobody chose: 100 drawn ones, each on a drawn course
+      100 drawn faults, which nobody chose, each on a drawn course
   monorig stress --shard 2/4 --json 2.jsonl
       every fourth run; `monorig merge 1.jsonl … --into stress.json` joins
 
 Each condition is applied by itself, and all estimators of a run see the same
-measurements: none of them is in the loop. Stopped, it goes on where it was when
-it is started again.";
+measurements: no estimator is in the loop. A stopped battery continues when it
+is started again.";
 
 /// Try estimators under a battery of conditions.
 #[derive(Debug, clap::Parser)]
@@ -49,10 +49,10 @@ pub struct StressArgs {
     /// Scenario files, or folders of them
     #[arg(default_value = "scenarios/stress")]
     pub scenarios: Vec<PathBuf>,
-    /// Estimators to try, by name or as NAME=TYPE; without it those of the scenarios
+    /// Estimators to try, by name or as NAME=TYPE; without this option the scenarios'
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = named)]
     pub estimators: Vec<NamedEstimator>,
-    /// Folder of conditions beside those of monorig; may be given several times
+    /// Folder of further conditions, beside monorig's; may be given several times
     #[arg(long, value_name = "DIR")]
     pub conditions: Vec<PathBuf>,
     /// Only conditions with one of these texts in the name or group
@@ -61,10 +61,10 @@ pub struct StressArgs {
     /// Draw N sensor faults instead, each on a drawn course
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000), conflicts_with_all = ["scenarios", "conditions", "only", "seeds"])]
     pub drawn: Option<u64>,
-    /// Seed of the first drawn fault; each further one has the next
+    /// Seed of the first drawn fault; each further fault has the next seed
     #[arg(long, value_name = "N", default_value_t = 1, requires = "drawn")]
     pub seed: u64,
-    /// File of ranges that the courses are drawn from
+    /// File of the ranges for the courses
     #[arg(long, hide_short_help = true, value_name = "FILE", default_value = RANGES, requires = "drawn")]
     pub ranges: PathBuf,
     #[command(flatten)]
@@ -80,23 +80,23 @@ pub struct StressArgs {
     /// Write the matrix as a page
     #[arg(long, hide_short_help = true, value_name = "FILE")]
     pub html: Option<PathBuf>,
-    /// Compare with what --json wrote earlier; a cell that has become worse fails
+    /// Compare with an earlier file of --json; a cell that has become worse fails
     #[arg(long, value_name = "FILE")]
     pub against: Option<PathBuf>,
-    /// Share by which an error may be worse; shares of samples may be worse by one percentage point
+    /// Share by which an error may grow; shares of samples may grow by one percentage point
     #[arg(long, hide_short_help = true, value_name = "SHARE", value_parser = share, default_value = "5%", requires = "against")]
     pub worse_than: f64,
-    /// Largest share of valid samples that may mislead; if a condition is beyond it the exit code is 1
+    /// Largest share of valid samples that may mislead; if a condition exceeds this share the exit code is 1
     #[arg(long, value_name = "SHARE", value_parser = part, conflicts_with = "shard")]
     pub max_misled: Option<f64>,
     #[command(flatten)]
     pub out: Out,
 }
 
-/// Reads a share that a gate may let pass: one of more than a half is no gate.
+/// Reads the share for --max-misled: a limit above one half would judge nothing.
 fn part(text: &str) -> Result<f64, String> {
     let share = share(text)?;
-    let wrong = "write at most 50%: beyond it nothing is judged";
+    let wrong = "write at most 50%: a larger share judges nothing";
     (share <= 0.5)
         .then_some(share)
         .ok_or_else(|| wrong.to_owned())
@@ -111,7 +111,7 @@ impl Command for StressArgs {
     }
 }
 
-/// Make the runs that are not there yet, and put them together.
+/// Make the missing runs, and join the results.
 fn stress(task: &StressArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let before = task.against.as_deref().map(StressFile::read).transpose()?;
     let begun = Instant::now();
@@ -186,7 +186,7 @@ fn battery(task: &StressArgs, registry: &Registry) -> Result<Battery, CliError> 
             );
             return Err(CliError::refused(
                 message,
-                format!("a part of a name in {CONDITIONS}"),
+                format!("use a part of a name in {CONDITIONS}"),
             ));
         }
     }
@@ -198,7 +198,7 @@ fn battery(task: &StressArgs, registry: &Registry) -> Result<Battery, CliError> 
     Ok(battery)
 }
 
-/// Draws courses and faults, writes them into the folder for results, and reads them as any others.
+/// Draws courses and faults, writes their files into the folder for results, and reads these files as any others.
 fn drawn(task: &StressArgs, count: u64, registry: &Registry) -> Result<Battery, CliError> {
     let ranges = RangesFile::load(&task.ranges)?;
     ranges.check(&task.ranges, registry)?;

@@ -1,4 +1,5 @@
-//! `monorig study`: many runs with drawn values or over a grid of values, results line by line, whole or in shards.
+//! `monorig study`: many runs with drawn values or over a grid of values, as a whole or in shards; each result is a
+//! line.
 
 use crate::arguments::{Changes, Expect, Jobs, Json, Out, assignment, shard};
 use crate::command::{Command, CommandOutcome, Program};
@@ -29,10 +30,10 @@ Examples:
       the same for a scheduler: exit code 0 once its runs are made
   monorig merge runs/vehicle_test_spread/results.*-of-5.jsonl --into all.jsonl
 
-Stopped or killed, it goes on where it was when it is started again, if program
-and input files are the same (copies of these are kept in OUT/<study>/inputs).
-The results are the same bytes whatever --jobs, whether it was interrupted or
-not, and whether it was run whole or in shards and merged.";
+A stopped or killed study continues when it is started again, if program and
+input files are the same (copies of the files are kept in OUT/<study>/inputs).
+The results are the same bytes for every --jobs, with or without interruptions,
+and for a whole run or merged shards.";
 
 /// Run a scenario many times, with drawn values or over a grid.
 #[derive(Debug, clap::Parser)]
@@ -71,7 +72,7 @@ impl Command for StudyArgs {
     }
 }
 
-/// Most values of one key.
+/// Largest number of values of one key.
 const MOST: usize = 10_000;
 
 /// Reads values of a key, as `PATH=FROM..TO:COUNT` or `PATH=A,B,C`.
@@ -106,8 +107,11 @@ fn planned(task: &StudyArgs, registry: &Registry) -> Result<Plan, CliError> {
         if sets.is_empty() {
             return Ok(prepare::study(&task.file, registry)?);
         }
-        let message = "--set and --seeds go with --vary; a study file has `set` and `first_seed`";
-        return Err(CliError::refused(message, "write them into the file"));
+        let message = "--set and --seeds need --vary; a study file has `set` and `first_seed`";
+        return Err(CliError::refused(
+            message,
+            "write the values into the study file",
+        ));
     }
     let mut grid = BTreeMap::new();
     for (path, values) in &task.vary {
@@ -141,10 +145,10 @@ fn planned(task: &StudyArgs, registry: &Registry) -> Result<Plan, CliError> {
     Ok(plan)
 }
 
-/// Characters of the folder of a sweep that its grid may take.
+/// Largest number of characters for the grid in a sweep's folder name.
 const LONGEST: usize = 120;
 
-/// Make the runs that are not there yet, then print what all of them have come to.
+/// Make the missing runs, then print the results of all runs.
 fn study(task: &StudyArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let plan = planned(task, registry)?;
     output::begin()?;

@@ -43,14 +43,14 @@ Examples:
   monorig test scenarios --seeds-from 4711
       as many runs with other seeds: does the verdict hold?
   monorig test scenarios -k 'liu2023 and not vehicle' --junit report.xml
-  monorig test --lf -x   what failed the last time, until one fails again
+  monorig test --lf -x   the scenarios that failed, until one fails again
   monorig test scenarios --baseline verdicts.json --worse-than 5%
-      fail also on what has become worse
+      fail also if a metric has become worse
   monorig test scenarios --shard 2/4 --json 2.jsonl --expect merge
       every fourth run, for one of four machines
   monorig merge 1.jsonl 2.jsonl 3.jsonl 4.jsonl --into all.json   judge them all
   monorig test scenarios --keep-failed failed
-      recording and report of the worst seed of what fails
+      recording and report of the worst seed of each failed scenario
   monorig test drawn --metrics slope_rmse_deg,mass_error_rel_end
       figures over all runs, by estimator
 
@@ -58,10 +58,9 @@ A scenario fails when a run does not finish, when an estimator never marks
 anything valid or marks misleading values valid, when an expectation does not
 hold in as many runs as it requires (`quantile`: 0.6 without the key; 1 for the
 train and the controller), or when a known failure is worse than
-what is known or all of ten runs hold it. While it goes on there is a line for
-each scenario; at the end stand the reasons of those that fail, known failures
-by estimator, and the verdict. With -v every finding, every known failure and
-its reason.";
+known or all of ten runs hold it. During the test each scenario prints a line;
+then follow the reasons of failures, known failures by estimator, and the
+verdict. -v adds every finding, every known failure and its reason.";
 
 /// Run scenarios over their seeds and judge what they expect.
 #[derive(Debug, clap::Parser)]
@@ -72,10 +71,10 @@ pub struct TestArgs {
     pub paths: Vec<PathBuf>,
     #[command(flatten)]
     pub jobs: Jobs,
-    /// Only scenarios whose names fit: texts in them, with `and`, `or`, `not`
+    /// Test only scenarios whose names fit: texts in the name, with `and`, `or`, `not`
     #[arg(short = 'k', long, value_name = "EXPR")]
     pub filter: Option<NameFilter>,
-    /// Only scenarios that failed when they were tested last; all if none did
+    /// Test only scenarios that failed in their last test; all scenarios if none failed
     #[arg(long, visible_alias = "last-failed")]
     pub lf: bool,
     /// Stop after the first scenario that fails
@@ -86,7 +85,7 @@ pub struct TestArgs {
     pub durations: Option<usize>,
     #[command(flatten)]
     pub changes: Changes,
-    /// Run as many seeds as each scenario states, from this one on: does the verdict hold on seeds nobody chose?
+    /// Run as many seeds as each scenario has, beginning with SEED: does the verdict hold on seeds nobody chose?
     #[arg(
         long,
         hide_short_help = true,
@@ -97,16 +96,16 @@ pub struct TestArgs {
     /// Record the worst seed of every scenario that fails into this folder, with a report
     #[arg(long, value_name = "DIR")]
     pub keep_failed: Option<PathBuf>,
-    /// Compare with what --json wrote for an earlier test; a metric that has become worse fails
+    /// Compare with the --json file of an earlier test; a metric that has become worse fails
     #[arg(long, value_name = "FILE")]
     pub baseline: Option<PathBuf>,
-    /// Share by which the mean over the seeds may be worse than in the baseline
+    /// Share by which the mean over the seeds may be worse than the baseline
     #[arg(long, hide_short_help = true, value_name = "SHARE", value_parser = share, default_value = "5%", requires = "baseline")]
     pub worse_than: f64,
     /// Print these metrics of every estimator over all runs: median, 95th percentile, largest
     #[arg(long, hide_short_help = true, value_name = "NAMES", value_delimiter = ',', value_parser = metric)]
     pub metrics: Vec<String>,
-    /// Make only part K of N of the runs, for `monorig merge` to judge with the others
+    /// Make only part K of N of the runs; `monorig merge` judges all parts together
     #[arg(long, hide_short_help = true, value_name = "K/N", value_parser = shard, requires = "json", conflicts_with_all = ["keep_failed", "baseline", "junit"])]
     pub shard: Option<Shard>,
     /// Who judges the expectations
@@ -119,7 +118,7 @@ pub struct TestArgs {
         requires_if("merge", "shard")
     )]
     pub expect: Expect,
-    /// Write the verdicts as JUnit XML, as CI servers read it
+    /// Write the verdicts as JUnit XML, for CI servers
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
     #[command(flatten)]
@@ -130,11 +129,11 @@ pub struct TestArgs {
 struct Case {
     path: PathBuf,
     name: String,
-    /// Its runs that are made here: place among all of its runs, and seed.
+    /// Runs of the scenario that are made here: place among all of its runs, and seed.
     runs: Vec<(u64, u64)>,
-    /// Its runs in all shards.
+    /// Number of the scenario's runs in all shards.
     list: RunList,
-    /// Its files, as they were when it was checked.
+    /// Files of the scenario with the content that was checked.
     inputs: InputFiles,
 }
 
@@ -144,7 +143,7 @@ impl Command for TestArgs {
     }
 }
 
-/// Run every scenario over its seeds. A file that cannot be used does not keep the others from being tested.
+/// Run every scenario over its seeds. A file that cannot be used does not stop the test of the others.
 fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let overrides = task.changes.all();
     let changes = match task.changes.sets.is_empty() {
@@ -163,7 +162,7 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
         // a panic on one file must not keep the others from their reports
         let made =
             guarded(|| case(path, &changes, task.seeds_from, registry)).unwrap_or_else(|told| {
-                let help = "values that have a physics; please report this file";
+                let help = "use physically possible values; please report this file";
                 let message = format!("monorig panicked while it built this scenario: {told}");
                 Err(input_error(path, "", message, help))
             });
@@ -180,14 +179,11 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     for case in &cases {
         if let Some(other) = names.insert(&case.name, &case.path) {
             let message = format!(
-                "{} and {} have one name",
+                "{} and {} have the same name",
                 other.display(),
                 case.path.display()
             );
-            return Err(CliError::refused(
-                message,
-                "another name for one of the two files",
-            ));
+            return Err(CliError::refused(message, "rename one of the two files"));
         }
     }
     if let Some(shard) = task.shard {
@@ -289,7 +285,7 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     }
 }
 
-/// The scenarios that the command names and chooses. None at all is an error.
+/// Scenarios that the command line selects. An empty selection is an error.
 fn chosen(task: &TestArgs, last_failed: &LastFailed) -> Result<Vec<PathBuf>, CliError> {
     let mut paths = scenarios(&task.paths)?;
     if let Some(filter) = &task.filter {
@@ -298,14 +294,14 @@ fn chosen(task: &TestArgs, last_failed: &LastFailed) -> Result<Vec<PathBuf>, Cli
         if paths.is_empty() {
             let first = task.paths.first().map_or(Path::new(""), PathBuf::as_path);
             let text = filter.text();
-            let message = format!("`{text}` fits the name of none of {all} scenarios");
+            let message = format!("`{text}` fits no name of the {all} scenarios");
             return Err(nothing(first, message));
         }
     }
     if task.lf {
         let failed: Vec<PathBuf> = (paths.iter().filter(|p| last_failed.has(p)).cloned()).collect();
         match failed.len() {
-            0 => note("no scenario of these failed the last time: all are tested"),
+            0 => note("none of these scenarios failed the last time: all are tested"),
             n => {
                 note(&format!(
                     "{n} of {} failed the last time",
@@ -335,7 +331,7 @@ fn durations(tested: &[TestedScenario], most: usize) -> String {
     )
 }
 
-/// Everything about a scenario that can be found wrong without running it is found here.
+/// Finds every mistake in a scenario that can be found without running it.
 fn case(
     path: &Path,
     changes: &Sets,
@@ -376,7 +372,7 @@ fn shard_text(cases: &[Case], tested: &[TestedScenario], shard: Shard) -> String
     campaign::text(&all.part(Some(shard)), &runs.collect::<Vec<_>>())
 }
 
-/// Leave a shard's part of all runs: every n-th, counted over all scenarios.
+/// Keeps a shard's part of all runs: every n-th run, counted over all scenarios.
 fn keep_part(cases: &mut [Case], shard: Shard) {
     let mut count = 0;
     for case in cases {
@@ -452,7 +448,7 @@ fn run(
     Ok((tested, compared))
 }
 
-/// Scenarios none of whose runs are in this shard.
+/// Scenarios without a run in this shard.
 fn skip_empty(tested: &mut Vec<TestedScenario>, cases: &[Case]) {
     while let Some(case) = cases.get(tested.len()).filter(|c| c.runs.is_empty()) {
         let judged = ScenarioVerdict::new(&case.name, Vec::new());
@@ -460,7 +456,7 @@ fn skip_empty(tested: &mut Vec<TestedScenario>, cases: &[Case]) {
     }
 }
 
-/// Notes of steps that estimators refused.
+/// Shows a note for each estimator that refused steps.
 fn refusals(tested: &TestedScenario, case: &Case) {
     for run in &tested.judged.runs {
         for (name, times, reason) in run.summary.iter().flat_map(|s| &s.refusals) {

@@ -27,7 +27,7 @@ Examples:
   monorig tune scenarios/tuning/quick.yaml
       search; results go to runs/tune/quick/
   monorig tune scenarios/tuning/quick.yaml --resume
-      go on after an interruption, with the same future
+      continue after an interruption, with the same results
   monorig check scenarios/tuning/*.yaml
       find mistakes in studies without running them
 
@@ -43,10 +43,10 @@ constants and winner side by side.";
 pub struct TuneArgs {
     /// Study file
     pub file: PathBuf,
-    /// Go on with the trials that are there
+    /// Continue after the existing trials
     #[arg(long)]
     pub resume: bool,
-    /// Drop the trials that are there, and start anew
+    /// Drop the existing trials, and start anew
     #[arg(long, conflicts_with = "resume")]
     pub restart: bool,
     #[command(flatten)]
@@ -69,7 +69,7 @@ impl Command for TuneArgs {
     }
 }
 
-/// Run a study. Nothing is written before the whole input has been found good.
+/// Run a study. Nothing is written before the whole input is checked.
 fn tune(task: &TuneArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let study = prepare::tuning(&task.file, registry)?;
     let out = task.out.get();
@@ -137,7 +137,7 @@ impl Progress for TuningProgress {
         let n = trial.trial + 1;
         let best = match best {
             Some(best) => format!("best loss {:.4} (trial {})", best.loss(), best.trial),
-            None => "none good yet".to_owned(),
+            None => "no good trial yet".to_owned(),
         };
         self.show(
             &format!("trial {n} of {budget}, {best}"),

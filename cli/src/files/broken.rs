@@ -5,7 +5,7 @@ use monorig_sim::error::Error;
 use std::path::Path;
 
 /// Help for a result that cannot be used.
-pub(crate) const MAKE_AGAIN: &str = "make it again with `monorig run`";
+pub(crate) const MAKE_AGAIN: &str = "make the result again with `monorig run`";
 
 /// Makes the error of a result that cannot be used.
 pub(crate) fn broken(path: &Path, message: String) -> Error {

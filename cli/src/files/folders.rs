@@ -22,7 +22,7 @@ pub fn yaml_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     inside(folder, &mut BTreeSet::new())
 }
 
-/// The same, each folder once: a link could lead round in a circle.
+/// Reads each folder only once: links could form a circle.
 fn inside(folder: &Path, seen: &mut BTreeSet<PathBuf>) -> Result<Vec<PathBuf>, Error> {
     let place = folder.canonicalize().map_err(Error::at(folder))?;
     let mut files = Vec::new();

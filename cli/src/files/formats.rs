@@ -1,4 +1,4 @@
-//! The kinds of files there are. A new one is a variant and a row of the table.
+//! All kinds of files. A new kind needs a variant and a row of the table.
 
 use crate::files::load;
 use crate::files::schema_words::Words;
@@ -30,7 +30,7 @@ use schemars::{Schema, schema_for};
 use serde_json::Value;
 use std::path::Path;
 
-/// A kind of file of ours.
+/// Kind of a file of monorig.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum FileKind {
     /// A run: track, train, drive cycle, sensors, estimators, expectations
@@ -71,7 +71,7 @@ pub struct FileFormat {
     pub name: &'static str,
     /// Its purpose.
     pub about: &'static str,
-    /// Keys by which a file of the kind is recognised: the kind with most of them in the file.
+    /// Keys that identify the kind of a file: the kind with most of its keys in the file is chosen.
     pub telling: &'static [&'static str],
     /// Its JSON Schema, of all estimators and controllers.
     schema: fn() -> Schema,
@@ -90,7 +90,7 @@ const INSTRUMENT: (&str, Words) = ("/$defs/Event/anyOf/2/properties/sensor", Wor
 const TYPE: (&str, Words) = ("/$defs/Settings/properties/is", Words::EstimatorTypes);
 const ESTIMATORS: (&str, Words) = ("/properties/estimators", Words::Estimators);
 
-/// From rows of kind, name and purpose; telling keys; type; words; check: the list of formats.
+/// Makes the list of formats from rows of kind, name and purpose; identifying keys; type; words; check.
 macro_rules! kinds {
     ($($kind:ident $name:literal $about:literal; $telling:expr; $file:ty; $words:expr; $check:expr;)*) => {
         &[$(FileFormat {
@@ -120,7 +120,7 @@ pub const KINDS: &[FileFormat] = kinds! {
     Train "train" "a train: units front to rear, load, limits, running resistance";
         &["consist", "drawbar", "limits", "resistance"]; TrainFile; &[];
         |path, _| Train::load(path).map(drop);
-    Unit "unit" "a unit of a train: what its URDF cannot say (springs, motor, gear, clamp, brake)";
+    Unit "unit" "a unit of a train: data that a URDF cannot hold (springs, motor, gear, clamp, brake)";
         &["urdf", "length_m", "running_gear", "carried_by", "connections"]; UnitFile; &[];
         |path, _| Unit::load(path).map(drop);
     Car "car" "a car for a road: mass, wheels, tyres, motors, brakes, suspension, driver";
@@ -132,7 +132,7 @@ pub const KINDS: &[FileFormat] = kinds! {
     RailProfile "rail-profile" "the section of an I-beam rail";
         &["height_m", "flange_width_m", "web_m", "flange_tip_m", "flange_root_m"]; ProfileFile; &[];
         |path, _| Profile::load(path).map(drop);
-    Ranges "ranges" "what `monorig new courses` draws from: trains, tracks, drives, instruments";
+    Ranges "ranges" "ranges for `monorig new courses`: trains, tracks, drives, instruments";
         &["trains", "sensors", "noise_factor", "bias_factor", "track", "drive", "estimators"]; RangesFile; &[TYPE];
         |path, registry| RangesFile::load(path)?.check(path, registry);
     Condition "condition" "changes to a scenario under which `monorig stress` tries estimators";
@@ -141,12 +141,12 @@ pub const KINDS: &[FileFormat] = kinds! {
     Study "study" "a scenario run many times with drawn values";
         &["scenario", "runs", "first_seed", "set", "vary"]; StudyFile; &[];
         |path, registry| Plan::load(path, registry).map(drop);
-    Tuning "tuning" "a tuning study: what varies, over which runs, what is good, how to search";
+    Tuning "tuning" "a tuning study: parameters to vary, runs, loss, method of search";
         &["estimator", "parameters", "tuning", "validation", "objective", "budget", "optimiser"];
         TuningFile;
         &[("/properties/is", Words::EstimatorTypes), ("/$defs/Constraint/properties/metric", Words::Metric), ("/$defs/Term/properties/metric", Words::Metric)];
         |path, registry| TuningStudy::load(path, registry).map(drop);
-    Map "map" "what the columns of a recorded log measure, and what estimates are held against";
+    Map "map" "the quantities in the columns of a recorded log, and the reference of the estimates";
         &["files", "dbc", "time", "clocks", "step", "channels", "reference", "nominal"];
         MapFile;
         &[TYPE, ESTIMATORS, METRIC_OF_BOUND, METRIC_OF_FAILURE];
@@ -156,7 +156,7 @@ pub const KINDS: &[FileFormat] = kinds! {
             let simulation = replay::simulation(&map, &ReplayOptions::default(), registry)?;
             expected::check(&simulation.scenario)
         };
-    Vehicle "vehicle" "the numbers of a vehicle that estimators are given, for the map of a recorded log";
+    Vehicle "vehicle" "the data of a vehicle for estimators, for the map of a recorded log";
         &["nominal_vehicle"]; VehicleFile; &[];
         |path, _| VehicleFile::values(&Document::read(path)?).map(drop);
     Parameters "parameters" "parameters of an estimator, for scenarios to include";
@@ -165,7 +165,7 @@ pub const KINDS: &[FileFormat] = kinds! {
 };
 
 impl FileFormat {
-    /// The JSON Schema, with the words that the program has.
+    /// JSON Schema with the names that the program knows.
     pub fn schema(&self, registry: &Registry) -> Schema {
         let mut schema = (self.schema)();
         let of_entry = schema.pointer("/$defs/Settings/properties");
@@ -185,7 +185,7 @@ pub fn row(kind: FileKind) -> Option<&'static FileFormat> {
     KINDS.iter().find(|row| row.kind == kind)
 }
 
-/// The kind of a file with these keys at its top, if they decide it.
+/// Kind of a file with these top-level keys, if the keys identify it.
 pub fn recognise(keys: &[String]) -> Option<&'static FileFormat> {
     let hits = |row: &FileFormat| {
         let telling = row.telling.iter();

@@ -1,4 +1,4 @@
-//! A scenario, read and checked by building the simulation of the first of its seeds.
+//! Reads a scenario and checks it by building the simulation of its first seed.
 
 use crate::ui::note::note;
 use monorig_lab::verdicts::expected;
@@ -10,7 +10,7 @@ use monorig_sim::control::FeedForward;
 use monorig_sim::error::Error;
 use std::path::Path;
 
-/// Reads a scenario and every file it names, and checks them against each other. Parts of others that the registry does
+/// Reads a scenario and every file it names, and checks them against each other. Foreign parts that the registry does
 /// not run are left out.
 pub fn check(path: &Path, registry: &Registry) -> Result<(), Error> {
     let mut scenario = Scenario::load_with(path, &Sets::default())?;
@@ -36,12 +36,12 @@ pub fn check(path: &Path, registry: &Registry) -> Result<(), Error> {
     built(scenario, registry).map(drop)
 }
 
-/// Says which parts of others are not run.
+/// Shows a note with the foreign parts that are not run.
 pub fn say_left_out(parts: &[String]) {
     if !parts.is_empty() {
         let parts = parts.join(", ");
         note(&format!(
-            "code of others, not run without --allow-foreign: {parts}"
+            "foreign code, not run without --allow-foreign: {parts}"
         ));
     }
 }

@@ -1,4 +1,4 @@
-//! Files named on the command line: what kinds there are, how each is checked, what a run has left behind.
+//! Files named on the command line: their kinds, their checks, and the results of runs.
 
 pub(crate) mod broken;
 pub(crate) mod csv;

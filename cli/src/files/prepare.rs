@@ -1,4 +1,4 @@
-//! Everything about a scenario or a tuning study that can be found wrong without running it.
+//! Checks of a scenario or a tuning study that need no run.
 
 use crate::files::formats::{self, FileKind};
 use crate::files::load;
@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Read a scenario with `--set` applied, and every file it names; check them against each other by building the
-/// simulation of the first of its seeds.
+/// simulation of its first seed.
 pub fn simulation(
     path: &Path,
     overrides: &[(String, String)],
@@ -23,7 +23,7 @@ pub fn simulation(
     changed(path, &Sets::new(overrides), registry)
 }
 
-/// Reads and checks a scenario with changes that may come from another file.
+/// Reads and checks a scenario with changes, which may come from another file.
 pub fn changed(path: &Path, changes: &Sets, registry: &Registry) -> Result<Simulation, Error> {
     let scenario = Scenario::load_with(path, changes);
     let scenario = scenario.map_err(|e| mistaken(e, path, FileKind::Scenario))?;
@@ -51,7 +51,8 @@ pub fn sweep(
     plan.map_err(|e| mistaken(e, path, FileKind::Scenario))
 }
 
-/// The error of a file that is not there, or is of another kind than `wanted`: its help says what was meant.
+/// Error of a file that is missing, or is of another kind than `wanted`; the help proposes what the user may have
+/// meant.
 fn mistaken(mut error: Error, path: &Path, wanted: FileKind) -> Error {
     let Error::Input(input) = &mut error else {
         return error;
@@ -78,7 +79,7 @@ fn mistaken(mut error: Error, path: &Path, wanted: FileKind) -> Error {
             _ => "",
         };
         input.help = format!(
-            "this file is of the kind {}, and this command wants one of the kind {}{command}",
+            "this file is of the kind {}, but this command needs the kind {}{command}",
             found.name, row.name
         );
     }

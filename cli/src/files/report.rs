@@ -7,14 +7,14 @@ use monorig_lab::reports::run;
 use monorig_lab::verdicts::signals::SignalComparison;
 use std::path::{Component, Path, PathBuf};
 
-/// Writes the report of a run into its folder; returns where it is.
+/// Writes the report of a run into its folder; returns the path of the report.
 pub(crate) fn of_run(folder: &Path) -> Result<PathBuf, CliError> {
     let out = folder.join("report.html");
     output::write(&out, &run::page(folder, &link(folder, folder))?.to_html())?;
     Ok(out)
 }
 
-/// The report of two runs, as it is written to `out`.
+/// Report of two runs, with links relative to `out`.
 pub(crate) fn of_pair(
     pair: &Pair,
     folders: [&Path; 2],
@@ -26,7 +26,7 @@ pub(crate) fn of_pair(
     Ok(pair.page([&a, &b], signals)?.to_html())
 }
 
-/// The path of a folder as a file in another folder names it: empty if they are the same, else with a slash at its end.
+/// Relative path from one folder to another: empty if they are the same, else with a slash at its end.
 pub(crate) fn link(from: &Path, to: &Path) -> String {
     let (from, to) = (absolute(from), absolute(to));
     let common = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
@@ -35,13 +35,13 @@ pub(crate) fn link(from: &Path, to: &Path) -> String {
     up.chain(down).map(|part| part + "/").collect()
 }
 
-/// The path of a file as a file in a folder names it; both absolute.
+/// Relative path from a folder to a file; both are given as absolute paths.
 pub(crate) fn relative(folder: &Path, file: &Path) -> String {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     link(folder, file.parent().unwrap_or(Path::new("/"))) + &name
 }
 
-/// Names of the folders from the root on, links followed as far as the folder exists.
+/// Names of the folders from the root on; links are followed as far as the folder exists.
 fn absolute(path: &Path) -> Vec<String> {
     let path = match path.as_os_str().is_empty() {
         true => Path::new("."),

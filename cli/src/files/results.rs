@@ -1,4 +1,4 @@
-//! Reading back what was written: is it there, whole, and ours?
+//! Checks of results: does the file exist, is it complete, and is it of monorig?
 
 use crate::files::broken::{MAKE_AGAIN, broken};
 use crate::files::written;
@@ -19,7 +19,7 @@ use serde::de::DeserializeOwned;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// A kind of file that a command leaves behind.
+/// Kind of a result file.
 pub struct ResultKind {
     /// Its name in messages.
     pub name: &'static str,
@@ -31,7 +31,7 @@ pub struct ResultKind {
     pub of_run: bool,
 }
 
-/// Files of this ending are results only if their key `kind` marks them: a scenario may be written as JSON too.
+/// Ending of files that are results only if they have a key `kind`: a scenario may be written as JSON too.
 const ANY_JSON: &str = ".json";
 
 const PARQUET: &str = ".parquet";
@@ -39,7 +39,7 @@ const PARQUET: &str = ".parquet";
 /// Files that a run leaves beside its manifest.
 const OF_RUN: &[&str] = &[CHANNELS, "metrics.json", SAMPLES, "run.rrd"];
 
-/// The first that fits a name counts.
+/// All kinds of result files; the first kind that fits a name counts.
 const KINDS: &[ResultKind] = &[
     of_run("recording", ".rrd", recording),
     of_run("samples", SAMPLES, samples),
@@ -61,10 +61,10 @@ const KINDS: &[ResultKind] = &[
     other("verdicts", ".xml", written::junit),
 ];
 
-/// A table in Parquet that is not of a run, as `monorig log export` writes them.
+/// Table in Parquet that does not belong to a run, as `monorig log export` writes it.
 const LOG: ResultKind = other("log", "", written::log);
 
-/// Copies of the inputs of a study, which are called by their check sum.
+/// Copies of the inputs of a study, named by their check sum.
 const COPY: ResultKind = other("copy of an input", "", written::copy);
 
 type Read = fn(&Path) -> Result<String, Error>;
@@ -87,7 +87,7 @@ const fn other(name: &'static str, ending: &'static str, read: Read) -> ResultKi
     }
 }
 
-/// Check a file of a run against the manifest beside it, if there is one.
+/// Checks a file of a run against the manifest beside it, if there is a manifest.
 pub fn verify(path: &Path) -> Result<(), Error> {
     let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
         return Ok(());
@@ -142,7 +142,7 @@ fn channels(path: &Path) -> Result<String, Error> {
         found.events.len(),
         match path.with_file_name(manifest::NAME).is_file() {
             true => "complete",
-            false => "not verified: no manifest.json with its check sum is beside it",
+            false => "not verified: no manifest.json with its check sum is in this folder",
         }
     ))
 }
@@ -177,14 +177,14 @@ fn manifest(path: &Path) -> Result<String, Error> {
         let of = readback::read(&channels_path)?;
         if (&of.scenario, &of.seed) != (&found.scenario, &found.seed.to_string()) {
             let message = format!(
-                "{CHANNELS} beside it is of {} seed {}",
+                "{CHANNELS} in this folder is of {} seed {}",
                 of.scenario, of.seed
             );
             return Err(broken(path, message));
         }
     }
     Ok(format!(
-        "{}-{}, {} files as the run left them; made, as it says itself, by monorig {} from {} input files",
+        "{}-{}, {} files as the run wrote them; by its own statement made by monorig {} from {} input files",
         found.scenario,
         found.seed,
         found.outputs.len(),
@@ -193,7 +193,7 @@ fn manifest(path: &Path) -> Result<String, Error> {
     ))
 }
 
-/// Reads JSON; `wrong` says what it is not.
+/// Reads JSON; `wrong` is the message if the content is of another kind.
 fn parsed<T: DeserializeOwned>(path: &Path, wrong: &str) -> Result<T, Error> {
     let text = read_result(path)?;
     serde_json::from_str(&text).map_err(|e| broken(path, format!("{wrong}: {e}")))
@@ -254,7 +254,7 @@ fn json(path: &Path) -> Result<String, Error> {
     Ok(match &found {
         serde_json::Value::Array(items) => format!("{} entries", items.len()),
         serde_json::Value::Object(keys) => format!("{} keys", keys.len()),
-        _ => return Err(broken(path, "these are no results".into())),
+        _ => return Err(broken(path, "these are not results".into())),
     })
 }
 
@@ -271,6 +271,6 @@ fn page(path: &Path) -> Result<String, Error> {
     ) {
         (true, true) => Ok(format!("{:.1} MB", bytes.len() as f64 / 1e6)),
         (true, false) => Err(broken(path, "this page breaks off".into())),
-        (false, _) => Err(broken(path, "this is not a page of ours".into())),
+        (false, _) => Err(broken(path, "this page was not written by monorig".into())),
     }
 }

@@ -1,4 +1,4 @@
-//! Scenarios that the paths on the command line name.
+//! Scenarios that the command line names.
 
 use crate::files::folders::yaml_files;
 use crate::files::formats::{self, FileKind};
@@ -9,7 +9,7 @@ use monorig_sim::record::manifest::{Manifest, sum};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// The files named, and the scenarios in the folders named, by name. A folder without any is an error.
+/// Named files, and the scenarios in named folders, sorted by name. A folder without a scenario is an error.
 pub fn scenarios(paths: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
     let (mut found, mut places) = (Vec::<PathBuf>::new(), BTreeSet::new());
     for path in paths {
@@ -29,11 +29,10 @@ pub fn scenarios(paths: &[PathBuf]) -> Result<Vec<PathBuf>, CliError> {
     Ok(found)
 }
 
-/// Files that are no scenarios and are named.
+/// Largest number of files that are no scenarios in a message.
 const NAMED: usize = 3;
 
-/// The scenarios in a folder and the folders in it. Other files of ours that are there are left out,
-/// and the first of them named.
+/// Scenarios in a folder and its subfolders. Other files of monorig are left out, and a note names the first of these.
 fn inside(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
     let mut files = yaml_files(folder)?;
     let mut others = Vec::new();
@@ -45,7 +44,7 @@ fn inside(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
         None => true,
     });
     if files.is_empty() {
-        let message = "there is no scenario in this folder".into();
+        let message = "this folder has no scenario".into();
         return Err(nothing(folder, message));
     }
     if !others.is_empty() {
@@ -57,20 +56,20 @@ fn inside(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
     Ok(files)
 }
 
-/// The kind of a file of ours that is no scenario; none if its keys do not decide it.
+/// Kind of a file of monorig that is not a scenario; `None` if the keys do not identify the kind.
 fn other_kind(file: &Path) -> Option<&'static str> {
     let keys = Document::read(file).ok()?.keys();
     let format = formats::recognise(&keys)?;
     (format.kind != FileKind::Scenario).then_some(format.name)
 }
 
-/// The error where no scenario is left of what `path` names.
+/// Error if `path` names no scenario.
 pub fn nothing(path: &Path, message: String) -> CliError {
-    let help = "name scenario files (*.yaml), or folders that hold some";
+    let help = "name scenario files (*.yaml), or folders with scenario files";
     CliError::Sim(input_error(path, "", message, help))
 }
 
-/// The scenario file of a run: one that has its name and, byte for byte, its content, here or in the folder scenarios.
+/// Scenario file of a run: a file with the run's name and, byte for byte, its content, here or in the folder scenarios.
 pub fn of_run(manifest: &Manifest) -> Option<PathBuf> {
     let name = format!("{}.yaml", scenario_name(manifest));
     let wanted = manifest.inputs.get(&name)?;
@@ -79,12 +78,12 @@ pub fn of_run(manifest: &Manifest) -> Option<PathBuf> {
     candidates.find(|file| sum(file).is_ok_and(|sum| sum == *wanted))
 }
 
-/// Name of the scenario of a run, without that of the variant.
+/// Name of the scenario of a run, without the name of the variant.
 pub fn scenario_name(manifest: &Manifest) -> &str {
     manifest.scenario.split('@').next().unwrap_or_default()
 }
 
-/// Files of this name in a folder and in the folders in it.
+/// Files of this name in a folder and its subfolders.
 fn below(folder: &Path, name: &str) -> Vec<PathBuf> {
     let inside = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut folders: Vec<PathBuf> = inside.map(|e| e.path()).filter(|p| p.is_dir()).collect();

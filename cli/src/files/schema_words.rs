@@ -1,5 +1,5 @@
-//! Words in the schemas: names of estimators with their parameters, controllers, plants, metrics and instruments, as
-//! the program has them.
+//! Words in the schemas: names of the program's estimators with their parameters, controllers, plants, metrics and
+//! instruments.
 
 use monorig_estimators::api::params::{Key, KeyKind};
 use monorig_lab::metrics::METRICS;
@@ -8,14 +8,14 @@ use monorig_sim::config::scenario::PlantKind;
 use monorig_sim::sensors::instruments::SHEET_KEYS;
 use serde_json::{Map, Value, json};
 
-/// The words that a key of a schema can have.
+/// Kind of the words that a key of a schema can have.
 #[derive(Clone, Copy, Debug)]
 pub enum Words {
     /// The name of a type of estimator.
     EstimatorTypes,
     /// The name of a type of controller.
     Controllers,
-    /// The name of a plant, with parameters if it is one that the program adds.
+    /// The name of a plant, with parameters if the program adds the plant.
     Plants,
     /// The names of instruments that the program adds, with their parameters.
     OwnInstruments,
@@ -23,15 +23,15 @@ pub enum Words {
     Metric,
     /// The name of a metric, or a list of them.
     Metrics,
-    /// The name of an instrument, of the IMU, or of one of several alike, such as `wheel_speed[2]`.
+    /// The name of an instrument, of the IMU, or of one of several equal instruments, such as `wheel_speed[2]`.
     Instruments,
-    /// Estimators by name: that of a type with its parameters, or another one that says what it is.
+    /// Estimators by name: the name of a type with its parameters, or another name with the key `is`.
     Estimators,
 }
 
 impl Words {
-    /// Puts the words into the schema of a key, which is at `place` in its file. `of_entry`: keys of an entry of an
-    /// estimator that are no parameters.
+    /// Puts the words into the schema of a key, which is at `place` in its file. `of_entry`: keys of an estimator's
+    /// entry that are not parameters.
     pub fn put(
         self,
         key: &mut Map<String, Value>,
@@ -112,8 +112,8 @@ fn one_of<'a>(key: &mut Map<String, Value>, words: impl Iterator<Item = &'a str>
     key.insert("enum".into(), all.into());
 }
 
-/// The entry of an estimator: its parameters, and where it comes from. Many estimators share parameters, so these stand
-/// once in `parameters`, which are the definitions of the key at `place`.
+/// Entry of an estimator: its parameters and its source. Many estimators share parameters, so each parameter stands
+/// once in `parameters`, the definitions of the key at `place`.
 fn of_type(
     of: &EstimatorType,
     of_entry: &[String],

@@ -31,7 +31,7 @@ pub fn table(path: &Path) -> Result<String, Error> {
     }
 }
 
-/// A recorded log. That of a CAN bus is read with the database beside it.
+/// A recorded log. A log of a CAN bus is read with the database beside it.
 pub fn log(path: &Path) -> Result<String, Error> {
     let options = ReadOptions {
         dbc: beside(path, "dbc"),
@@ -49,7 +49,7 @@ pub fn log(path: &Path) -> Result<String, Error> {
     Ok(format!("{}, {tables} tables, {rows} rows", found.format))
 }
 
-/// The only file of this ending in the folder of a file.
+/// The only file with this ending in the folder of a file.
 fn beside(path: &Path, ending: &str) -> Option<PathBuf> {
     let entries = path.parent()?.read_dir().ok()?.flatten();
     let mut found = entries
@@ -68,7 +68,7 @@ pub fn database(path: &Path) -> Result<String, Error> {
 pub fn junit(path: &Path) -> Result<String, Error> {
     let text = read_result(path)?;
     let report = quick_junit::Report::deserialize_from_str(&text)
-        .map_err(|e| broken(path, format!("this is no JUnit XML: {e}")))?;
+        .map_err(|e| broken(path, format!("this is not JUnit XML: {e}")))?;
     let cases: usize = report.test_suites.iter().map(|s| s.test_cases.len()).sum();
     Ok(format!(
         "{} suites, {cases} cases",
@@ -76,20 +76,20 @@ pub fn junit(path: &Path) -> Result<String, Error> {
     ))
 }
 
-/// Returns whether a file is named by a check sum, as a study names the copies of its inputs.
+/// Returns true if the name of a file is a check sum, as a study names the copies of its inputs.
 pub fn is_copy(name: &str) -> bool {
     name.len() == DIGITS && name.bytes().all(|b| b.is_ascii_hexdigit())
 }
 
-/// A copy of an input: it has the check sum that it is called by.
+/// A copy of an input: its name is its check sum.
 pub fn copy(path: &Path) -> Result<String, Error> {
     regular(path)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     match sum(path)? == name {
-        true => Ok("as its name says".into()),
+        true => Ok("the name is the check sum".into()),
         false => Err(broken(
             path,
-            "this copy was changed: its SHA-256 is not its name".into(),
+            "this copy was changed: its SHA-256 differs from its name".into(),
         )),
     }
 }

@@ -1,4 +1,4 @@
-//! Many runs: made on several threads, with their progress, and kept in the file of their campaign.
+//! Many runs: made on several threads, shown with their progress, and kept in the file of their campaign.
 
 use crate::arguments::Jobs;
 use crate::files::out;
@@ -12,7 +12,7 @@ use monorig_sim::record::inputs;
 use std::path::{Path, PathBuf};
 
 /// Does `work` on each of the items with a bar called `name`; `take` gets the results in the order of the items, and
-/// the bar. So many of all are done already.
+/// the bar. `done` of `all` items are finished already.
 pub fn many<I: Send, T: Send, E: Into<CliError> + Send>(
     name: &str,
     jobs: Jobs,
@@ -46,8 +46,8 @@ pub fn all_of<I: Send, T: Send, E: Into<CliError> + Send>(
     Ok(results)
 }
 
-/// Makes the runs of a campaign that its file in `folder` does not have yet, and returns the path of the file. Copies
-/// of the inputs go beside it. `there` gets the rows that are there already, and those that are made.
+/// Makes the runs of a campaign that are missing in its file in `folder`, and returns the path of the file. Copies of
+/// the inputs go beside the file. `there` gets the existing rows and the new rows.
 pub fn resumed<R: CampaignRow + Send>(
     campaign: &Campaign,
     folder: &Path,
@@ -63,7 +63,7 @@ pub fn resumed<R: CampaignRow + Send>(
     let (all, begun) = (campaign.rows(), store.rows());
     if let Some(way) = of.elsewhere().filter(|_| begun > 0) {
         let message = format!(
-            "{begun} of {all} runs are there, and the estimator at {way} may be another program by now"
+            "{begun} of {all} runs exist already, and the estimator at {way} may be another program now"
         );
         let help = format!(
             "remove {} to begin anew, or name another folder with --out",
@@ -72,7 +72,7 @@ pub fn resumed<R: CampaignRow + Send>(
         return Err(CliError::refused(message, help));
     }
     if begun > 0 {
-        note(&format!("{begun} of {all} runs are there already"));
+        note(&format!("{begun} of {all} runs exist already"));
     }
     let rest = (begun..all).map(|n| campaign.index(n));
     let made = many(&campaign.name, jobs, (begun, all), rest, work, |row, _| {
@@ -82,7 +82,7 @@ pub fn resumed<R: CampaignRow + Send>(
     });
     if let Err(CliError::Interrupted) = made {
         note(&format!(
-            "{} of {all} runs are there: the same command goes on with the rest",
+            "{} of {all} runs exist: the same command makes the rest",
             store.rows()
         ));
     }

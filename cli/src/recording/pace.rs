@@ -1,4 +1,4 @@
-//! Pace: holds a run to the clock, so that it can be watched as it goes.
+//! Pace: slows a run down to the clock, so that a user can watch it.
 
 use monorig_sim::closed_loop::run::{Observer, StepFrame};
 use monorig_sim::closed_loop::{Simulation, WallClock};
@@ -6,17 +6,17 @@ use monorig_sim::error::Error;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// An observer that waits until the clock has come to where the simulation is: 1 = real time, 2 = twice as fast. A run
+/// Observer that waits until the clock has reached the time of the simulation: 1 = real time, 2 = twice as fast. A run
 /// that is slower than this does not wait.
 pub struct Pace {
     clock: Arc<WallClock>,
 }
 
-/// Waits shorter than this are left for later: a system cannot keep them.
+/// Shortest wait: a system cannot keep shorter waits, so these are added to a later one.
 const LEAST_WAIT: Duration = Duration::from_micros(200);
 
 impl Pace {
-    /// By this clock.
+    /// Makes a pace with this clock.
     pub fn new(clock: Arc<WallClock>) -> Self {
         Self { clock }
     }

@@ -21,7 +21,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// The way a log is played.
+/// Options for playing a log.
 pub(crate) struct Playing<'a> {
     /// Estimators and noise.
     pub(crate) options: &'a ReplayOptions,
@@ -31,19 +31,19 @@ pub(crate) struct Playing<'a> {
     pub(crate) full_rate: bool,
 }
 
-/// Options of every command that plays a log.
+/// Command-line options of every command that plays a log.
 #[derive(Clone, Debug, clap::Args)]
 pub struct PlayArgs {
     #[command(flatten)]
     pub out: Out,
-    /// Also stream to a Rerun viewer; without an address to the one that is open on this machine
+    /// Also stream to a Rerun viewer; without an address to the open viewer on this machine
     #[arg(long, value_name = "HOST:PORT", conflicts_with = "no_rerun", num_args = 0..=1, require_equals = true,
         default_missing_value = VIEWER, value_parser = address)]
     pub live: Option<SocketAddr>,
     /// Do not write run.rrd
     #[arg(long)]
     pub no_rerun: bool,
-    /// Write the verdicts as JUnit XML, as CI servers read it
+    /// Write the verdicts as JUnit XML, for CI servers
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
     /// Change a value of the map, such as `expect=[…]`; may be given several times

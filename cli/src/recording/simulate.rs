@@ -39,7 +39,7 @@ pub struct SimulatedRun {
 }
 
 impl SimulatedRun {
-    /// Says of it what is beside its numbers; `done` is the word for what was done.
+    /// Title, time and hints of the run; `done` is the verb, such as `simulated`.
     pub(crate) fn about(&self, title: String, done: &str) -> About {
         let (t_s, wall_s) = (self.summary.simulated_s, self.wall_s);
         let speed = match wall_s {
@@ -61,7 +61,7 @@ impl SimulatedRun {
         }
     }
 
-    /// Its folder, verdict and numbers for programs.
+    /// Folder, verdict and numbers of the run for programs.
     pub(crate) fn json(&self) -> serde_json::Value {
         let verdict = self.summary.verdict();
         json!({
@@ -83,7 +83,7 @@ pub struct RecordOptions<'a> {
     pub out: &'a Path,
     /// Also stream to the viewer at this address.
     pub live: Option<SocketAddr>,
-    /// The clock that the run is held to; none = as fast as it goes.
+    /// Clock that slows the run down; `None` = as fast as possible.
     pub pace: Option<Arc<WallClock>>,
     /// Do not write `run.rrd`.
     pub no_rerun: bool,
@@ -91,17 +91,17 @@ pub struct RecordOptions<'a> {
     pub full_rate: bool,
     /// Keep every sample in `samples.parquet`.
     pub keep_samples: bool,
-    /// Changes to the scenario file, as `path=value`; the scenario's name has the variant already.
+    /// Changes to the scenario file, as `path=value`; the scenario's name already includes the variant.
     pub changes: &'a [String],
     /// Registry of estimators and controllers: their defaults go into the manifest.
     pub registry: &'a Registry,
 }
 
-/// Shortest chunk of a recording that is watched, s.
+/// Shortest chunk of a recording that is streamed to a viewer, s.
 const MIN_CHUNK_S: f64 = 0.5;
 
-/// Simulate. `go_on` is given the share done, 0…1, and returns whether to go on; a run that is stopped is still
-/// recorded whole up to there.
+/// Simulates. `go_on` gets the share done, 0…1, and returns false to stop; a stopped run is recorded completely up to
+/// there.
 pub fn simulate(
     mut simulation: Simulation,
     options: &RecordOptions<'_>,
@@ -171,7 +171,7 @@ pub fn simulate(
         }
     }
     if let Some(fmu) = &scenario.file.drive.controller.fmu {
-        note(&format!("the controller is foreign, of {fmu}"));
+        note(&format!("the controller is foreign, from {fmu}"));
     }
     for (name, times, reason) in &outcome.refusals {
         note(&format!(

@@ -1,5 +1,4 @@
-//! Noise by averaging time of a log's IMU, where the vehicle stands: what `replay --noise from-log` and `calibrate`
-//! show of it.
+//! Noise of a log's IMU by averaging time, at standstill, as `replay --noise from-log` and `calibrate` show it.
 
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
@@ -13,7 +12,7 @@ pub fn figures(map: &Map) -> Result<Vec<Parameter>, CliError> {
     let axes = standing(map)?;
     if axes.is_empty() {
         note(
-            "no Allan figures: the wheels of this log do not stand for 12 s (10 s, and one to settle at each end) while an IMU measures",
+            "no Allan figures: the wheels in this log never stand for 12 s (10 s, and 1 s to settle at each end) while an IMU measures",
         );
     }
     Ok(axes.iter().flat_map(of_axis).collect())

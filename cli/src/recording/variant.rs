@@ -1,5 +1,4 @@
-//! Variants of a scenario: what was changed on the command line, and the name under which such a run is kept apart from
-//! others.
+//! Variants of a scenario: the changes on the command line, and the name that separates such a run from others.
 //!
 //! A run of the scenario as it stands is called by its name, and one with `--set` or `--plant` `NAME@VARIANT`: a name
 //! that was given, or a short hash of the changes. Folder and recording have it, so that two variants are never taken
@@ -8,15 +7,15 @@
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 
-/// Hexadecimal digits of a variant that nobody named.
+/// Number of hexadecimal digits of a variant without a name.
 const DIGITS: usize = 6;
-/// Not part of a variant: the seed is beside it.
+/// Key that is not part of a variant: the seed has its own folder.
 const SEEDS: &str = "seeds";
 
-/// Changes against a scenario file, and the name of the variant.
+/// Changes to a scenario file, and the name of the variant.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Variant {
-    /// `path=value`, by path; the last of several about one path.
+    /// Changes `path=value`, sorted by path; of several for one path the last.
     pub changes: Vec<String>,
     name: Option<String>,
 }
@@ -39,7 +38,7 @@ impl Variant {
         Self { changes, name }
     }
 
-    /// Name of a run of the scenario.
+    /// Name of a run of the scenario, with the variant.
     pub fn run_name(&self, scenario: &str) -> String {
         match &self.name {
             Some(name) => format!("{scenario}@{name}"),

@@ -7,7 +7,7 @@ const BAD: Style = AnsiColor::Red.on_default().bold();
 const KNOWN: Style = AnsiColor::Yellow.on_default();
 const UNASKED: Style = AnsiColor::BrightBlack.on_default();
 
-/// Words of a verdict, the style that each is drawn in; longer ones before those they begin with.
+/// Words of a verdict, each with its style; a longer word comes before its own beginning.
 const WORDS: [(&str, Style); 10] = [
     ("held but for", KNOWN),
     ("held with weakened limits", KNOWN),
@@ -21,7 +21,7 @@ const WORDS: [(&str, Style); 10] = [
     ("held", GOOD),
 ];
 
-/// The text with the word of a verdict coloured that begins or ends a line.
+/// Colours the verdict at the beginning or end of each line.
 pub fn verdicts(text: &str) -> String {
     text.split_inclusive('\n').map(line).collect()
 }
@@ -60,7 +60,7 @@ fn line(line: &str) -> String {
     format!("{before}{style}{word}{style:#}{after}")
 }
 
-/// Returns whether a word ends before `rest`.
+/// Returns true if a word ends before `rest`.
 fn follows(rest: Option<&str>) -> bool {
     rest.is_some_and(|r| !r.starts_with(|c: char| c.is_alphanumeric() || c == '_'))
 }

@@ -1,4 +1,4 @@
-//! Errors for people: what is wrong, where, and what would be right.
+//! Errors for people: the mistake, its place, and its correction.
 //!
 //! On a terminal with a drawn source snippet (miette); otherwise, and with `NO_COLOR`, plain lines `file:line:column:
 //! …`.
@@ -10,7 +10,7 @@ use monorig_lab::text::{marked, spelled_out};
 use monorig_sim::error::{Error, InputError};
 use std::process::ExitCode;
 
-/// The reason why a command could not do its task: exit code 2.
+/// Reason why a command could not do its work: exit code 2.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CliError {
@@ -28,8 +28,8 @@ pub enum CliError {
     /// Standard output cannot be written.
     #[error("cannot write to standard output: {0}")]
     Output(std::io::Error),
-    /// The reader of standard output has gone, as `head` does: no error.
-    #[error("the reader of standard output has gone")]
+    /// The reader of standard output has ended, such as `head`: not an error.
+    #[error("the reader of standard output has ended")]
     ReaderGone,
     /// A value cannot be written in a format, for a reason.
     #[error("cannot write {0}: {1}")]
@@ -45,7 +45,7 @@ pub enum CliError {
         /// The error of the system.
         source: std::io::Error,
     },
-    /// Something on the command line that cannot be used.
+    /// The command line has a mistake.
     #[error("{message}\n  help: {help}")]
     Refused {
         /// The mistake.
@@ -53,13 +53,13 @@ pub enum CliError {
         /// The right way.
         help: String,
     },
-    /// Stopped from outside: counts as not run.
-    #[error("interrupted: not everything was run; what was written up to there is whole")]
+    /// The command was stopped from outside, which counts as not run.
+    #[error("interrupted: not everything was run; the files written so far are complete")]
     Interrupted,
     /// An estimator, controller or command of the program cannot be added.
     #[error("this program is put together wrongly: {0}")]
     Program(String),
-    /// A study stopped from outside, after so many trials.
+    /// A study was stopped from outside, after this number of trials.
     #[error("interrupted: {}", match .0 { 0 => "there are no trials yet\n  help: start it again".to_owned(), n => format!("{n} trials are kept\n  help: go on with --resume") })]
     TuningInterrupted(usize),
 }
@@ -71,7 +71,7 @@ impl From<Interrupted> for CliError {
 }
 
 impl CliError {
-    /// Makes an error from what is wrong and what would be right.
+    /// Makes an error from the mistake and its correction.
     pub fn refused(message: impl Into<String>, help: impl Into<String>) -> Self {
         let (message, help) = (message.into(), help.into());
         Self::Refused { message, help }
@@ -83,10 +83,10 @@ impl CliError {
     }
 }
 
-/// The reason why a folder cannot be written: a file that is in its way, else the error of the system.
+/// Reason why a folder cannot be written: a file of the same name, else the error of the system.
 fn why_not(folder: &std::path::Path, source: &std::io::Error) -> String {
     match folder.ancestors().find(|part| part.is_file()) {
-        Some(file) if file == folder => "it is a file".to_owned(),
+        Some(file) if file == folder => "this is a file".to_owned(),
         Some(file) => format!("{} is a file", file.display()),
         None => source.to_string(),
     }
@@ -101,7 +101,7 @@ pub fn show(e: &CliError) {
     }
 }
 
-/// An error as text, drawn for a terminal or plain.
+/// Text of an error, drawn for a terminal or plain.
 fn text(e: &CliError, drawn: bool) -> String {
     match e {
         CliError::Sim(Error::Input(input)) => {
@@ -124,7 +124,7 @@ fn text(e: &CliError, drawn: bool) -> String {
     }
 }
 
-/// The error with hidden characters spelled out: it is drawn with control characters of its own.
+/// Error with hidden characters spelled out: the drawing itself uses control characters.
 fn shown(e: &InputError) -> InputError {
     InputError {
         file: spelled_out(&e.file.to_string_lossy()).into(),
@@ -135,13 +135,13 @@ fn shown(e: &InputError) -> InputError {
     }
 }
 
-/// Returns whether the error is a lack of room.
+/// Returns true if the disk is full.
 fn full(e: &std::io::Error) -> bool {
     use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     matches!(e.kind(), StorageFull | QuotaExceeded | FileTooLarge)
 }
 
-/// A source line is cut to so many characters.
+/// Largest number of characters of a source line in a message.
 const WIDEST: usize = 120;
 
 /// The error, the line with a mark under the place, and the help.

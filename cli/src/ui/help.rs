@@ -1,5 +1,5 @@
-//! Help on one screen: the first clause of each option, and the examples that there is room for. `monorig help COMMAND`
-//! prints all of it.
+//! Help on one screen: the first clause of each option, and as many examples as fit. `monorig help COMMAND` prints the
+//! full help.
 
 use clap::{Arg, ArgAction, Command};
 use std::ffi::OsString;
@@ -62,7 +62,7 @@ fn one_screen(command: Command, more: &str) -> Command {
     command
 }
 
-/// The option with the first clause of its text, and without a long list of values.
+/// Option with only the first clause of its text, without a long list of values.
 fn brief(arg: Arg) -> Arg {
     let Some(text) = arg.get_help().map(ToString::to_string) else {
         return arg;

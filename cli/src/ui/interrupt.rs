@@ -1,9 +1,9 @@
-//! Ctrl-C: the first ends the task in good order, the second at once.
+//! Ctrl-C: the first stops the command in good order, the second at once.
 
 use crate::ui::note::note;
 use monorig_sim::interrupt;
 
-/// Listen from now on.
+/// Listens for Ctrl-C from now on.
 pub fn listen() {
     let on_signal = || {
         if interrupt::request() {

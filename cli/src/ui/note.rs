@@ -24,7 +24,7 @@ pub fn error(text: &str) {
     drawn(&spelled_out(text));
 }
 
-/// Writes text with control characters of a terminal to standard error, as it is.
+/// Writes text with control characters of a terminal to standard error, unchanged.
 pub fn drawn(text: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{text}");
 }

@@ -1,4 +1,4 @@
-//! Writing to standard output without panicking when its reader has gone or the disk is full.
+//! Writing to standard output without a panic if its reader has ended or the disk is full.
 
 use crate::ui::errors::CliError;
 use crate::ui::{colour, interrupt, note, terminal};
@@ -13,13 +13,13 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// Write text to standard output, and see that it has arrived. Names in it may come from files, so hidden characters
-/// are spelled out.
+/// Writes text to standard output, and checks that it was written. Names in the text may come from files, so hidden
+/// characters are spelled out.
 pub fn print(text: &str) -> Result<(), CliError> {
     arrive(&spelled_out(text))
 }
 
-/// Writes verdicts to standard output, in colour where the user has it.
+/// Writes verdicts to standard output, in colour if the user wants colour.
 pub fn verdicts(text: &str) -> Result<(), CliError> {
     let text = spelled_out(text);
     match terminal::coloured() {
@@ -43,8 +43,8 @@ pub fn is_standard(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Writes a result for people: to standard output, or, where that has a result for programs (`programs`), to standard
-/// error.
+/// Writes a result for people: to standard output or, if standard output has a result for programs (`programs`), to
+/// standard error.
 pub fn result(text: &str, programs: &[Option<&Path>]) -> Result<(), CliError> {
     match programs.iter().flatten().any(|path| is_standard(path)) {
         true => note::note(text.trim_end()),
@@ -53,8 +53,8 @@ pub fn result(text: &str, programs: &[Option<&Path>]) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Writes a whole file, or, as `-`, to standard output. A file is written under a temporary name first, so that no half
-/// of it is ever there. A link, a device or an input of the command in its place is an error.
+/// Writes a complete file or, for `-`, to standard output. A file is written under a temporary name first, so that it
+/// is always complete. A link, a device or an input of the command at this path is an error.
 pub fn write(path: &Path, text: &str) -> Result<(), CliError> {
     if is_standard(path) {
         return arrive(text);
@@ -63,7 +63,7 @@ pub fn write(path: &Path, text: &str) -> Result<(), CliError> {
     Ok(whole::write(path, text.as_bytes())?)
 }
 
-/// Writes a whole file in a folder for results, and makes the folders on the way to it.
+/// Writes a complete file in a folder for results, and makes the folders of its path.
 pub fn write_in(folder: &Path, name: impl AsRef<Path>, text: &str) -> Result<(), CliError> {
     let path = folder.join(name);
     let parent = path.parent().unwrap_or(folder);
@@ -71,16 +71,16 @@ pub fn write_in(folder: &Path, name: impl AsRef<Path>, text: &str) -> Result<(),
     write(&path, text)
 }
 
-/// Arguments that name a file for results; `OUT` names a file or a folder for them.
+/// Arguments that name a file for results; `OUT` names a file or a folder.
 const WRITTEN: [&str; 6] = ["csv", "html", "into", "json", "junit", "markdown"];
 const OUT: &str = "out";
-/// Arguments that name a folder for results, which is made; the folder that it is in must be there.
+/// Arguments that name a folder for results. The command makes this folder; its parent folder must exist.
 const FOLDERS: [&str; 3] = [OUT, "folder", "keep_failed"];
-/// The files for results that the words of the command name.
+/// Files for results that the command line names.
 static RESULTS: OnceLock<Vec<PathBuf>> = OnceLock::new();
 
-/// Checks the files for results that the words of a command name: their folders are there, no two are one, and none is
-/// an input. The other files that the words name are inputs from now on.
+/// Checks the files for results that the command line names: their folders exist, all differ, and none is an input. The
+/// other files on the command line are inputs from now on.
 pub fn check(words: &ArgMatches) -> Result<(), CliError> {
     input_files::guard_inputs();
     for folder in FOLDERS {
@@ -107,7 +107,7 @@ pub fn check(words: &ArgMatches) -> Result<(), CliError> {
         let place = folder_of(path)?.canonicalize().unwrap_or_default();
         if !places.insert((place, path.file_name())) {
             let message = format!("two results would be written to {}", path.display());
-            return Err(CliError::refused(message, "a name of its own for each"));
+            return Err(CliError::refused(message, "give each result its own name"));
         }
         if !is_standard(path) {
             whole::replaceable(path)?;
@@ -117,8 +117,8 @@ pub fn check(words: &ArgMatches) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Begins the work of a command, once its inputs are read: it hears Ctrl-C, and older results are removed, so that
-/// those of an earlier command are not taken for its own.
+/// Begins the work of a command after its inputs are read: it listens for Ctrl-C, and removes older results, so that
+/// nobody confuses old and new results.
 pub fn begin() -> Result<(), CliError> {
     interrupt::listen();
     RESULTS
@@ -128,7 +128,7 @@ pub fn begin() -> Result<(), CliError> {
         .try_for_each(|path| clear(path))
 }
 
-/// The folder of a file for results, which must be there: a folder that is missing may be a slip of the pen.
+/// Folder of a file for results, which must exist: a missing folder may be a typing mistake.
 fn folder_of(path: &Path) -> Result<&Path, CliError> {
     let folder = path
         .parent()
@@ -144,11 +144,12 @@ fn folder_of(path: &Path) -> Result<&Path, CliError> {
     );
     Err(CliError::refused(
         message,
-        "make the folder first, or name another one",
+        "make the folder first, or name another folder",
     ))
 }
 
-/// Remove an older file where [`write`] will put a new one. A link, a device or an input in its place is an error.
+/// Removes an older file at the path where [`write`] will put a new file. A link, a device or an input at this path is
+/// an error.
 fn clear(path: &Path) -> Result<(), CliError> {
     if is_standard(path) {
         return Ok(());

@@ -7,7 +7,7 @@ use monorig_lab::text::spelled_out;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-/// Between two plain lines at least this long.
+/// Shortest time between two plain lines.
 const NOTE_INTERVAL: Duration = Duration::from_secs(10);
 
 /// Positions of the bar.
@@ -22,7 +22,7 @@ pub struct ProgressDisplay {
 }
 
 impl ProgressDisplay {
-    /// A run called `name`.
+    /// Makes the progress of a run called `name`.
     pub fn new(name: &str) -> Self {
         let shown = std::io::stderr().is_terminal() && !terminal::quiet();
         let bar = shown.then(|| {
@@ -42,7 +42,7 @@ impl ProgressDisplay {
         }
     }
 
-    /// Changes the name that is shown.
+    /// Changes the shown name.
     pub fn rename(&mut self, name: &str) {
         self.name = name.to_owned();
         if let Some(bar) = &self.bar {
@@ -50,7 +50,7 @@ impl ProgressDisplay {
         }
     }
 
-    /// The run has come to this share of its way, 0…1.
+    /// Shows the share of the run that is done, 0…1.
     pub fn at(&mut self, share: f64) {
         if let Some(bar) = &self.bar {
             bar.set_position((share * STEPS as f64) as u64);
@@ -67,7 +67,7 @@ impl ProgressDisplay {
         }
     }
 
-    /// Do something that writes to the terminal: the bar gives way to it.
+    /// Does work that writes to the terminal; the bar is hidden meanwhile.
     pub fn aside<T>(&self, write: impl FnOnce() -> T) -> T {
         match &self.bar {
             Some(bar) => bar.suspend(write),
@@ -77,7 +77,7 @@ impl ProgressDisplay {
 }
 
 impl Drop for ProgressDisplay {
-    /// The run is over, or has broken down: no half bar stays on the terminal.
+    /// Ends the progress after the run or its breakdown, and removes the bar from the terminal.
     fn drop(&mut self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();

@@ -2,11 +2,11 @@
 
 use crate::ui::terminal;
 
-/// Further lines of a paragraph begin so much further right.
+/// Indentation of the further lines of a paragraph.
 const HANGING: &str = "  ";
 
-/// A paragraph of lines that fit the terminal, each behind `indent`, all but the first two further right. A word that
-/// is longer than a line, such as a path, is left whole. No line break at its end.
+/// A paragraph of lines that fit the terminal, each after `indent`; all but the first are indented by two more. A word
+/// longer than a line, such as a path, stays whole. The paragraph has no line break at its end.
 pub fn paragraph(text: &str, indent: &str) -> String {
     let further = format!("{indent}{HANGING}");
     let options = textwrap::Options::new(usize::from(terminal::width()))

@@ -1,5 +1,5 @@
-//! Results of a run as text, on one screen: a row for each estimator, what did not hold, where to look next, and the
-//! verdict as the last line.
+//! Results of a run as text, on one screen: a row for each estimator, failures, hints, and the verdict as the last
+//! line.
 
 use crate::ui::prose::paragraph;
 use crate::ui::tables::{grouped, lines, number, right, table, whole, within_terminal};
@@ -10,7 +10,8 @@ use monorig_lab::verdicts::summary::Summary;
 use monorig_lab::verdicts::verdict::{Check, ScenarioVerdict};
 use std::collections::BTreeMap;
 
-/// A row: title, beginning of the names of its metrics, metrics of RMSE, bias and largest error, factor of the errors.
+/// Row of the table: title, beginning of the names of its metrics, metrics of RMSE, bias and largest error, factor of
+/// the errors.
 type Row = (&'static str, &'static str, [&'static str; 3], f64);
 
 const ROWS: [Row; 3] = [
@@ -25,7 +26,7 @@ const ROWS: [Row; 3] = [
 ];
 const DEGREES: [&str; 3] = ["rmse_deg", "bias_deg", "error_max_deg"];
 
-/// Failures that are shown; the others are counted.
+/// Largest number of failures that are shown; the others are counted.
 const SHOWN: usize = 5;
 
 /// Title, time and hints of a run.
@@ -38,11 +39,11 @@ pub(crate) struct About {
     pub(crate) took: String,
     /// Commands that show more.
     pub(crate) hints: Vec<String>,
-    /// True if it was stopped from outside: then nothing is judged.
+    /// True if the run was stopped from outside: then nothing is judged.
     pub(crate) interrupted: bool,
 }
 
-/// Writes a run: its estimators, what did not hold, and the verdict.
+/// Writes a run: its estimators, its failures, and the verdict.
 pub(crate) fn text(summary: &Summary, about: &About) -> String {
     let mut parts = Vec::new();
     if !summary.estimators.is_empty() {
@@ -55,7 +56,7 @@ pub(crate) fn text(summary: &Summary, about: &About) -> String {
     parts.join("\n\n") + "\n"
 }
 
-/// The part below the table of estimators: what did not hold, time, hints, and the verdict as the last line.
+/// Part below the table of estimators: failures, time, hints, and the verdict as the last line.
 fn tail(summary: &Summary, about: &About) -> Vec<String> {
     let verdict = summary.verdict();
     let mut parts = Vec::new();
@@ -93,15 +94,15 @@ fn estimators(summary: &Summary, about: &About) -> String {
     let shares: Vec<f64> = shares.filter_map(|(_, share)| *share).collect();
     let mut below = vec![overview::legend(summary, about.in_loop.as_deref())];
     if !shares.is_empty() && shares.iter().all(|share| *share == 0.0) {
-        below.push("no reference in this log: errors are not known".to_owned());
+        below.push("this log has no reference: errors are not known".to_owned());
     }
     below.retain(|line| !line.is_empty());
     let below: String = below.iter().map(|line| format!("\n {line}")).collect();
     format!("{}\n{}{below}", about.title, lines(&table))
 }
 
-/// A line for the name of each estimator, then one for each quantity with a reference: so it fits a terminal however
-/// long names are.
+/// A line for the name of each estimator, then a line for each quantity with a reference, so that long names fit a
+/// terminal.
 fn details(summary: &Summary) -> String {
     let title = format!("from {} s on", summary.after_s);
     let titles = [
@@ -156,7 +157,7 @@ fn findings(summary: &Summary) -> Option<String> {
     (!findings.is_empty()).then(|| lines.collect::<Vec<_>>().join("\n"))
 }
 
-/// Everything that did not hold, each in a line: failures, what nothing could decide, weakened limits, known failures.
+/// Everything that did not hold, each in a line: failures, undecided checks, weakened limits, known failures.
 fn not_held(verdict: &ScenarioVerdict) -> Option<String> {
     let mut said = Vec::new();
     let failed: Vec<&Check> = verdict.checks.iter().filter(|c| !c.held).collect();
@@ -191,7 +192,7 @@ fn not_held(verdict: &ScenarioVerdict) -> Option<String> {
     (!said.is_empty()).then(|| said.join("\n"))
 }
 
-/// Everything that was asked, the bounds of every run like those that the scenario states.
+/// All checks: the checks of every run, and the scenario's expectations.
 fn checks(verdict: &ScenarioVerdict, summary: &Summary) -> String {
     let mut table = table(["expected", "bound", "measured", ""]);
     for check in &verdict.checks {

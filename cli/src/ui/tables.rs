@@ -6,7 +6,7 @@ use comfy_table::{
     CellAlignment, ColumnConstraint, ContentArrangement, Row, Table, TableComponent,
 };
 
-/// An empty table with a rule below its titles and no other.
+/// Makes an empty table with one rule, below its titles.
 pub fn table<'a>(titles: impl IntoIterator<Item = &'a str>) -> Table {
     let mut table = Table::new();
     table.load_preset(NOTHING);
@@ -16,20 +16,20 @@ pub fn table<'a>(titles: impl IntoIterator<Item = &'a str>) -> Table {
     table
 }
 
-/// Cells that are too long for a terminal are broken into lines.
+/// Breaks cells that are too long for the terminal into lines.
 pub fn within_terminal(table: &mut Table) {
     table.set_content_arrangement(ContentArrangement::Dynamic);
     table.set_width(terminal::width());
 }
 
-/// The cells of a column are never broken.
+/// Keeps the cells of a column in one line.
 pub fn whole(table: &mut Table, column: usize) {
     if let Some(column) = table.column_mut(column) {
         column.set_constraint(ColumnConstraint::ContentWidth);
     }
 }
 
-/// Columns of numbers stand to the right.
+/// Aligns columns of numbers to the right.
 pub fn right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
     for i in columns {
         if let Some(column) = table.column_mut(i) {
@@ -38,7 +38,7 @@ pub fn right(table: &mut Table, columns: impl IntoIterator<Item = usize>) {
     }
 }
 
-/// The table without blanks at the ends of its lines.
+/// Text of the table without blanks at the ends of its lines.
 pub fn lines(table: &Table) -> String {
     let lines: Vec<String> = table.lines().map(|l| l.trim_end().to_owned()).collect();
     lines.join("\n")
@@ -86,10 +86,10 @@ pub fn grouped(titles: &[&str], groups: &[(String, Vec<Vec<String>>)]) -> String
     all.join("\n")
 }
 
-/// Columns that a narrow title takes.
+/// Width of a narrow title.
 pub const TITLE: usize = 8;
 
-/// A name of a metric in lines of a narrow column, broken behind underscores.
+/// Name of a metric for a narrow column, broken into lines after underscores.
 pub fn narrow(metric: &str) -> String {
     let mut lines = vec![String::new()];
     for part in metric.split_inclusive('_') {
@@ -111,7 +111,7 @@ pub fn percent(share: Option<f64>) -> String {
     }
 }
 
-/// Three significant digits or more; nothing at all is 0.
+/// A number with three significant digits or more; zero is `0`.
 pub fn number(x: f64) -> String {
     match x.abs() {
         0.0 => "0".to_owned(),
@@ -123,7 +123,7 @@ pub fn number(x: f64) -> String {
     }
 }
 
-/// The number, or a dash without one.
+/// The number, or a dash if there is none.
 pub fn shown(x: Option<f64>) -> String {
     x.map_or("-".to_owned(), number)
 }

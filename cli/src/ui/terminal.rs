@@ -4,7 +4,7 @@ use clap::ValueEnum;
 use std::io::IsTerminal;
 use std::sync::OnceLock;
 
-/// Use of drawings and colour.
+/// Choice of drawings and colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Color {
     /// On a terminal, unless NO_COLOR is set
@@ -16,13 +16,13 @@ pub enum Color {
     Never,
 }
 
-/// Options that every command takes.
+/// Options of every command.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct TerminalArgs {
-    /// Say nothing on standard error but errors: no progress, no notes
+    /// Print only errors on standard error: no progress, no notes
     #[arg(long, short, global = true, hide_short_help = true)]
     pub quiet: bool,
-    /// Say more: every check and number of a result, which files were read, what runs, and how fast
+    /// Print more: every check and number of a result, the files read, the steps and their speed
     #[arg(
         long,
         short,
@@ -44,9 +44,9 @@ pub struct TerminalArgs {
     pub color: Color,
 }
 
-/// Columns where the width of the terminal is not known, such as in a file.
+/// Columns if the width of the terminal is not known, as for a file.
 const USUAL_WIDTH: u16 = 80;
-/// Lines are made no longer, however wide the terminal: longer ones are hard to read.
+/// Largest length of a line, also on a wider terminal: longer lines are hard to read.
 const WIDEST: u16 = 140;
 
 /// Columns of standard output.
@@ -57,28 +57,28 @@ pub fn width() -> u16 {
 
 static WANTED: OnceLock<TerminalArgs> = OnceLock::new();
 
-/// Set what is wanted, once.
+/// Sets verbosity and colour, once.
 pub fn set(wanted: TerminalArgs) {
     // a second time would be a mistake of the program: the first holds
     let _ = WANTED.set(wanted);
 }
 
-/// Returns whether notes and progress are left out.
+/// Returns true if notes and progress are left out.
 pub fn quiet() -> bool {
     WANTED.get().is_some_and(|w| w.quiet)
 }
 
-/// Returns whether details are shown.
+/// Returns true if details are shown.
 pub fn verbose() -> bool {
     WANTED.get().is_some_and(|w| w.verbose)
 }
 
-/// Returns whether errors are drawn.
+/// Returns true if errors are drawn.
 pub fn drawn() -> bool {
     on(|| std::io::stderr().is_terminal())
 }
 
-/// Returns whether verdicts on standard output are coloured.
+/// Returns true if verdicts on standard output are coloured.
 pub fn coloured() -> bool {
     on(|| std::io::stdout().is_terminal())
 }

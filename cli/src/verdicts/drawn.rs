@@ -9,10 +9,10 @@ use monorig_lab::stress::{
 };
 use std::collections::BTreeSet;
 
-/// Faults that are printed one by one.
+/// Number of faults that are printed one by one.
 const WORST: usize = 10;
 
-/// Prints what drawn faults come to: over all, by class, and the worst ones.
+/// Prints the results of drawn faults: over all faults, by class, and the worst faults.
 pub(super) fn print_summary(file: &StressFile, summary: &DrawnSummary) -> Result<(), CliError> {
     let by = |of: &str| summary.classes.get(of).map(Vec::as_slice);
     let mut text = overall(&summary.estimators);
@@ -53,15 +53,15 @@ fn overall(estimators: &[EstimatorSummary]) -> String {
     right(&mut text, 1..7);
     let of = estimators.first().map_or(0, |e| e.conditions);
     format!(
-        "{}\n\nshares in %, of mass, slope, effective slope the worst; faults: how many of {of}\n\
-         mislead more than {} %; beyond: the alert limit, whatever sd is told;\n\
-         recovered: after the end of the fault, median and 90 %\n",
+        "{}\n\nshares in %, the worst of mass, slope, effective slope; faults: how many of {of}\n\
+         mislead more than {} %; beyond: beyond the alert limit, whatever the sd;\n\
+         recovered: time after the end of the fault, median and 90 %\n",
         lines(&text),
         100.0 * MISLED
     )
 }
 
-/// A line for each class, with a figure of each estimator.
+/// Table with a line for each class and a figure for each estimator.
 fn classes(of: &str, rows: &[ClassRow], estimators: &[String]) -> String {
     let title = format!("misled %, by {of}");
     let names = estimators.iter().map(String::as_str);
@@ -76,7 +76,7 @@ fn classes(of: &str, rows: &[ClassRow], estimators: &[String]) -> String {
     format!("\n{}\n", lines(&text))
 }
 
-/// The faults that mislead most, with the command that runs one again, and those whose run broke down.
+/// Faults that mislead most, with the command that repeats one of them, and faults whose run broke down.
 fn worst(file: &StressFile) -> String {
     let mut seen: Vec<&MatrixCell> = Vec::new();
     let mut broken = BTreeSet::new();

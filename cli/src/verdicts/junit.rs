@@ -1,4 +1,4 @@
-//! Verdicts as JUnit XML: a suite for each scenario, a case for each thing asked of it.
+//! Verdicts as JUnit XML: a suite for each scenario, a case for each of its checks.
 
 use super::TestedScenario;
 use crate::ui::errors::CliError;
@@ -27,7 +27,7 @@ pub(crate) fn xml(tested: &[TestedScenario]) -> Result<String, CliError> {
         .map_err(|e| CliError::NotWritten("JUnit XML", e.to_string()))
 }
 
-/// An error, not a failure: nothing was run.
+/// Case of a file that cannot be used: an error, not a failure, as nothing was run.
 fn unusable(scenario: &str, why: &str) -> TestCase {
     let mut status = TestCaseStatus::non_success(NonSuccessKind::Error);
     status.set_message(why);
@@ -36,7 +36,7 @@ fn unusable(scenario: &str, why: &str) -> TestCase {
     case
 }
 
-/// Limits that hold more easily than usual: a case that is neither passed nor failed.
+/// Case of limits that are weaker than usual: neither passed nor failed.
 fn weakened(verdict: &ScenarioVerdict) -> Option<TestCase> {
     if verdict.weakened.is_empty() {
         return None;

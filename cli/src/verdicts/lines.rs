@@ -9,14 +9,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::Duration;
 
-/// Findings shown for each scenario; the others are counted.
+/// Largest number of findings shown for each scenario; the others are counted.
 const FINDINGS_SHOWN: usize = 5;
-/// Values shown of a check; the others are counted.
+/// Largest number of values shown for a check; the others are counted.
 const VALUES_SHOWN: usize = 8;
-/// Before everything that belongs to a scenario.
+/// Indentation of the lines that belong to a scenario.
 const INDENT: &str = "  ";
 
-/// The verdict in a line: the word, the scenario, its seeds, the time they took, and what the word hides.
+/// The verdict in a line: the word, the scenario, its seeds, the time of its runs, and what the word does not say.
 pub(crate) fn line(verdict: &ScenarioVerdict, took: Option<Duration>, width: usize) -> String {
     let judged = verdict.judgement();
     let (word, told) = match judged.grade() {
@@ -46,8 +46,8 @@ pub(crate) fn line(verdict: &ScenarioVerdict, took: Option<Duration>, width: usi
     format!("{}\n", line.trim_end())
 }
 
-/// Everything about a scenario that does not hold, with its values by seed, and, of runs that were made here, how to
-/// repeat the worst of them; with -v also what is noted and known. Empty if there is nothing to say.
+/// All failures of a scenario, with values by seed and, for runs that were made here, the command that repeats the
+/// worst run; with -v also notes and known failures. The text may be empty.
 pub(crate) fn detail(
     verdict: &ScenarioVerdict,
     path: Option<&Path>,
@@ -98,8 +98,8 @@ pub(crate) fn detail(
     }
 }
 
-/// The end of a test or a merge: what failed, what is known to fail by estimator, and the verdict as the last line.
-/// `details` are those of [`detail`].
+/// End of a test or a merge: failures, known failures by estimator, and the verdict as the last line. `details` are the
+/// texts of [`detail`].
 pub(crate) fn end(verdicts: &[&ScenarioVerdict], details: &str, unusable: usize) -> String {
     let mut parts: Vec<String> = Vec::new();
     parts.extend((!details.is_empty()).then(|| details.trim_end().to_owned()));
@@ -152,7 +152,7 @@ fn known_by_estimator(verdicts: &[&ScenarioVerdict]) -> Option<String> {
     ))
 }
 
-/// Estimators that are shown for reference and mislead, in a line.
+/// Misleading estimators that are shown only for reference, in a line.
 fn for_reference(verdicts: &[&ScenarioVerdict]) -> Option<String> {
     let all = verdicts.iter().flat_map(|v| v.findings());
     let names: BTreeSet<String> = all
@@ -167,7 +167,7 @@ fn for_reference(verdicts: &[&ScenarioVerdict]) -> Option<String> {
     })
 }
 
-/// A line that is cut where the terminal ends.
+/// A line, cut to the width of the terminal.
 fn cut(line: &str) -> String {
     let width = usize::from(terminal::width());
     match line.chars().count() {
@@ -176,7 +176,7 @@ fn cut(line: &str) -> String {
     }
 }
 
-/// Known failures, each reason once, with all that fails for it.
+/// Known failures: each reason once, with all checks that fail for this reason.
 fn known(verdict: &ScenarioVerdict) -> String {
     let known = verdict.checks.iter().filter(|c| c.fails_as_known());
     let mut reasons: Vec<(&str, Vec<&Check>)> = Vec::new();
@@ -197,7 +197,7 @@ fn known(verdict: &ScenarioVerdict) -> String {
     text
 }
 
-/// The values of an expectation, seed by seed; none if there is only one, or it is no expectation.
+/// Values of an expectation, seed by seed; `None` with only one seed, or if the check is not an expectation.
 fn by_seed(verdict: &ScenarioVerdict, check: &Check) -> Option<String> {
     let runs = &verdict.runs;
     let values: Vec<String> = runs
@@ -223,13 +223,13 @@ fn by_seed(verdict: &ScenarioVerdict, check: &Check) -> Option<String> {
     Some(format!("  by seed  {}{more}", shown.join("  ")))
 }
 
-/// The seed to look at first: the worst of the first check that does not hold.
+/// Seed to look at first: the worst seed of the first failed check.
 pub(crate) fn worst_seed(verdict: &ScenarioVerdict) -> Option<u64> {
     let failed = verdict.checks.iter().filter(|c| !c.held);
     failed.filter_map(|c| c.worst_seed).next()
 }
 
-/// The command that repeats a run.
+/// Command that repeats a run.
 fn command(path: &Path, seed: u64, sets: &[(String, String)]) -> String {
     let mut command = format!(
         "monorig run {} --seed {seed}",

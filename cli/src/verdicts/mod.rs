@@ -1,4 +1,4 @@
-//! Verdicts: of scenarios that were tested, of shards put together, of studies; for people and for machines.
+//! Verdicts of tested scenarios, of joined shards and of studies; for people and for machines.
 
 mod drawn;
 pub(crate) mod junit;
@@ -30,14 +30,14 @@ pub(crate) fn json<'a>(
 pub(crate) struct TestedScenario {
     /// Its verdicts.
     pub(crate) judged: ScenarioVerdict,
-    /// Why it could not be used, if it could not.
+    /// Reason why the scenario cannot be used, if it cannot.
     pub(crate) unusable: Option<String>,
-    /// Time its runs took together.
+    /// Total time of the runs.
     pub(crate) took: Duration,
 }
 
 impl TestedScenario {
-    /// Makes a scenario whose runs took so long together.
+    /// Makes a tested scenario; `took` is the total time of its runs.
     pub(crate) fn new(judged: ScenarioVerdict, took: Duration) -> Self {
         let unusable = None;
         Self {
@@ -47,7 +47,7 @@ impl TestedScenario {
         }
     }
 
-    /// Makes a scenario that cannot be used: it fails, and has no run.
+    /// Makes a scenario that cannot be used: it fails, without a run.
     pub(crate) fn unusable(path: &Path, why: String) -> Self {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let mut judged = ScenarioVerdict::new(&name, Vec::new());

@@ -7,10 +7,10 @@ use crate::ui::prose::{counted, paragraph};
 use crate::ui::tables::{lines, narrow, percent, right, shown, table};
 use monorig_lab::stress::{MatrixCell, SHARE_TOLERANCE, StressFile, differences};
 
-/// Conditions that are printed unless all are asked for.
+/// Number of conditions that are printed without -v.
 const SHOWN: usize = 15;
 
-/// Prints the share of the valid samples that misleads in the worst conditions, or in all; of drawn ones a summary.
+/// Prints the share of the valid samples that misleads in the worst conditions, or in all; for drawn faults a summary.
 pub(crate) fn print_matrix(file: &StressFile, all: bool) -> Result<(), CliError> {
     if all || file.summary.is_none() {
         print_misled(file, if all { usize::MAX - 1 } else { SHOWN })?;
@@ -18,7 +18,7 @@ pub(crate) fn print_matrix(file: &StressFile, all: bool) -> Result<(), CliError>
     file.summary.iter().try_for_each(|s| print_summary(file, s))
 }
 
-/// Prints a row for each of the worst conditions, with one figure for each estimator.
+/// Prints a row for each of the worst conditions, with a figure for each estimator.
 fn print_misled(file: &StressFile, shown: usize) -> Result<(), CliError> {
     let mut conditions: Vec<&str> = Vec::new();
     for cell in &file.cells {
@@ -65,8 +65,8 @@ fn print_misled(file: &StressFile, shown: usize) -> Result<(), CliError> {
     ))
 }
 
-/// Judges each cell by the share that may mislead, and prints how many conditions mislead each estimator unless
-/// `silent`; returns whether no cell is beyond the share, and the verdict.
+/// Judges each cell by the share that may mislead and, unless `silent`, prints how many conditions mislead each
+/// estimator; returns true if no cell exceeds the share, and the verdict.
 pub(crate) fn judge_matrix(
     file: &StressFile,
     most: Option<f64>,
@@ -77,7 +77,7 @@ pub(crate) fn judge_matrix(
     for name in &file.estimators {
         let mut cells = file.cells.iter().filter(|c| c.estimator == *name);
         if cells.all(|c| c.misled().is_none()) {
-            text += &format!("FAILED: {name} has no valid sample to judge in any run\n");
+            text += &format!("FAILED: no run has a valid sample of {name} to judge\n");
             unjudged += 1;
         }
     }
@@ -89,7 +89,7 @@ pub(crate) fn judge_matrix(
         let worst = cells().max_by(|a, b| misled(a).total_cmp(&misled(b)));
         text += &match worst.filter(|c| misled(c) > 0.0) {
             None if cells().all(|c| c.misled().is_none()) => String::new(),
-            None => format!("{name}: misled in none of {of}\n"),
+            None => format!("{name}: misled in 0 of {of}\n"),
             Some(worst) => format!(
                 "{name}: misled in {} of {of}, at most {} % of its valid samples ({})\n",
                 cells().filter(|c| misled(c) > 0.0).count(),
@@ -99,8 +99,7 @@ pub(crate) fn judge_matrix(
         };
     }
     for name in file.idle() {
-        text +=
-            &format!("not judged: {name} changes nothing that an estimator is given, in any run\n");
+        text += &format!("not judged: {name} changes no input of an estimator in any run\n");
     }
     let bad = |c: &&MatrixCell| most.is_some_and(|most| !c.is_good(most));
     let beyond = file.cells.iter().filter(bad).count();
@@ -131,7 +130,7 @@ pub(crate) fn compared(
         let message = format!("the earlier matrix cannot be compared with this one: {why}");
         CliError::refused(
             message,
-            "what `monorig stress --json` wrote for the same battery",
+            "use a file that `monorig stress --json` wrote for the same battery",
         )
     })?;
     let mut text = table(["", "condition", "estimator", "figure", "before", "now"]);

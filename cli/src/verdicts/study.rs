@@ -1,4 +1,4 @@
-//! Results of a study: what all its runs have come to.
+//! Results of a study over all its runs.
 
 use crate::arguments::Json;
 use crate::command::CommandOutcome;
@@ -30,13 +30,13 @@ struct Column {
     values: Vec<f64>,
 }
 
-/// A point of a grid of values.
+/// Point of a grid of values.
 struct GridPoint {
     values: BTreeMap<String, Value>,
     columns: Vec<Column>,
 }
 
-/// The columns of the point of the grid that a run was made at.
+/// Columns with the grid point of a run.
 fn at<'a>(
     points: &'a mut Vec<GridPoint>,
     swept: &[String],
@@ -87,7 +87,7 @@ fn over_grid(points: &[GridPoint], swept: &[String]) -> String {
     grouped(&titles, &groups)
 }
 
-/// Read the results back and print what they have come to.
+/// Reads the results back and prints their summary.
 pub(crate) fn print_results(path: &Path, json: &Json) -> Result<CommandOutcome, CliError> {
     let (mut tally, mut runs) = (Tally::default(), 0);
     let swept = Campaign::read(path)?.swept();

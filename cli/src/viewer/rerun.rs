@@ -9,8 +9,8 @@ pub use monorig_viz::sink::LIVE_CHUNK_S;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
-/// A recording in a file and, if `live`, in the viewer at this address; its lines thinned unless it is of the full
-/// rate.
+/// A recording in a file and, if `live`, in the viewer at this address; its lines are thinned unless the full rate is
+/// wanted.
 pub fn sink(
     path: PathBuf,
     live: Option<SocketAddr>,
@@ -43,7 +43,7 @@ pub fn read(path: &Path, make_again: &str) -> Result<String, Error> {
     })?;
     let size = format!("{} entities, {} rows", found.entities.len(), found.rows());
     if found.application != "monorig" {
-        return Err(broken("this recording is not one of monorig".into()));
+        return Err(broken("this recording was not written by monorig".into()));
     }
     if !found.complete {
         return Err(broken(format!("this recording breaks off after {size}")));

@@ -177,7 +177,7 @@ fn what_cannot_be_read_is_told_with_its_place() {
         (
             "imu.csv",
             format!("{head}\n"),
-            &["imu.csv", "no row behind the names"],
+            &["imu.csv", "no row after the names"],
         ),
         (
             "imu.csv",
@@ -253,7 +253,7 @@ fn what_reads_well_and_is_wrong_is_found_by_the_check() {
         ("one row", only("imu.csv", |i| i == 0), &[], silent),
         ("minutes", times("imu.csv", |t| t / 60.0), &[], silent),
         ("milliseconds", times("imu.csv", |t| 1e3 * t), &[], ": rate"),
-        ("two values at a time", spurious, &[], "before and another"),
+        ("two values at a time", spurious, &[], "sample and another"),
         (
             "miles per hour",
             sound("imu.csv"),

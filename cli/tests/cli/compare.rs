@@ -189,7 +189,7 @@ fn what_is_not_there_is_named() {
             ["--metrics", "slope_mea_deg"],
             "did you mean `slope_mae_deg`",
         ),
-        (["--seeds", "x"], "no range of seeds"),
+        (["--seeds", "x"], "not a range of seeds"),
     ] {
         let told = dir.refused(&[&["compare", "quick.yaml"][..], &more].concat());
         assert!(told.contains(says), "{told}");
@@ -307,12 +307,12 @@ fn what_is_for_runs_or_for_scenarios_is_said() {
     for (task, says) in [
         (
             &["compare", "quick.yaml", "--atol", "1"][..],
-            "are for two runs",
+            "need two runs",
         ),
-        (&["compare", "units"], "are for two runs"),
+        (&["compare", "units"], "need two runs"),
         (
             &["compare", "units", "units", "--csv", "x.csv"],
-            "are for a scenario",
+            "need a scenario",
         ),
         (&["compare", "units", "units"], "not the folder of a run"),
         (&["compare", "units", "units", "--rtol=-1"], "zero or above"),

@@ -50,7 +50,7 @@ fn bad_ranges_are_refused_with_their_place() {
         (
             "  rail_fusion: {}",
             "  rail_fusion: {from: x.yaml}",
-            "no parameter file",
+            "cannot name a parameter file",
         ),
         ("dx80_176y.yaml", "dx81_176y.yaml", "there is no"),
     ] {

@@ -266,7 +266,7 @@ fn a_program_alone_makes_no_fmu_and_says_so() {
     assert_eq!(code, Some(2), "{out}{err}");
     for part in [
         "monorig_fmu",
-        "is not beside the program",
+        "is not in the folder of the program",
         "archive of a release",
     ] {
         assert!(words(&err).contains(part), "{part} is not in {err}");

@@ -292,12 +292,15 @@ sensitivity: {{curve: 0, map: 0}}
         (
             "map: {grade: theta}",
             range,
-            ["study.yaml:4:", "`fmu` names none"],
+            ["study.yaml:4:", "`map` needs `fmu`"],
         ),
         (
             "fmu: ./two_state.fmu\nmap: {grade: theta}",
             range,
-            ["study.yaml:4:", "`theta` for grade, which the FMU has not"],
+            [
+                "study.yaml:4:",
+                "`theta` for grade, but the FMU has no such variable",
+            ],
         ),
     ] {
         study(part, range);

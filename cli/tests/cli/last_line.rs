@@ -63,7 +63,7 @@ fn the_last_line_is_the_result() {
         ("good", ""),
         ("bad", "speed_rmse_mps"),
         ("misleading", "valid that is"),
-        ("late", "did not come to its end"),
+        ("late", "did not finish"),
     ] {
         let file = format!("{scenario}.yaml");
         let mut tasks = vec![

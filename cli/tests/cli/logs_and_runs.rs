@@ -116,7 +116,7 @@ fn estimates_of_the_run_are_judged_as_the_run_judged_them() {
     let (same, heavy) = (mae(&metrics), mae(&judged("heavy.csv")));
     assert!((heavy - 1000.0).abs() <= same + 1e-6, "{same} {heavy}");
     let told = dir.refused(&["judge", "nowhere", "--estimates", "same.csv"]);
-    assert!(told.contains("no folder of a run"), "{told}");
+    assert!(told.contains("not the folder of a run"), "{told}");
     dir.write("bad.csv", b"t,m\n0,1\n");
     let told = dir.refused(&["judge", &run, "--estimates", "bad.csv"]);
     assert!(told.contains("mass_kg"), "{told}");
@@ -363,7 +363,7 @@ fn a_ghost_has_the_forces_of_the_log_and_shows_what_it_is_told_wrong() {
     );
     let alone = dir.refused(&["replay", "--map", &map, "--ghost", "--set", "reference={}"]);
     assert!(
-        alone.contains("`slope` and `mass` under `reference`"),
+        alone.contains("give `slope` and `mass` under `reference`"),
         "{alone}"
     );
 }

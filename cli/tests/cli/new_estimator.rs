@@ -70,8 +70,11 @@ fn nothing_is_made_of_a_mistake() {
     dir.write("there", b"a file");
     let all = before();
     for (task, told) in [
-        (&["there", "--monorig", sources][..], "is there already"),
-        (&["2nd", "--monorig", sources], "is no name of a crate"),
+        (&["there", "--monorig", sources][..], "exists already"),
+        (
+            &["2nd", "--monorig", sources],
+            "is not a valid name of a crate",
+        ),
         (
             &["mine", "--monorig", "units"],
             "has no examples/own_estimator",
@@ -104,7 +107,7 @@ fn libraries_build_and_their_scenarios_hold() {
         assert!(out.contains("the estimator `mine` is in "), "{out}");
         let (code, _, err) = dir.monorig(&task);
         assert_eq!(code, Some(2));
-        assert!(err.contains("is there already"), "{err}");
+        assert!(err.contains("exists already"), "{err}");
         // pytest runs what is made in Python: it needs the package
         if language == "python" || !tools(&["make", "cc"]) {
             continue;
@@ -148,6 +151,6 @@ fn a_new_scenario_runs_and_has_a_comment_at_each_key() {
     );
     let (code, out, err) = dir.monorig(&["test", "hill.yaml"]);
     assert_eq!(code, Some(0), "{out}{err}");
-    assert!(dir.refused(&task).contains("is there already"));
+    assert!(dir.refused(&task).contains("exists already"));
     assert_eq!(dir.read("hill.yaml"), text);
 }

@@ -262,7 +262,7 @@ fn of_a_comparison() {
     cut["runs"][2]["summary"]["finished"] = false.into();
     dir.write("out/both.json", cut.to_string().as_bytes());
     let page = report();
-    for part in ["1 of 3 runs did not come to their end", "Left out"] {
+    for part in ["1 of 3 runs did not finish", "Left out"] {
         assert!(page.contains(part), "{part}\n{page}");
     }
     cut["version"] = 2.into();
@@ -285,8 +285,8 @@ fn of_nothing_that_can_be_reported() {
         assert!(!dir.path("none.html").exists());
     };
     refused("runs", "not the folder of a run");
-    refused("no/such/run", "no such file");
-    refused("quick & dirty.yaml", "a report cannot be made of this");
+    refused("no/such/run", "does not exist");
+    refused("quick & dirty.yaml", "cannot make a report");
     for kind in [
         "the folder of a run",
         "monorig test --json",
@@ -360,7 +360,7 @@ fn two_runs_compared() {
     assert_eq!(code, Some(0), "{err}");
     assert!(
         dir.read("same.html")
-            .contains("Both runs were made from the same")
+            .contains("Both runs have the same inputs")
     );
     let told = dir.refused(&["report", RUN, "runs"]);
     assert!(told.contains("not the folder of a run"), "{told}");
@@ -391,7 +391,7 @@ fn a_run_without_errors_has_no_budget() {
     assert!(matches!(code, Some(0 | 1)), "{out}{err}");
     let told = dir.refused(&["explain", "runs/short/1", "--seeds", "1"]);
     assert!(
-        told.contains("it ends after 4.0 s") && told.contains("from 5 s on"),
+        told.contains("the run ends after 4.0 s") && told.contains("from 5 s on"),
         "{told}"
     );
 }
@@ -478,7 +478,7 @@ fn an_error_budget_is_in_the_report() {
     ];
     let (code, _, err) = dir.monorig(&named);
     assert_eq!(code, Some(0), "{err}");
-    assert!(err.contains("were changed since"), "{err}");
+    assert!(err.contains("were changed later"), "{err}");
     let page = dir.read("runs/quick & dirty/1/report.html");
     assert!(page.contains("were changed before the budget"));
     // that of another scenario is not this run's

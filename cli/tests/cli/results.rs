@@ -147,7 +147,7 @@ fn results_that_are_not_whole_are_refused() {
         let folder = file.rsplit_once('/').unwrap().0;
         for missing in [format!("{folder}/no-{name}"), format!("nowhere/{name}")] {
             assert!(
-                dir.refused(&["check", &missing]).contains("no such file"),
+                dir.refused(&["check", &missing]).contains("does not exist"),
                 "{missing}"
             );
         }

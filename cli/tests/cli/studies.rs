@@ -207,13 +207,17 @@ fn a_run_that_cannot_be_made_is_its_own_failure() {
 #[test]
 fn bad_studies_are_refused() {
     for (good, bad, says) in [
-        ("runs: 200", "runs: 0", "runs: 0 runs from seed 11"),
+        (
+            "runs: 200",
+            "runs: 0",
+            "runs: 0 runs cannot be made from seed 11",
+        ),
         ("runs: 200", "rums: 200", "unknown key `rums`"),
-        ("why: A spread.", "why: ''", "says why it exists"),
+        ("why: A spread.", "why: ''", "needs a purpose"),
         (
             "uniform: [0, 2500]",
             "uniform: [5, 5]",
-            "vary[0]: nothing lies between 5 and 5",
+            "vary[0]: no value lies between 5 and 5",
         ),
         ("uniform: [0, 2500]", "sd: 3", "unknown key `sd`"),
         (
@@ -239,7 +243,7 @@ fn bad_studies_are_refused() {
         (
             "scenario: quick.yaml",
             "scenario: quik.yaml",
-            "there is no file",
+            "does not exist",
         ),
     ] {
         let dir = dir(&STUDY.replace(good, bad));
@@ -325,5 +329,5 @@ fn a_grid_of_values_is_gone_through() {
         assert!(told.contains(says), "{vary}: {told}");
     }
     let told = dir.refused(&["study", "spread.yaml", "--set", "record.rate_hz=5"]);
-    assert!(told.contains("go with --vary"), "{told}");
+    assert!(told.contains("need --vary"), "{told}");
 }

@@ -93,8 +93,7 @@ fn a_train_that_does_not_arrive_has_not_finished() {
     let (code, out, _) = dir.monorig(&["test", "all", "--seeds", "3,9"]);
     assert_eq!(code, Some(1), "{out}");
     assert!(
-        words(&out)
-            .contains("the run: did not come to its end in 12.0 s (seed 3); 0 of 2 seeds hold"),
+        words(&out).contains("the run: did not finish in 12.0 s (seed 3); 0 of 2 seeds hold"),
         "{out}"
     );
 }
@@ -131,20 +130,17 @@ fn nothing_to_test_is_an_error() {
     let dir = with(&[("one", quick(HOLDS))]);
     std::fs::create_dir(dir.path("empty")).unwrap();
     for (arguments, says) in [
-        (
-            &["test", "empty"][..],
-            "there is no scenario in this folder",
-        ),
+        (&["test", "empty"][..], "this folder has no scenario"),
         (
             &["test", "all", "--filter", "xyz"],
-            "`xyz` fits the name of none of 1 scenarios",
+            "`xyz` fits no name of the 1 scenarios",
         ),
-        (&["test", "nowhere"], "there is no such file"),
+        (&["test", "nowhere"], "this file does not exist"),
         (
             &["test", "all", "--seeds", "4..1"],
             "write the smaller end first",
         ),
-        (&["test"], "there is no such file"),
+        (&["test"], "this file does not exist"),
     ] {
         let told = dir.refused(arguments);
         assert!(told.contains(says), "{told}");
@@ -320,18 +316,19 @@ fn a_known_failure_is_shown_and_not_red_until_it_is_worse_or_holds() {
     assert_eq!(code, Some(1), "{out}");
     let told = words(&out);
     assert!(
-        told.contains("holds in 10 of 10 seeds") && told.contains("take it off `known_failures`"),
+        told.contains("holds in 10 of 10 seeds")
+            && told.contains("remove it from `known_failures`"),
         "{out}"
     );
 
     for (known, says) in [
         (
             "{estimator: attitude, metric: slope_rmse_deg, no_worse_than: 1, why: x}",
-            "there is no such bound in `expect`",
+            "`expect` has no bound of this estimator and metric",
         ),
         (
             "{estimator: attitude, metric: mass_availability, no_worse_than: 0.5, why: x}",
-            "nothing bounds `mass_availability` here",
+            "the scenario has no bound on `mass_availability`",
         ),
         (
             "{estimator: attitude, metric: slope_mae_deg, no_worse_than: 30, why: ''}",

@@ -48,7 +48,7 @@ fn two_recordings_are_in_one_page_and_chromium_opens_it_without_a_request() {
     // one recording twice: the viewer could not tell them apart
     assert!(
         dir.refused(&["report", a, a, "--view"])
-            .contains("would take them for one")
+            .contains("would show them as one recording")
     );
     if !written(&dir, &["report", a, b, "--view", "--out", "both.html"]) {
         return;

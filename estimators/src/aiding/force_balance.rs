@@ -42,11 +42,11 @@ pub struct BlockForce<'a> {
 /// Standard deviations of the noise of a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockNoise {
-    /// Of the balance per mass, m/s².
+    /// Standard deviation of the balance per mass, m/s².
     pub model_sd_mps2: Real,
-    /// Of the load's share, as a share of the load times the accelerations.
+    /// Standard deviation for the load, as a share of the load times the accelerations.
     pub swing_model_sd: Real,
-    /// Mass that the noise is proportional to, kg.
+    /// Mass to which the noise is proportional, kg.
     pub mass_kg: Real,
     /// Variance of the traction, N².
     pub traction_variance: Real,
@@ -103,8 +103,8 @@ impl BlockForce<'_> {
         self.by_angle() * swing.mean_angle([x[ANGLE], x[RATE]])
     }
 
-    /// Standard deviation of the load's mean acceleration by the noise of the parts' acceleration, m/s²: of the angle
-    /// that a random walk of the rate leads to, ∫∫, in the mean over a block T √(T³/20).
+    /// Standard deviation of the load's mean acceleration due to the noise of the parts' acceleration, m/s²: of the
+    /// angle that a random walk of the rate leads to, ∫∫, in the mean over a block T √(T³/20).
     fn shaken_mps2(&self, part_noise_mps2: Real, x: &SVector<Real, N>) -> Real {
         if !self.model.swings || part_noise_mps2 <= 0.0 {
             return 0.0;

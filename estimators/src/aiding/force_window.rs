@@ -1,4 +1,4 @@
-//! Means of the specific force across the body, and of what the state predicts of it, over windows of 50 ms.
+//! Means of the specific force across the body, and of its prediction by the state, over windows of 50 ms.
 //!
 //! The noise of a window is that of the sheet or that seen, whichever is larger: an accelerometer that is shaken reads
 //! less than its sheet promises. It is learnt from the means of windows and not from samples, so that bounce, whose
@@ -24,7 +24,7 @@ pub struct ForceNoise {
     pub lateral_sd_mps2: Real,
     /// Factor on the variance of f_z: bounce.
     pub vertical_factor: Real,
-    /// True if the noise is never smaller than the noise seen in the samples.
+    /// True if the noise is at least the noise in the samples.
     pub learns: bool,
 }
 
@@ -50,14 +50,13 @@ impl ForceWindow {
         }
     }
 
-    /// Velocity random walk seen along the body, m/s/√s; 0 if it is not learnt, or there are no windows for want of a
-    /// gyro.
+    /// Velocity random walk learnt along the body, m/s/√s; 0 if it is not learnt, or if the gyro is missing.
     pub fn seen_walk(&self) -> Real {
         let [forward, ..] = &self.seen;
         self.walk(forward)
     }
 
-    /// Angle random walk seen about y, rad/√s; 0 if it is not learnt.
+    /// Angle random walk learnt about y, rad/√s; 0 if it is not learnt.
     pub fn seen_turn_walk(&self) -> Real {
         let [.., turn] = &self.seen;
         if self.noise.learns {
@@ -83,8 +82,8 @@ impl ForceWindow {
         (factor * sheet * sheet).max(seen * seen) / T
     }
 
-    /// Takes one sample and the state with the sines and cosines of its pitch and roll; at the end of a window the
-    /// measurements across and up.
+    /// Takes one sample and the state with the sines and cosines of its pitch and roll; returns the measurements across
+    /// and up at the end of a window.
     pub fn step(
         &mut self,
         (x, sin_cos): (&SVector<Real, N>, [[Real; 2]; 2]),

@@ -1,5 +1,5 @@
-//! Measurements of a state that many instruments see, one a file: a measurement is an [`Aid`], and [`fuse`] lets it
-//! correct the belief.
+//! Measurements of a state that many instruments observe, one in each file: a measurement is an [`Aid`], and [`fuse`]
+//! lets it correct the belief.
 //!
 //! Three layers, as in PX4's ekf2: *control* ([`Control`]) finds out whether a step brings the measurement at all, a
 //! *gate* ([`GateRule`]) weighs its innovation against what is expected, and the rest is *fused*. [`fuse`]
@@ -38,11 +38,12 @@ pub trait Aid<const N: usize> {
 /// Rule for an innovation that is larger than expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GateRule {
-    /// It counts as any other.
+    /// The innovation counts as any other.
     Open,
-    /// Beyond this size it does not count, for this reason.
+    /// Beyond this size the innovation does not count, for this reason.
     Reject(Real, Rejection),
-    /// Beyond this many standard deviations its noise is taken for as large as makes it that many (Huber 1964).
+    /// Beyond this number of standard deviations the noise is increased until the innovation has this number (Huber
+    /// 1964).
     Deweight(Real),
 }
 
@@ -58,7 +59,7 @@ impl GateRule {
     }
 }
 
-/// Corrects a belief by a measurement and returns what became of it; `None` if the step brought nothing new.
+/// Corrects a belief by a measurement and returns its status; `None` without a new measurement.
 #[inline]
 pub fn fuse<const N: usize>(
     belief: &mut Gaussian<N>,
@@ -99,7 +100,7 @@ impl<const N: usize> Innovation<N> {
         self.y / sqrt(self.h.dot(&self.Ph) + self.R)
     }
 
-    /// Corrects the belief by the measurement and returns what became of it.
+    /// Corrects the belief by the measurement and returns its status.
     pub fn fuse(&self, belief: &mut Gaussian<N>, gate: GateRule) -> AidStatus {
         let Self { y, h, Ph, R } = self;
         let S = h.dot(Ph) + R;

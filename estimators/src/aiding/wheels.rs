@@ -20,7 +20,7 @@ use crate::tuning;
 pub struct Wheels {
     /// Mean speed, m/s.
     pub speed_mps: Real,
-    /// Variance of that, m²/s².
+    /// Variance of the mean speed, m²/s².
     pub variance: Real,
     /// Distance l_z of the IMU below the unit's middle, m.
     pub below_m: Real,
@@ -73,16 +73,16 @@ pub struct Ballot {
     pub used: usize,
     /// Wheels beyond the gate.
     pub rejected: usize,
-    /// Those of them that are ahead of the train while driven, or behind it while braked: they slip. The others are
-    /// broken.
+    /// Wheels beyond the gate that are faster than the train while driven, or slower while braked: they slip. The
+    /// others are broken.
     pub slipping: usize,
-    /// Mean of those in use, m/s; without any the one nearest to the prediction.
+    /// Mean speed of the wheels in use, m/s; without any the speed nearest to the prediction.
     pub speed_mps: Real,
-    /// Largest difference of two in use, m/s.
+    /// Largest difference between two wheels in use, m/s.
     pub range_mps: Real,
     /// Deviation from the prediction beyond which a wheel is rejected, m/s.
     pub limit_mps: Real,
-    /// True if three wheels or more, all there are, agree with each other beyond the gate and do not slip.
+    /// True if all wheels, at least three, agree with each other beyond the gate and do not slip.
     pub contradicts: bool,
 }
 
@@ -97,8 +97,8 @@ pub struct WheelGate {
 }
 
 impl WheelGate {
-    /// Builds the gate for `drives` wheels whose speeds have the standard deviation `sd_mps`, with a gate of `gate_sd`
-    /// of them unless it is not `gated`.
+    /// Builds the gate for `drives` wheels whose speeds have the standard deviation `sd_mps`; the gate is `gate_sd`
+    /// standard deviations if `gated`.
     pub fn new(drives: usize, sd_mps: Real, gate_sd: Real, gated: bool) -> Self {
         Self {
             drives: drives.min(MAX_DRIVES),
@@ -114,8 +114,8 @@ impl WheelGate {
         self.gated
     }
 
-    /// The new samples against a belief: the measurement, and the vote that made it. The wheels are ahead of the state
-    /// by a time in which the vehicle gains a speed, m/s, known with a variance, m²/s².
+    /// Compares the new samples with a belief: the measurement, and the vote that made it. The wheels are ahead of the
+    /// state by a time in which the vehicle gains a speed, m/s, known with a variance, m²/s².
     #[allow(
         clippy::indexing_slicing,
         reason = "indices of states are constants below N"

@@ -1,4 +1,4 @@
-//! Status of each measurement source, one per source, so that a plot shows why an estimate moved or did not.
+//! Status of each measurement source, so that a plot shows why an estimate moved or did not.
 
 use crate::Real;
 use crate::api::snapshot::{Archive, State, state};
@@ -6,18 +6,18 @@ use crate::api::snapshot::{Archive, State, state};
 /// The last measurement of one source as the filter saw it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AidStatus {
-    /// Measurement less prediction, in the unit of the source.
+    /// Measurement minus prediction, in the unit of the source.
     pub innovation: Real,
-    /// Variance of that by the filter's own account.
+    /// Variance of this innovation by the filter.
     pub innovation_variance: Real,
-    /// Innovation squared over variance, over the gate's threshold: above 1 the gate acts. 0 where there is no gate.
+    /// Innovation squared over variance and over the gate's threshold: above 1 the gate acts. 0 where there is no gate.
     pub test_ratio: Real,
     /// Outcome: fused, deweighted, rejected or stale.
     pub outcome: AidOutcome,
 }
 
 impl AidStatus {
-    /// The status of a measurement that did not enter and has no innovation.
+    /// Makes the status of a rejected measurement without an innovation.
     pub(crate) fn not_fused(outcome: AidOutcome) -> Self {
         Self {
             outcome,
@@ -25,7 +25,7 @@ impl AidStatus {
         }
     }
 
-    /// Normalised innovation squared by the filter's own account; `None` where there is no innovation.
+    /// Normalised innovation squared by the filter; `None` without an innovation.
     pub fn nis(&self) -> Option<Real> {
         let nis = self.innovation * self.innovation / self.innovation_variance;
         nis.is_finite().then_some(nis)
@@ -36,22 +36,22 @@ impl AidStatus {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum AidOutcome {
-    /// None has come, or none for so long that the source counts as lost.
+    /// No measurement has come, or none for such a long time that the source counts as lost.
     #[default]
     Stale,
-    /// It entered with the weight of its variance.
+    /// The measurement was used with the weight of its variance.
     Fused,
-    /// It entered with less.
+    /// The measurement was used with less weight.
     Deweighted,
-    /// It did not enter.
+    /// The measurement was not used.
     Rejected(Rejection),
 }
 
-/// Why a measurement did not enter.
+/// Reason why a measurement was not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Rejection {
-    /// Its innovation was beyond the gate.
+    /// The innovation was beyond the gate.
     Gate,
     /// Wheels contradict each other: slip.
     Slip,
@@ -61,13 +61,13 @@ pub enum Rejection {
     NotRunning,
     /// The regressor is not excited: nothing to learn from it.
     NotExcited,
-    /// The update would have left the filter without a finite state or a covariance.
+    /// The update would have given a state that is not finite or no covariance.
     Numeric,
 }
 
 impl AidOutcome {
-    /// As a number for a record: 0 stale, 1 fused, 2 deweighted, from 3 on rejected (gate, slip, stuck, not running,
-    /// not excited, numeric).
+    /// Code for a record: 0 stale, 1 fused, 2 deweighted, from 3 on rejected (gate, slip, stuck, not running, not
+    /// excited, numeric).
     pub fn code(self) -> u8 {
         match self {
             AidOutcome::Stale => 0,

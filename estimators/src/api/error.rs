@@ -1,5 +1,5 @@
-//! Why an estimator refuses an input. A refused input leaves the estimator as it was, a step that diverges starts it
-//! anew; a broken one cannot go on.
+//! Reasons why an estimator refuses an input. A refused input leaves the estimator as it was, a step that diverges
+//! starts it anew; a broken one cannot go on.
 
 use core::fmt;
 
@@ -16,42 +16,42 @@ pub enum Error {
     OutOfOrder {
         /// Instant of the refused step.
         t: Time,
-        /// Instant of the step before it.
+        /// Instant of the previous step.
         last: Time,
     },
     /// The step's instant is further after the previous one than any pause: a wrong stamp. After a true pause, reset.
     TooFarAhead {
         /// Instant of the refused step.
         t: Time,
-        /// Instant of the step before it.
+        /// Instant of the previous step.
         last: Time,
     },
-    /// The time step is more than twice the time since the step before.
+    /// The time step is more than twice the time since the previous step.
     ClockMismatch {
         /// The time step, s.
         dt: Real,
-        /// Time since the step before by the stamps, s.
+        /// Time since the previous step by the stamps, s.
         since: Real,
     },
     /// A number of the named signal is NaN or infinite.
     NotFinite(&'static str),
-    /// A number of the named signal is beyond what any crane can do.
+    /// A number of the named signal is impossible for a crane.
     OutOfRange(&'static str),
     /// The step has led to a value that is not finite: the estimator has started anew, as after `reset`.
     Diverged,
-    /// A reason of an estimator of one's own: this step is refused, and the estimator is as it was.
+    /// A reason of your own estimator: this step is refused, and the estimator is as it was.
     Own(Reason),
-    /// A reason for which an estimator of one's own cannot go on: the run ends here.
+    /// A reason why your own estimator cannot go on: the run ends here.
     Broken(Reason),
 }
 
 impl Error {
-    /// The refusal of a step for a reason of one's own, of which the first 96 bytes are kept.
+    /// Refusal of a step for your own reason, of which the first 96 bytes are kept.
     pub fn own(reason: impl fmt::Display) -> Self {
         Self::Own(Reason::of(reason))
     }
 
-    /// The end of an estimator for a reason of one's own, of which the first 96 bytes are kept.
+    /// End of an estimator for your own reason, of which the first 96 bytes are kept.
     pub fn broken(reason: impl fmt::Display) -> Self {
         Self::Broken(Reason::of(reason))
     }
@@ -60,23 +60,25 @@ impl Error {
 impl fmt::Display for Error {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Error::TimeStep(dt) => write!(out, "time step {dt} s is not in 0…1 s"),
+            Error::TimeStep(dt) => write!(out, "the time step {dt} s is not in 0…1 s"),
             Error::OutOfOrder { t, last } => {
-                write!(out, "step at {t} s comes after one at {last} s")
+                write!(out, "the step at {t} s comes after a step at {last} s")
             }
             Error::TooFarAhead { t, last } => write!(
                 out,
-                "step at {t} s comes too long after one at {last} s: a wrong stamp, or a pause that calls for a reset"
+                "the step at {t} s comes too long after the step at {last} s: its stamp is wrong, or the pause needs a reset"
             ),
             Error::ClockMismatch { dt, since } => write!(
                 out,
-                "time step of {dt} s, but {since} s since the step before"
+                "the time step is {dt} s, but the previous step was {since} s ago"
             ),
             Error::NotFinite(signal) => write!(out, "{signal} is not a finite number"),
-            Error::OutOfRange(signal) => write!(out, "{signal} is beyond what a crane can do"),
+            Error::OutOfRange(signal) => {
+                write!(out, "{signal} has a value that is impossible for a crane")
+            }
             Error::Diverged => write!(
                 out,
-                "the step has led to a value that is not finite: the estimator has started anew"
+                "the step gave a value that is not finite: the estimator has started again"
             ),
             Error::Own(reason) | Error::Broken(reason) => write!(out, "{reason}"),
         }

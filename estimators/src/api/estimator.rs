@@ -53,36 +53,36 @@ impl Internal {
 /// # Ok::<(), Error>(())
 /// ```
 pub trait Estimator {
-    /// One step of `dt` seconds with the samples that came since the last one. On an error the estimator is as it was,
-    /// but after [`Error::Diverged`] as it was built; [`Error::Own`] tells a reason of one's own, [`Error::Broken`]
-    /// ends the run.
+    /// Makes one step of `dt` seconds with the samples that came since the last step. On an error the estimator is as
+    /// it was, but after [`Error::Diverged`] as it was built; [`Error::Own`] tells a reason of one's own,
+    /// [`Error::Broken`] ends the run.
     ///
     /// Filters integrate over `dt`; the stamps in `z` show which samples are fresh. The two clocks are checked against
     /// each other: `dt` may not be more than twice the time since the last step (which leaves room for jitter). Less is
     /// a pause.
     fn step(&mut self, z: &Measurements, u: &Command, dt: Real) -> Result<Estimate, Error>;
 
-    /// Back to the state it was built in.
+    /// Resets the estimator to its first state.
     fn reset(&mut self);
 
-    /// Its internal quantities, for plots.
+    /// Internal quantities of the estimator, for plots.
     fn internals(&self) -> &[Internal] {
         &[]
     }
 
-    /// Writes the internal quantities, in that order, into `values`; as many as fit.
+    /// Writes the internal quantities, in the same order, into `values`; as many as fit.
     fn internal_values(&self, _values: &mut [Real]) {}
 
-    /// Sources of measurements it uses, such as `wheel_speed`.
+    /// Sources of measurements that the estimator uses, such as `wheel_speed`.
     fn aid_sources(&self) -> &[&'static str] {
         &[]
     }
 
-    /// Writes what became of the last measurement of each source, in that order, into `status`; as many as fit.
+    /// Writes the status of the last measurement of each source, in the same order, into `status`; as many as fit.
     fn aid_status(&self, _status: &mut [AidStatus]) {}
 
-    /// Writes its state into `bytes` and returns the number of bytes it took. Take a snapshot between steps, as often
-    /// as the memory it goes to bears.
+    /// Writes the estimator's state into `bytes` and returns the number of written bytes. Take a snapshot between
+    /// steps, as often as the memory it goes to bears.
     fn snapshot(&self, _bytes: &mut [u8]) -> Result<usize, SnapshotError> {
         Err(SnapshotError::NotKept)
     }

@@ -3,7 +3,7 @@
 use crate::Real;
 use crate::api::fingerprint::Fingerprint;
 
-/// Most masses a layout may have.
+/// Largest number of masses of a layout.
 pub const MAX_MASSES: usize = 24;
 
 /// A rigid mass carried by the rail at two places: a unit on its own wheels, or a body on two trolleys.
@@ -20,7 +20,7 @@ pub struct CarriedMass {
 /// The load and the gear that swings with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SuspendedLoad {
-    /// The two places where its weight comes onto the rail, as in [`CarriedMass::places_m`].
+    /// The two places at which its weight acts on the rail, as in [`CarriedMass::places_m`].
     pub places_m: [Real; 2],
     /// Mass of spreader and hooks, which is tare and swings with the load, kg.
     pub swinging_tare_kg: Real,
@@ -44,7 +44,7 @@ pub struct MassLayout {
     pub load: SuspendedLoad,
     /// Depth of the IMU below the rail's line, m.
     pub imu_depth_m: Real,
-    /// Share of the nominal running resistance that grows with the load (that of the running wheels), 0…1.
+    /// Share of the nominal running resistance that grows with the load (running wheels), 0…1.
     pub load_share_of_resistance: Real,
 }
 
@@ -73,12 +73,12 @@ impl MassLayout {
         layout
     }
 
-    /// Mass of all but the load, kg.
+    /// Mass of everything except the load, kg.
     pub fn tare_kg(&self) -> Real {
         self.masses.iter().map(|mass| mass.mass_kg).sum::<Real>() + self.load.swinging_tare_kg
     }
 
-    /// The same with all tare masses scaled to a sum of `tare_kg`.
+    /// The layout with all tare masses scaled to a sum of `tare_kg`.
     pub fn scaled_to(mut self, tare_kg: Real) -> Self {
         let sum = self.tare_kg();
         if sum > 0.0 {
@@ -91,7 +91,7 @@ impl MassLayout {
         self
     }
 
-    /// All its numbers, in a fixed order; the last is whether it has a longitudinal stiffness.
+    /// All numbers of the layout in a fixed order; the last is 1 with a longitudinal stiffness, else 0.
     pub fn numbers(&self) -> impl Iterator<Item = Real> {
         let SuspendedLoad {
             places_m: [front, rear],
@@ -176,11 +176,11 @@ impl MassLayout {
     }
 }
 
-/// No train is longer, m, or heavier, kg.
+/// Largest length, m, and mass, kg, of a train.
 const MAX_LENGTH_M: Real = 1e3;
 const MAX_KG: Real = 1e7;
 
-/// Masses that an even spread is made of.
+/// Number of masses of a uniform distribution.
 const EVEN_MASSES: usize = 12;
 
 #[cfg(test)]

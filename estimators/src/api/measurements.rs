@@ -6,23 +6,23 @@
 
 use crate::{Real, Time};
 
-/// Most drive units a train may have.
+/// Largest number of drive units of a train.
 pub const MAX_DRIVES: usize = 16;
 
-/// Most readings of instruments of a user's own.
+/// Largest number of readings of a user's own instruments.
 pub const MAX_AUXILIARY: usize = 4;
 
-/// A measured value and the instant it was taken at, on the sensor's clock.
+/// A measured value and its instant on the sensor's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<T> {
-    /// Instant the value was taken.
+    /// Instant of the value.
     pub t: Time,
     /// The value, in the unit of the field that holds it.
     pub value: T,
 }
 
 impl<T> Sample<T> {
-    /// A sample of the same instant with another value.
+    /// Returns a sample of the same instant with another value.
     pub fn map<U>(self, change: impl FnOnce(T) -> U) -> Sample<U> {
         Sample {
             t: self.t,
@@ -40,7 +40,7 @@ pub enum Shape {
     Scalar,
     /// A sample of one value for each drive unit, counted from the front.
     PerDrive,
-    /// Samples of one value for estimators of a user's own.
+    /// Samples of one value for a user's own estimators.
     Auxiliary,
 }
 
@@ -80,7 +80,7 @@ macro_rules! measurements {
         /// y.
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
         pub struct Measurements {
-            /// Now.
+            /// Present instant.
             pub t: Time,
             $($(#[doc = $about])+ #[doc = concat!(" Unit: ", $unit, ".")] pub $field: samples!($shape),)+
         }
@@ -110,7 +110,7 @@ macro_rules! measurements {
                 match self { $(Self::$measurand => Shape::$shape,)+ }
             }
 
-            /// Description of it, in sentences.
+            /// Description, in sentences.
             pub const fn about(self) -> &'static str {
                 match self { $(Self::$measurand => concat!($($about),+).trim_ascii(),)+ }
             }
@@ -139,7 +139,7 @@ macro_rules! measurements {
                 $(self.$field.any())||+
             }
 
-            /// Takes over the samples that `newer` has and keeps the others.
+            /// Copies the samples of `newer` and keeps the others.
             pub fn merge(&mut self, newer: &Self) {
                 $(self.$field.merge(&newer.$field);)+
             }
@@ -163,12 +163,12 @@ measurements! {
     SteeringAngle "steering_angle": Scalar steering_angle_rad, "rad";
     /// Pitch of the inclinometer against the apparent vertical, + nose up: acceleration along the rail is in it.
     Inclination "inclination": Scalar inclination_rad, "rad";
-    /// Readings of instruments of a user's own, in the units they choose.
+    /// Readings of a user's own instruments, in their own units.
     Auxiliary "auxiliary": Auxiliary auxiliary, "1";
 }
 
 impl Measurements {
-    /// No sample, at this instant.
+    /// Makes measurements without a sample, at this instant.
     pub fn at(t: Time) -> Self {
         Self {
             t,
@@ -183,12 +183,12 @@ impl Measurand {
         Self::ALL.iter().copied().find(|m| m.name() == name)
     }
 
-    /// Its slots, those of drive units from the front.
+    /// Slots of the measurand, for drive units from the front.
     pub fn slots(self) -> impl Iterator<Item = Slot> {
         (0..self.shape().slots()).map(move |index| self.slot(index))
     }
 
-    /// Its slot number `index`.
+    /// Slot number `index` of the measurand.
     pub const fn slot(self, index: usize) -> Slot {
         Slot {
             measurand: self,
@@ -202,7 +202,7 @@ impl Measurand {
 pub struct Slot {
     /// The measured quantity.
     pub measurand: Measurand,
-    /// Number among the slots of the measurand, such as that of the drive unit.
+    /// Number among the slots of the measurand, such as the number of the drive unit.
     pub index: usize,
 }
 

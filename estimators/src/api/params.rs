@@ -13,32 +13,32 @@ pub struct Key {
     pub name: &'static str,
     /// Description of the parameter, one sentence.
     pub doc: &'static str,
-    /// Which values it may have.
+    /// Allowed values.
     pub kind: KeyKind,
 }
 
-/// Which values a parameter may have.
+/// Allowed values of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum KeyKind {
     /// A number.
     Number {
         /// Unit, `-` for none.
         unit: &'static str,
-        /// Value when not set; `None` if the estimator then derives one from the vehicle.
+        /// Value when not set; `None` if the estimator then derives the value from the vehicle.
         default: Option<Real>,
         /// Smallest and largest value allowed.
         range: [Real; 2],
     },
-    /// Yes or no.
+    /// True or false.
     Flag {
         /// Value when not set.
         default: bool,
     },
-    /// One word of several.
+    /// One of several words.
     Choice {
         /// Value when not set.
         default: &'static str,
-        /// The words there are.
+        /// All words.
         choices: &'static [&'static str],
     },
 }
@@ -48,7 +48,7 @@ pub enum KeyKind {
 pub enum Setting<'a> {
     /// A number, in the unit of the key.
     Number(Real),
-    /// Yes or no.
+    /// True or false.
     Flag(bool),
     /// A word.
     Choice(&'a str),
@@ -89,7 +89,7 @@ impl fmt::Display for Setting<'_> {
 }
 
 impl Key {
-    /// Value when not set; `None` if the estimator then derives one from the vehicle.
+    /// Value when not set; `None` if the estimator then derives the value from the vehicle.
     pub fn default(&self) -> Option<Setting<'static>> {
         match self.kind {
             KeyKind::Number { default, .. } => default.map(Setting::Number),
@@ -134,7 +134,7 @@ impl Key {
     }
 }
 
-/// The values a parameter may have, in words: `a number in 0…1 m/s`, `true or false`, `one of printed, corrected`.
+/// Allowed values of a parameter, in words: `a number in 0…1 m/s`, `true or false`, `one of printed, corrected`.
 impl fmt::Display for KeyKind {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -160,19 +160,19 @@ impl fmt::Display for KeyKind {
     }
 }
 
-/// Why a parameter, or the vehicle, is refused.
+/// Reason why a parameter, or the vehicle, is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ParamError {
-    /// No estimator has this name; `registry::NAMES` lists those there are.
+    /// No estimator has this name; `registry::NAMES` lists all names.
     UnknownEstimator(Name),
-    /// The estimator has no parameter of that name; `registry::keys` lists those it has.
+    /// The estimator has no parameter of this name; `registry::keys` lists its parameters.
     UnknownKey(Name),
     /// The number is NaN or outside the range of the key.
     OutOfRange(&'static Key, Real),
     /// The word is not one of the key's choices.
     NotAChoice(&'static Key, Name),
-    /// A number, flag or word where the key has another kind of value.
+    /// The key has another kind of value: a number, a flag or a word.
     OtherKind(&'static Key),
     /// The vehicle cannot be: the named field is not finite or not positive where it must be.
     Vehicle(&'static str),
@@ -220,10 +220,10 @@ pub trait Parameters: Default {
     /// Sets one parameter by name, or refuses: unknown name, wrong kind of value, or out of range.
     fn set(&mut self, name: &str, value: Setting<'_>) -> Result<(), ParamError>;
 
-    /// The value of a parameter; none if it is not set, or not known.
+    /// Value of a parameter; `None` if it is not set, or not known.
     fn get(&self, name: &str) -> Option<Setting<'static>>;
 
-    /// The key of that name.
+    /// The key of this name.
     fn key(name: &str) -> Option<&'static Key> {
         Self::GROUPS
             .iter()
@@ -373,20 +373,20 @@ macro_rules! choices {
         }
 
         impl $name {
-            /// The words there are.
+            /// All words.
             pub const WORDS: &'static [&'static str] = &[$($word),*];
 
-            /// All of them, in the order of the words.
+            /// All choices, in the order of the words.
             pub const ALL: &'static [Self] = &[$(Self::$variant),*];
 
-            /// Its word.
+            /// Word of the choice.
             pub const fn word(self) -> &'static str {
                 match self {
                     $(Self::$variant => $word,)*
                 }
             }
 
-            /// The one with this word.
+            /// The choice with this word.
             pub fn from_word(word: &str) -> Option<Self> {
                 match word {
                     $($word => Some(Self::$variant),)*

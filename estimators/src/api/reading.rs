@@ -4,7 +4,7 @@ use crate::Real;
 use crate::api::aid::Rejection;
 use crate::api::signals::MAX_DRIVES;
 
-/// Ratio of the learnt standard deviation to the parameter from which the learnt one counts, and largest ratio.
+/// Ratio of the learnt standard deviation to the parameter above which the learnt one is used, and largest ratio.
 const NOISE_RATIOS: [Real; 2] = [2.0, 30.0];
 
 /// The signals of one step; `None` = not known now (stale, stuck, or never sampled).
@@ -14,8 +14,8 @@ pub struct Reading {
     pub new_speed_mps: Option<Real>,
     /// Speed by the fresh wheels, m/s ([`crate::preprocess::wheel_speed_vote::WheelSpeedVote`]).
     pub speed_mps: Option<Real>,
-    /// Why there is none, or no new one, although wheels are sampled: most of them slip, all are stuck, or the sample
-    /// was held out as an outlier (the speed is then the last one).
+    /// Reason why there is no speed, or no new speed, although wheels are sampled: most of them slip, all are stuck, or
+    /// the sample was held out as an outlier (the speed is then the last one).
     pub wheel_speed_fault: Option<Rejection>,
     /// Sum of all motor torques, N·m.
     pub motor_torque_nm: Option<Real>,
@@ -37,11 +37,11 @@ pub struct Reading {
     pub steering_angle_rad: Option<Real>,
     /// Share of the clamp brake commanded, 0…1.
     pub brake: Real,
-    /// All axes of the IMU, and each drive unit by itself.
+    /// All axes of the IMU, and each drive unit separately.
     pub channels: Channels,
 }
 
-/// Channels that the merged signals of a [`Reading`] are made of, for estimators that gate each channel themselves.
+/// Channels behind the merged signals of a [`Reading`], for estimators that gate each channel themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Channels {
     /// Specific force in IMU axes, m/s².
@@ -64,7 +64,7 @@ pub struct Channels {
     pub since_s: Real,
 }
 
-/// Noise learnt from the samples; `None` where the parameters give it, or not yet known.
+/// Noise learnt from the samples; `None` if the parameters give the noise, or if it is not known yet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LearntNoise {
     /// Standard deviation of wheel speed, m/s.
@@ -74,12 +74,12 @@ pub struct LearntNoise {
 }
 
 impl LearntNoise {
-    /// Standard deviation of wheel speed to use where `told` is that of the parameters, m/s.
+    /// Standard deviation of wheel speed to use, given the parameter `told`, m/s.
     pub fn wheel_speed(&self, told: Real) -> Real {
         bounded(self.wheel_speed_mps, told)
     }
 
-    /// Standard deviation of the specific force to use where `told` is that of the parameters, m/s².
+    /// Standard deviation of the specific force to use, given the parameter `told`, m/s².
     pub fn specific_force(&self, told: Real) -> Real {
         bounded(self.specific_force_mps2, told)
     }

@@ -23,12 +23,12 @@ pub struct Command {
 pub struct Value {
     /// The estimate, in the unit of the field that holds it. Always finite.
     pub value: Real,
-    /// Its standard deviation, same unit. Always finite and not negative.
+    /// Standard deviation, in the same unit. Always finite and not negative.
     pub sd: Real,
-    /// True if it is fit for use, by the one validity rule of all supervised estimators ([`crate::detect::validity`]):
-    /// initialised, its inputs fresh, its standard deviation below the limit of its quantity, no clamp acting on it,
-    /// the windowed NIS of its sources on the un-adapted noise within its χ² limit, its instruments plausible.
-    /// Published methods without supervision mark what they have found at all.
+    /// True if the estimate can be used, by the common validity rule of all supervised estimators
+    /// ([`crate::detect::validity`]): initialised, its inputs fresh, its standard deviation below the limit of its
+    /// quantity, no clamp acting on it, the windowed NIS of its sources on the un-adapted noise within its χ² limit,
+    /// its instruments plausible. Published methods without supervision mark what they have found at all.
     pub valid: bool,
 }
 
@@ -46,14 +46,14 @@ pub struct Flags {
 /// Output of one estimator step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
-    /// Instant the estimate is for.
+    /// Instant of the estimate.
     pub t: Time,
     /// Total mass (tare + load), kg.
     pub total_mass_kg: Value,
     /// Grade angle at the IMU, rad, + uphill towards growing chainage.
     pub grade_rad: Value,
-    /// Grade angle that the train as a whole feels, asin(Σ mᵢ sin θᵢ / Σ mᵢ), rad: what a speed control needs. The same
-    /// as [`Estimate::grade_rad`] from an estimator that takes the train for a point.
+    /// Effective grade angle of the whole train, asin(Σ mᵢ sin θᵢ / Σ mᵢ), rad: what a speed control needs. The same as
+    /// [`Estimate::grade_rad`] from an estimator that takes the train for a point.
     pub effective_grade_rad: Value,
     /// Speed along the rail, m/s.
     pub speed_mps: Value,
@@ -66,7 +66,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Nothing valid yet, at this instant.
+    /// Makes an estimate without a valid value, at this instant.
     pub fn at(t: Time) -> Self {
         Self {
             t,
@@ -74,7 +74,7 @@ impl Estimate {
         }
     }
 
-    /// True if every number of it is finite.
+    /// True if every number of the estimate is finite.
     pub fn is_finite(&self) -> bool {
         let values = [
             self.total_mass_kg,

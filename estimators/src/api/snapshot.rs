@@ -10,7 +10,7 @@ use nalgebra::SMatrix;
 
 use crate::Real;
 
-/// No snapshot of any estimator of this crate takes more bytes.
+/// Largest size of a snapshot of an estimator of this crate, bytes.
 pub const MAX_SNAPSHOT_BYTES: usize = 16384;
 
 /// "mono", and the format's version with the size of the scalar.
@@ -19,17 +19,18 @@ const FORMAT: [u8; 6] = [b'm', b'o', b'n', b'o', 2, size_of::<Real>() as u8];
 /// CRC-32 of ISO 3309: finds every error within 32 bits.
 const CHECK: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// Why no snapshot is taken, or one is refused. A refused snapshot leaves the estimator as it was.
+/// Reason why a snapshot cannot be made, or is refused. A refused snapshot leaves the estimator as it was.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SnapshotError {
-    /// The buffer is too small; this many bytes are needed ([`MAX_SNAPSHOT_BYTES`] always suffices for ours).
+    /// The buffer is too small: this number of bytes is needed ([`MAX_SNAPSHOT_BYTES`] always suffices for estimators
+    /// of this crate).
     Room(usize),
     /// Fewer or more bytes than a snapshot of this estimator has.
     Torn,
-    /// The check sum does not hold.
+    /// The check sum is wrong.
     Corrupt,
-    /// Not a snapshot, or one in another format or scalar.
+    /// Not a snapshot, or a snapshot in another format or scalar.
     Format,
     /// A snapshot of another estimator.
     OtherEstimator,
@@ -37,7 +38,7 @@ pub enum SnapshotError {
     OtherSettings,
     /// A number that no estimator can hold: not finite, or a covariance that is none.
     Nonsense,
-    /// This estimator keeps no snapshots.
+    /// This estimator cannot make snapshots.
     NotKept,
 }
 
@@ -45,16 +46,19 @@ impl fmt::Display for SnapshotError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Room(bytes) => write!(out, "a snapshot takes {bytes} bytes"),
-            Self::Torn => write!(out, "the snapshot has not the length it should have"),
-            Self::Corrupt => write!(out, "the check sum of the snapshot does not hold"),
-            Self::Format => write!(out, "not a snapshot, or of another format or scalar"),
+            Self::Torn => write!(out, "the snapshot has the wrong length"),
+            Self::Corrupt => write!(out, "the check sum of the snapshot is wrong"),
+            Self::Format => write!(
+                out,
+                "this is not a snapshot, or it has another format or scalar"
+            ),
             Self::OtherEstimator => write!(out, "the snapshot is of another estimator"),
             Self::OtherSettings => write!(
                 out,
                 "the snapshot is of another vehicle, other parameters or another version"
             ),
-            Self::Nonsense => write!(out, "the snapshot holds what no estimator can hold"),
-            Self::NotKept => write!(out, "this estimator keeps no snapshots"),
+            Self::Nonsense => write!(out, "the snapshot has a number that no estimator can have"),
+            Self::NotKept => write!(out, "this estimator cannot make snapshots"),
         }
     }
 }
@@ -74,7 +78,7 @@ pub struct Archive<'a> {
 }
 
 impl<'a> Archive<'a> {
-    /// To write to.
+    /// Makes an archive to write to.
     pub(crate) fn writer(bytes: &'a mut [u8]) -> Self {
         Self {
             bytes: Bytes::Out(bytes),
@@ -83,7 +87,7 @@ impl<'a> Archive<'a> {
         }
     }
 
-    /// To read from.
+    /// Makes an archive to read from.
     pub(crate) fn reader(bytes: &'a [u8]) -> Self {
         Self {
             bytes: Bytes::In(bytes),
@@ -102,19 +106,19 @@ impl<'a> Archive<'a> {
         }
     }
 
-    /// Refuses what is read or written; only the first refusal is kept.
+    /// Refuses the snapshot; only the first refusal is kept.
     pub fn refuse(&mut self, fault: SnapshotError) {
         self.fault.get_or_insert(fault);
     }
 
-    /// Refuses it as nonsense unless it is `good`.
+    /// Refuses the snapshot as impossible unless `good`.
     pub(crate) fn require(&mut self, good: bool) {
         if !good {
             self.refuse(SnapshotError::Nonsense);
         }
     }
 
-    /// Writes `now` and returns it, or returns what is read in its place.
+    /// Writes `now` and returns it, or returns the value that is read instead.
     pub(crate) fn raw<const W: usize>(&mut self, now: [u8; W]) -> [u8; W] {
         let places = self.at..self.at.saturating_add(W);
         self.at = places.end;
@@ -135,7 +139,7 @@ impl<'a> Archive<'a> {
 
 /// State that changes from step to step.
 pub trait State {
-    /// Hands each number to `archive`, which writes it or replaces it.
+    /// Passes each number to `archive`, which writes or replaces it.
     fn visit(&mut self, archive: &mut Archive);
 }
 
@@ -192,7 +196,7 @@ impl<A: State, B: State> State for (A, B) {
     }
 }
 
-/// Something to read into where there was nothing.
+/// A value to read into if there was none.
 pub(crate) trait Blank {
     /// It does not matter what: all of it is overwritten.
     fn blank() -> Self;
@@ -266,7 +270,7 @@ pub(crate) fn visit_symmetric<const N: usize>(
     matrix.fill_upper_triangle_with_lower_triangle();
 }
 
-/// A part that is there or not by how the estimator was built.
+/// A part that exists or not, as the estimator was built.
 pub(crate) fn visit_built<T: State>(part: &mut Option<T>, archive: &mut Archive) {
     if let Some(part) = part {
         part.visit(archive);
@@ -317,7 +321,7 @@ pub(crate) fn write(
     Ok(used + 4)
 }
 
-/// Reads a snapshot into `state`, which on an error is half read.
+/// Reads a snapshot into `state`, which is incomplete after an error.
 pub(crate) fn read(
     snapshot: &[u8],
     origin: &Origin,

@@ -9,20 +9,20 @@ pub struct Text<const N: usize> {
     length: u8,
 }
 
-/// A name that was given and is not known.
+/// An unknown name.
 pub type Name = Text<40>;
 /// Reason of a refusal, in words.
 pub type Reason = Text<96>;
 
 impl<const N: usize> Text<N> {
-    /// Copies the text, or what fits of it.
+    /// Copies the text, or the part that fits.
     pub fn new(text: &str) -> Self {
         let mut copy = Self::empty();
         copy.append(text);
         copy
     }
 
-    /// The text that is displayed, or what fits of it.
+    /// Copies the displayed text, or the part that fits.
     pub fn of(shown: impl fmt::Display) -> Self {
         let mut copy = Self::empty();
         // fails when the text is longer: what fits is there then
@@ -30,7 +30,7 @@ impl<const N: usize> Text<N> {
         copy
     }
 
-    /// The text, or what fitted of it.
+    /// The text, or the part that fitted.
     pub fn as_str(&self) -> &str {
         let bytes = self
             .bytes
@@ -47,7 +47,7 @@ impl<const N: usize> Text<N> {
         }
     }
 
-    /// Appends whole characters while they fit; false if one did not.
+    /// Appends whole characters while they fit; returns false if one did not fit.
     fn append(&mut self, text: &str) -> bool {
         for character in text.chars() {
             let from = usize::from(self.length);

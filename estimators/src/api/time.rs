@@ -5,8 +5,7 @@ use core::fmt;
 use crate::Real;
 use crate::api::snapshot::{Archive, Blank, State};
 
-/// An instant, in whole nanoseconds since the start of the run or since whatever the clock counts from; good for 290
-/// years either way.
+/// An instant, in whole nanoseconds since the start of the run or the origin of the clock; its range is ±290 years.
 ///
 /// Whole numbers, so that a clock that has run for years still counts single steps, also on a controller with single
 /// precision only.
@@ -44,7 +43,7 @@ impl Time {
     }
 }
 
-/// In seconds, with nine digits behind the point.
+/// Seconds with nine decimals.
 impl fmt::Display for Time {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (sign, ns) = (if self.0 < 0 { "-" } else { "" }, self.0.unsigned_abs());

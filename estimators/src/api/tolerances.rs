@@ -2,13 +2,13 @@
 
 use crate::Real;
 
-/// Standard deviations of what is told of a vehicle. Shares are of the true value.
+/// Standard deviations of the nominal values of a vehicle. Shares are of the true value.
 ///
 /// A simulated world draws what it tells from [`TOLERANCES`], and the priors of `rail_fusion` are the same numbers by
 /// default: a standard deviation that is too wide shows as much as one that is too narrow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerances {
-    /// Turn of the IMU against its unit about each axis, degrees.
+    /// Rotation of the IMU against its unit about each axis, degrees.
     pub mount_deg: Real,
     /// Mass of the empty train, share.
     pub tare: Real,

@@ -1,4 +1,4 @@
-//! Data of the vehicle that an estimator is built with, checked once where they are made.
+//! Vehicle data for building an estimator, checked once when they are made.
 
 use core::ops::Deref;
 
@@ -8,7 +8,7 @@ use crate::api::mass_layout::MassLayout;
 use crate::api::params::ParamError;
 use crate::api::signals::MAX_DRIVES;
 
-/// No train is longer, m.
+/// Largest length of a train, m.
 const MAX_LENGTH_M: Real = 1e3;
 
 /// Speed, m/s, below which a vehicle counts as standing, on a rail and on a road: friction there is not the running
@@ -29,24 +29,24 @@ pub struct VehicleData {
     pub wheel_radius_m: Real,
     /// Motor revolutions per wheel revolution.
     pub gear_ratio: Real,
-    /// Share of motor power that reaches the rim when driving, 0…1.
+    /// Share of motor power that reaches the wheel rim when driving, 0…1.
     pub efficiency: Real,
     /// Rotating masses reflected to the rim, Σ J/r², kg.
     pub rotating_mass_kg: Real,
     /// Running-resistance coefficient, resistance / (total mass · g · cos θ).
     pub running_resistance: Real,
-    /// Smallest and largest total mass thought possible, kg.
+    /// Smallest and largest possible total mass, kg.
     pub mass_range_kg: [Real; 2],
     /// First guess of the total mass, kg; `None`: not told. Estimators start from it.
     pub mass_guess_kg: Option<Real>,
-    /// From where to where behind the middle of the unit that carries the IMU (towards falling chainage; negative =
-    /// ahead of it) the tare is spread, m. Both 0: a point.
+    /// Span of the tare, as distances behind the middle of the unit that carries the IMU (towards falling chainage;
+    /// negative = ahead of it), m. Both 0: a point.
     pub tare_span_m: [Real; 2],
-    /// The same for where the load's weight comes onto the rail, m.
+    /// Span in which the load's weight acts on the rail, in the same form, m.
     pub load_span_m: [Real; 2],
-    /// Distance of the IMU ahead of that middle, m. It pitches with its unit, so it reads the grade under the middle.
+    /// Distance of the IMU ahead of this middle, m. It pitches with its unit, so it reads the grade under the middle.
     pub imu_arm_m: Real,
-    /// Where the masses sit by the drawings, for estimators that use more than the spans; `None` if only those are
+    /// Places of the masses by the drawings, for estimators that use more than the spans; `None` if only the spans are
     /// known.
     pub layout: Option<MassLayout>,
     /// Standard deviation of the accelerometer's bias along the train, m/s², with misalignment of its mount times g:
@@ -83,7 +83,7 @@ impl Default for VehicleData {
     }
 }
 
-/// Data that a road vehicle has beyond those of a train: drag, and a single-track model for bends.
+/// Further data of a road vehicle: drag, and a single-track model for bends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoadVehicle {
     /// Drag coefficient times frontal area, m².
@@ -140,7 +140,7 @@ impl TryFrom<VehicleData> for Vehicle {
 }
 
 impl Vehicle {
-    /// Checks the values; the error names the first field that cannot be.
+    /// Checks the values; the error names the first impossible field.
     pub fn new(data: VehicleData) -> Result<Self, ParamError> {
         let [low, high] = data.mass_range_kg;
         let span =
@@ -184,7 +184,7 @@ impl Vehicle {
         Ok(Self(data))
     }
 
-    /// Its values, to change some and check again.
+    /// Values of the vehicle, which can be changed and checked again.
     pub fn data(&self) -> VehicleData {
         self.0
     }
@@ -216,8 +216,8 @@ impl Vehicle {
         given_mps2.or(self.accel_bias_sd_mps2).unwrap_or(otherwise)
     }
 
-    /// The mass to start from, kg: the one given, the vehicle's first guess, or the middle of the mass range; always
-    /// inside the range.
+    /// Mass at the start, kg: the one given, the vehicle's first guess, or the middle of the mass range; always inside
+    /// the range.
     pub fn first_mass_kg(&self, given_kg: Option<Real>) -> Real {
         let [low, high] = self.mass_range_kg;
         let first = given_kg.or(self.mass_guess_kg);

@@ -11,14 +11,14 @@ use crate::filters::rls::Outcome;
 pub enum Control<T> {
     /// A new measurement, for gate and fusion.
     New(T),
-    /// No new one; the last is still fresh.
+    /// No new measurement; the last is still fresh.
     Held,
-    /// None that is of use.
+    /// No usable measurement.
     Out(AidOutcome),
 }
 
 impl<T> Control<T> {
-    /// A measurement that comes with (nearly) every step while its instruments are `fresh`.
+    /// Control of a measurement that comes with (nearly) every step while its instruments are `fresh`.
     pub fn of(new: Option<T>, fresh: bool) -> Self {
         match (new, fresh) {
             (Some(new), _) => Control::New(new),

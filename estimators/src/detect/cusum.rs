@@ -13,7 +13,7 @@ pub struct Cusum {
 }
 
 impl Cusum {
-    /// Sums what exceeds `allowance` to either side; alarm when a sum passes `threshold`.
+    /// Makes sums of the excess over `allowance` to either side, with an alarm when a sum passes `threshold`.
     pub fn new(allowance: Real, threshold: Real) -> Self {
         Self {
             allowance,
@@ -23,7 +23,7 @@ impl Cusum {
         }
     }
 
-    /// Takes a value and returns whether there is an alarm, after which both sums start again.
+    /// Takes a value and returns true at an alarm, after which both sums start again.
     pub fn alarm(&mut self, value: Real) -> bool {
         self.up = (self.up + value - self.allowance).max(0.0);
         self.down = (self.down - value - self.allowance).max(0.0);

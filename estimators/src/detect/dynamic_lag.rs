@@ -28,8 +28,8 @@ pub struct DynamicLag {
 }
 
 impl DynamicLag {
-    /// Builds the dynamic lag from the settling time of the filter, s, and the share c of what it has moved by that is
-    /// uncertain; 0: none.
+    /// Builds the dynamic lag from the settling time of the filter, s, and the uncertain share c of its change; 0:
+    /// none.
     pub fn new(settling_s: Real, share: Real) -> Self {
         Self {
             settling_s,

@@ -42,7 +42,7 @@ impl GravityCheck {
             (least..=most).contains(&size) && z > tuning::GRAVITY_CHECK.min_upright * GRAVITY;
     }
 
-    /// Returns true if the accelerometer may be one in m/s², upright; also in the first second.
+    /// Returns true if the accelerometer seems to be upright and in m/s²; also in the first second.
     pub fn plausible(&self) -> bool {
         self.plausible || self.seen_s < tuning::GRAVITY_CHECK.window_s
     }

@@ -67,8 +67,8 @@ impl Shares {
     }
 }
 
-/// The two high-passes, behind which a bias and the integral of one are nothing. All signals go through the same, or
-/// they would differ by what the filters do on a long ramp.
+/// The two high-passes, which remove a bias and the integral of a bias. All signals go through the same, or they would
+/// differ by what the filters do on a long ramp.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct HighPass {
     slow: Real,
@@ -106,14 +106,14 @@ pub struct KinematicConsistency {
     pitch: Real,
     pitch_leaked: Real,
     gains: Gaussian<2>,
-    /// True for each gain that has been found wrong, and not right since.
+    /// True for each gain that was found wrong and has not become right again.
     wrong: [bool; 2],
-    /// Gain of the left axis on the acceleration forward, its variance, and whether it has been found to be there.
+    /// Gain of the left axis on the acceleration forward, its variance, and true if this gain was detected.
     cross: [Real; 2],
     swapped: bool,
     /// True if a step of their speed has found the wheels wrong.
     stepped: bool,
-    /// Gains c and d of what the gyro turns by.
+    /// Gains c and d of the gyro's rotation.
     turn: Gaussian<2>,
     /// Slope by accelerometer and wheels of the last sample, m/s², and time left in which the gyro is not compared, s.
     seen: Real,
@@ -121,9 +121,9 @@ pub struct KinematicConsistency {
     /// Mean square of the specific force beside the low-pass, m²/s⁴: a body that shakes.
     shake: Real,
     since_s: Real,
-    /// Change of the wheel speed that the accelerometer does not have, m/s.
+    /// Change of the wheel speed that the accelerometer does not show, m/s.
     step_mps: Real,
-    /// Wheel speed some time before, m/s.
+    /// Wheel speed some time ago, m/s.
     before_mps: Real,
     /// Time since the signals came or came back, s.
     heard_s: Real,
@@ -346,8 +346,7 @@ impl KinematicConsistency {
         self.swapped
     }
 
-    /// Returns true if the gyro turns otherwise than the slope by accelerometer and wheels, and neither of these is
-    /// what is wrong.
+    /// Returns true if the gyro disagrees with the slope by accelerometer and wheels, and neither of these is wrong.
     pub fn turns_otherwise(&self) -> bool {
         let error = self.turn.x.map(|gain| (gain - 1.0).abs());
         let sd = self.turn.P.diagonal().map(sqrt);
@@ -365,7 +364,7 @@ impl KinematicConsistency {
     }
 }
 
-/// Gains of instruments that are right, before any sample.
+/// Gains of correct instruments, before any sample.
 fn right_gains() -> Gaussian<2> {
     Gaussian::independent(
         vector![1.0, 1.0],

@@ -24,14 +24,14 @@ impl LoadChangeDetector {
         }
     }
 
-    /// Takes a residual in units of its standard deviation and returns whether the load is another one.
+    /// Takes a residual in units of its standard deviation and returns true if the load has changed.
     pub fn changed(&mut self, normalised: Real) -> bool {
         let changed = self.sum.alarm(normalised) && self.on;
         self.changes = self.changes.saturating_add(u32::from(changed));
         changed
     }
 
-    /// Returns true if residuals keep to no side: nothing has hinted at another load since the last such time.
+    /// Returns true if residuals have no preferred sign: nothing has hinted at another load since the last such time.
     pub fn at_rest(&self) -> bool {
         self.sum.at_rest()
     }

@@ -38,7 +38,7 @@ impl NisMonitor {
         }
     }
 
-    /// Takes the NIS of an innovation, divided by its degrees of freedom, `period_s` after the one before.
+    /// Takes the NIS of an innovation, divided by its degrees of freedom, `period_s` after the last one.
     pub fn observe(&mut self, nis: Real, period_s: Real) {
         let nis = if nis.is_finite() {
             nis.min(tuning::STATISTICS.max_nis)

@@ -12,12 +12,12 @@ pub struct GradeObservability {
 }
 
 impl GradeObservability {
-    /// The train has moved on without a force balance.
+    /// Notes that the train has moved without a force balance.
     pub fn lose(&mut self) {
         self.dead_reckoning = true;
     }
 
-    /// A measurement has left the grade with this variance, rad².
+    /// Notes the variance of the grade after a measurement, rad².
     pub fn update(&mut self, grade_variance: Real) {
         self.dead_reckoning &= grade_variance
             > tuning::OBSERVABILITY.found_sd_rad * tuning::OBSERVABILITY.found_sd_rad;

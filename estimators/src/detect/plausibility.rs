@@ -15,7 +15,7 @@ pub struct Instruments {
     pub accelerometer: bool,
     /// Pitch gyro; yaw rates only widen or weigh and count as no use.
     pub gyro: bool,
-    /// Pitch gyro that is left out once it has been found to be wrong.
+    /// Pitch gyro that is left out after it has been found wrong.
     pub spare_gyro: bool,
 }
 
@@ -28,7 +28,7 @@ pub struct Plausibility {
     gravity: GravityCheck,
     gyro: GyroRange,
     kinematics: KinematicConsistency,
-    /// True once the gyro has been found to be wrong.
+    /// True after the gyro has been found wrong.
     gyro_wrong: bool,
 }
 
@@ -46,7 +46,8 @@ impl Plausibility {
         }
     }
 
-    /// One step of `dt` seconds, with the rate of the grade, rad/s; whether the instruments are plausible.
+    /// Makes one step of `dt` seconds, with the rate of the grade, rad/s; returns true if the instruments are
+    /// plausible.
     pub fn step(&mut self, reading: &Reading, grade_rate: Option<Real>, dt: Real) -> bool {
         self.observe(reading, grade_rate, dt);
         if self.uses.spare_gyro && !self.gyro_wrong {
@@ -68,7 +69,7 @@ impl Plausibility {
         }
     }
 
-    /// Returns true until the gyro has turned faster than a vehicle can, or otherwise than the slope by the
+    /// Returns true until the gyro has shown a rate that is impossible, or disagrees with the slope by the
     /// accelerometer: a wrong unit, sign or axis stays.
     pub fn gyro_is_sound(&self) -> bool {
         !self.gyro_wrong
@@ -100,7 +101,7 @@ impl Plausibility {
         }
     }
 
-    /// Returns true if nothing speaks against the accelerometer alone.
+    /// Returns true if no check contradicts the accelerometer alone.
     fn axes_are_right(&self) -> bool {
         self.gravity.plausible() && !self.kinematics.axes_swapped()
     }

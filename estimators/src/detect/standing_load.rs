@@ -16,7 +16,7 @@ pub struct StandingLoad {
     standing_s: Real,
     /// True if another load may hang on the train.
     doubted: bool,
-    /// Samples since then, as far as they count.
+    /// Number of samples since then that count.
     samples: u32,
     /// True in the step in which the standstill has become long enough.
     begins: bool,
@@ -46,17 +46,17 @@ impl StandingLoad {
         }
     }
 
-    /// Returns true in the step from which on another load may hang on the train.
+    /// Returns true in the first step in which another load may hang on the train.
     pub fn begins(&self) -> bool {
         self.begins
     }
 
-    /// The force balance has taken a sample.
+    /// Notes that the force balance has used a sample.
     pub fn sample(&mut self) {
         self.samples = (self.samples + 1).min(tuning::STANDING_LOAD.confirming);
     }
 
-    /// Returns true if no other load can hang on the train unseen.
+    /// Returns true if an unseen other load is impossible.
     pub fn is_confirmed(&self) -> bool {
         !self.doubted || self.samples >= tuning::STANDING_LOAD.confirming
     }
@@ -64,14 +64,14 @@ impl StandingLoad {
 
 state!(StandingLoad { standing_s, doubted, samples, begins; after_s } where |this| this.standing_s >= 0.0);
 
-/// Mass before a standstill, which is that after it if a new weighing comes out the same.
+/// Mass before a standstill, which is valid after it if a new weighing gives the same mass.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct KeptMass {
     kept: Option<[Real; 2]>,
 }
 
 impl KeptMass {
-    /// Keeps the mass from before a standstill and its variance; one kept from an earlier standstill goes before.
+    /// Keeps the mass from before a standstill and its variance; a mass kept from an earlier standstill has priority.
     pub fn keep(&mut self, mass: Real, variance: Real) {
         self.kept.get_or_insert([mass, variance]);
     }
@@ -81,7 +81,7 @@ impl KeptMass {
         self.kept = None;
     }
 
-    /// Compares it with the mass weighed anew and its variance. Once these tell that it is the same, returns the mass
+    /// Compares the kept mass with the new mass and its variance. Once these tell that it is the same, returns the mass
     /// kept and its variance, a measurement of the mass; it is returned once.
     pub fn recall(&mut self, mass: Real, variance: Real) -> Option<[Real; 2]> {
         let kept = self.kept?;

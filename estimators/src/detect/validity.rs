@@ -33,17 +33,17 @@ use crate::tuning;
 params! {
     /// Innovation gates and validity rule.
     Integrity {
-        validity_gate [flag] = true, "Mark only values that meet the validity rule as valid; off: all estimated values are.";
-        gate_sd ["-"] = 5.0, 1.0 => 100.0, "Innovation gate, in standard deviations on the un-adapted noise times the running scale of the innovations.";
-        gate_timeout_s ["s"] = 0.5, 0.0 => 60.0, "Time of nothing but rejections after which a gate reopens, with the covariance widened.";
-        nis_monitor [flag] = true, "Nothing is valid while the windowed NIS on the un-adapted noise exceeds its limit.";
+        validity_gate [flag] = true, "Mark only values that meet the validity rule as valid; off: mark all estimated values.";
+        gate_sd ["-"] = 5.0, 1.0 => 100.0, "Innovation gate, in standard deviations by the un-adapted noise, times the running scale of the innovations.";
+        gate_timeout_s ["s"] = 0.5, 0.0 => 60.0, "Time with only rejections after which a gate reopens, with the covariance widened.";
+        nis_monitor [flag] = true, "No value is valid while the windowed NIS by the un-adapted noise exceeds its limit.";
         nis_window_s ["s"] = 2.0, 0.1 => 600.0, "Time constant of the window of the NIS of state filters; five times that for regressions.";
-        nis_quantile_sd ["-"] = 4.75, 0.0 => 10.0, "Quantile of χ² that is the limit of the windowed NIS, as that of a normal variable; 4.75: exceeded once in a million windows.";
-        plausibility [flag] = true, "Nothing is valid while instruments contradict gravity, the geometry of tracks or each other: wrong unit, sign or axis.";
-        lag_s ["s"] = 0.5, 0.01 => 60.0, "Settling time of a grade: what it moves by within that time counts as uncertain.";
-        lag_share ["-"] = 0.5, 0.0 => 10.0, "Share of what a grade moves by in its settling time that is added to its standard deviation; 0: none.";
-        standing_load_s ["s"] = 5.0, 0.1 => 1e6, "Standstill after which another load may hang on the train: the mass is opened, and is not valid until the force balance has confirmed it.";
-        mass_sd_max ["-"] = 0.1, 1e-3 => 1.0, "Largest standard deviation of a valid mass, as a share of it.";
+        nis_quantile_sd ["-"] = 4.75, 0.0 => 10.0, "Limit of the windowed NIS, as the χ² quantile at this normal quantile; 4.75: exceeded once in a million windows.";
+        plausibility [flag] = true, "No value is valid while instruments contradict gravity, the geometry of tracks or each other: wrong unit, sign or axis.";
+        lag_s ["s"] = 0.5, 0.01 => 60.0, "Settling time of a grade: its change within this time counts as uncertain.";
+        lag_share ["-"] = 0.5, 0.0 => 10.0, "Share of a grade's change in its settling time that is added to its standard deviation; 0: none.";
+        standing_load_s ["s"] = 5.0, 0.1 => 1e6, "Standstill after which another load may hang on the train: the mass is reopened, and is not valid until the force balance has confirmed it.";
+        mass_sd_max ["-"] = 0.1, 1e-3 => 1.0, "Largest standard deviation of a valid mass, as a share of the mass.";
         grade_sd_max_deg ["deg"] = 3.0, 0.01 => 30.0, "Largest standard deviation of a valid grade angle.";
         speed_sd_max_mps ["m/s"] = 0.3, 1e-3 => 10.0, "Largest standard deviation of a valid speed.";
     }
@@ -81,7 +81,7 @@ pub struct Validity {
     nis: [NisMonitor; 3],
     /// True if the instruments are plausible.
     plausible: bool,
-    /// Of the grade at the IMU, and of the effective one.
+    /// Dynamic lag of the grade at the IMU, and of the effective grade.
     lag: [DynamicLag; 2],
     dt: Real,
 }
@@ -138,27 +138,27 @@ impl Validity {
         self.plausible && sources.iter().filter_map(of).all(NisMonitor::consistent)
     }
 
-    /// Marks the mass by the rule; `valid` is true on entry if the mass is initialised, fresh and not clamped.
+    /// Marks the mass by the rule; on entry `valid` is true if the mass is initialised, fresh and not clamped.
     pub fn mass(&self, mass_kg: Value) -> Value {
         let most = self.params.mass_sd_max * mass_kg.value;
         let consistent = self.consistent_in(&[Source::ForceBalance]);
         mark(mass_kg, most, consistent)
     }
 
-    /// The same for a grade angle.
+    /// Marks a grade angle by the rule.
     pub fn grade(&self, grade_rad: Value) -> Value {
         let most = self.params.grade_sd_max_deg * PI / 180.0;
         let consistent = self.consistent_in(&[Source::WheelSpeed, Source::Accelerometer]);
         mark(grade_rad, most, consistent)
     }
 
-    /// The same for a speed.
+    /// Marks a speed by the rule.
     pub fn speed(&self, speed_mps: Value) -> Value {
         let consistent = self.consistent_in(&[Source::WheelSpeed]);
         mark(speed_mps, self.params.speed_sd_max_mps, consistent)
     }
 
-    /// The estimate with all its marks by the rule, or with the gate off all that is estimated marked. `mass`: whether
+    /// The estimate with all its marks by the rule; with the gate off every estimated value is marked. `mass`: whether
     /// a mass is estimated at all. Once a step.
     pub fn publish(&mut self, estimate: Estimate, mass: bool) -> Estimate {
         let [speed, force] =

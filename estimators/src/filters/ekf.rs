@@ -27,7 +27,7 @@ impl<T, const N: usize> Ekf<T, N> {
         Self { model, belief }
     }
 
-    /// Carries the belief over `dt` seconds; returns the Jacobian F that it was carried by.
+    /// Carries the belief over `dt` seconds; returns its Jacobian F.
     #[inline]
     pub fn predict<const M: usize>(&mut self, u: &T::Input, dt: Real) -> SMatrix<Real, N, N>
     where
@@ -116,7 +116,7 @@ impl<T: Model<N, M>, const N: usize, const M: usize> Filter<N, M> for Ekf<T, N> 
     }
 }
 
-/// The model is built, the belief remembered.
+/// A snapshot holds the belief only; the model is built again.
 impl<T, const N: usize> State for Ekf<T, N> {
     fn visit(&mut self, archive: &mut Archive) {
         self.belief.visit(archive);

@@ -43,7 +43,7 @@ struct Gain<const M: usize, const N: usize> {
 }
 
 impl<const M: usize, const N: usize> Gain<M, N> {
-    /// The correction it made. ln of a size that [`gain`] let pass is finite.
+    /// Correction that the measurement made. ln of a size that [`gain`] let pass is finite.
     #[inline]
     fn correction(self, y: SVector<Real, M>, S: SMatrix<Real, M, M>) -> Correction<M, N> {
         let log_det = if M == 1 { 1.0 } else { 2.0 } * ln(self.size);
@@ -134,7 +134,7 @@ fn gain<const M: usize, const N: usize>(
     (nis.is_finite() && size > 0.0 && size.is_finite()).then_some(Gain { K, nis, size })
 }
 
-/// A h without the columns for which h is 0, which mostly are most of them: added up in the order of the product.
+/// A h without the columns for which h is 0, usually most columns: added up in the order of the product.
 #[inline(always)]
 fn times_sparse<const N: usize>(A: &SMatrix<Real, N, N>, h: &SVector<Real, N>) -> SVector<Real, N> {
     let (mut product, [h]) = ([0.0; N], &h.data.0);
@@ -252,8 +252,8 @@ impl<const N: usize> Gaussian<N> {
         times_sparse(&self.P, h)
     }
 
-    /// [`Gaussian::correct`] by one number, for callers that need nothing but the belief: innovation `y`, Jacobian row
-    /// `h`, its `PHt` = P hᵀ, noise variance `r`.
+    /// [`Gaussian::correct`] by one number, for callers that need only the belief: innovation `y`, Jacobian row `h`,
+    /// its `PHt` = P hᵀ, noise variance `r`.
     #[inline]
     pub(crate) fn update_known(
         &mut self,
@@ -315,7 +315,7 @@ impl<const N: usize> Gaussian<N> {
         }
     }
 
-    /// Gives state `i` a value and a variance of its own, without covariance with the others.
+    /// Sets the value and the variance of state `i`, without covariance with the others.
     #[inline]
     pub(crate) fn set_independent(&mut self, i: usize, x: Real, variance: Real) {
         for (j, column) in self.P.data.0.iter_mut().enumerate() {
@@ -389,7 +389,7 @@ impl<const N: usize> Gaussian<N> {
         true
     }
 
-    /// Returns true if every number of it is finite.
+    /// Returns true if every number of the belief is finite.
     #[inline]
     pub fn is_finite(&self) -> bool {
         finite(&self.x) && finite(&self.P)

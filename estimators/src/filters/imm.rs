@@ -14,10 +14,10 @@ use crate::api::real::exp;
 use crate::api::snapshot::state;
 use crate::filters::gaussian::Gaussian;
 
-/// Smallest probability a model keeps, so that it can come back.
+/// Least probability of a model, so that its probability can rise again.
 const LEAST: Real = 1e-4;
 
-/// `K` beliefs about the same `N` states, each under a model of its own.
+/// `K` beliefs about the same `N` states, each under its own model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Imm<const N: usize, const K: usize> {
     /// The beliefs, one for each model.

@@ -1,5 +1,4 @@
-//! Share of a step that a first-order lag makes, 1 − exp(−dt/τ), computed anew only where step or time constant have
-//! changed.
+//! Share of a step for a first-order lag, 1 − exp(−dt/τ), computed again only if step or time constant has changed.
 
 use crate::Real;
 use crate::api::real::lag;
@@ -41,7 +40,7 @@ impl<K, V> PartialEq for LastTwo<K, V> {
 pub struct LagShare(LastTwo<[Real; 2], Real>);
 
 impl LagShare {
-    /// The share of a step of `dt_s` > 0 that a lag of time constant `tau_s` > 0 makes.
+    /// Share of a step of `dt_s` > 0 for a lag of time constant `tau_s` > 0.
     #[inline]
     pub fn of(&mut self, dt_s: Real, tau_s: Real) -> Real {
         self.0.of([dt_s, tau_s], |[dt_s, tau_s]| lag(dt_s, tau_s))

@@ -25,7 +25,7 @@ pub trait Process<const N: usize> {
     /// Its Jacobian ∂f/∂x.
     fn F(&self, x: &SVector<Real, N>, u: &Self::Input, dt: Real) -> SMatrix<Real, N, N>;
 
-    /// Both at once, for a model in which they share work.
+    /// State and Jacobian at once, for a model in which they share work.
     fn f_and_F(
         &self,
         x: &SVector<Real, N>,
@@ -39,7 +39,7 @@ pub trait Process<const N: usize> {
     fn Q(&self, u: &Self::Input, dt: Real) -> SMatrix<Real, N, N>;
 }
 
-/// A process that is seen by one measurement of `M` numbers:
+/// A process that is observed by one measurement of `M` numbers:
 ///
 /// z = h(x) + v, v ~ N(0, R)
 ///
@@ -55,7 +55,7 @@ pub trait Model<const N: usize, const M: usize>: Process<N> {
 
 /// A filter of a model's state: what the extended and the unscented Kalman filter have in common.
 pub trait Filter<const N: usize, const M: usize> {
-    /// The model it filters by.
+    /// Type of the model.
     type Model: Model<N, M>;
 
     /// The model.
@@ -64,7 +64,7 @@ pub trait Filter<const N: usize, const M: usize> {
     /// Mean and covariance of the state.
     fn belief(&self) -> &Gaussian<N>;
 
-    /// The same, to start it or to limit it.
+    /// Mutable mean and covariance, to start or to limit them.
     fn belief_mut(&mut self) -> &mut Gaussian<N>;
 
     /// Carries the belief over `dt` seconds. `None`, and nothing changed, if the covariance is not positive definite.

@@ -28,7 +28,7 @@ impl<T: Copy, const N: usize> RingBuffer<T, N> {
         self.places.get(self.first).copied().flatten()
     }
 
-    /// Takes the oldest item out.
+    /// Removes the oldest item.
     pub fn pop(&mut self) -> Option<T> {
         let first = self.first()?;
         self.first = (self.first + 1) % N;
@@ -36,7 +36,7 @@ impl<T: Copy, const N: usize> RingBuffer<T, N> {
         Some(first)
     }
 
-    /// Adds an item; if there is no room, the oldest is taken out and returned.
+    /// Adds an item; if there is no room, the oldest item is removed and returned.
     pub fn push(&mut self, item: T) -> Option<T> {
         let out = if self.count == N { self.pop() } else { None };
         let place = (self.first + self.count) % N.max(1);

@@ -25,10 +25,10 @@ use crate::filters::forgetting::{Forgetting, SPREAD_KNOWN};
 use crate::filters::gaussian::Gaussian;
 use crate::filters::ud::Factors;
 
-/// Where a parameter that should be about 1 is stopped.
+/// Limit of a parameter that should be about 1.
 const MAX_PRIOR_SD_RATIO: Real = 1e3;
 
-/// Number of updates the running deviation of the residual looks back on.
+/// Number of updates in the running deviation of the residual.
 const SPREAD_MEMORY: Real = 50.0;
 
 /// Results of an update.
@@ -36,9 +36,9 @@ const SPREAD_MEMORY: Real = 50.0;
 pub struct Outcome {
     /// A-priori residual y − hᵀχ, in the unit of y.
     pub residual: Real,
-    /// The same divided by the standard deviation predicted for it.
+    /// The same divided by its predicted standard deviation.
     pub normalised: Real,
-    /// Forgetting factor used (the smallest, where there are several).
+    /// Forgetting factor used (the smallest of several).
     pub lambda: Real,
     /// True if a variance was cut back to its prior (wind-up limit).
     pub limited: bool,
@@ -62,7 +62,7 @@ pub struct Rls<const N: usize> {
 }
 
 impl<const N: usize> Rls<N> {
-    /// Starts from a belief about the parameters; no variance will ever exceed that of the start (wind-up limit).
+    /// Starts from a belief about the parameters; no variance will ever exceed its initial value (wind-up limit).
     pub fn new(prior: Gaussian<N>, policy: Forgetting<N>) -> Self {
         Self {
             belief: prior,
@@ -147,8 +147,8 @@ impl<const N: usize> Rls<N> {
         self.updates = self.updates.saturating_add(1);
     }
 
-    /// Standard deviation of the residual divided by the one predicted for it: 1 when the noise variance given is
-    /// right.
+    /// Standard deviation of the residual divided by its predicted standard deviation: 1 when the noise variance given
+    /// is right.
     #[inline]
     pub fn spread(&self) -> Real {
         sqrt(self.spread.max(1e-12))
@@ -170,8 +170,8 @@ impl<const N: usize> Rls<N> {
         spread * spread * self.correlation_factor()
     }
 
-    /// Covariance of slowly varying parameters, widened where residuals are larger than expected or hang together; no
-    /// variance exceeds that of the start, which was known without any sample.
+    /// Covariance of slowly varying parameters, widened if residuals are larger than expected or correlated; no
+    /// variance exceeds its initial value, which was known without any sample.
     pub(crate) fn widened(&self) -> SMatrix<Real, N, N> {
         let mut belief = self.belief;
         belief.P *= self.excess();
@@ -179,9 +179,9 @@ impl<const N: usize> Rls<N> {
         belief.P
     }
 
-    /// Keeps the numbers usable where samples make no sense: parameters, scaled so that they should be about 1, stop at
-    /// a thousand. Limits of what is plausible do not belong here but where the parameters are reported: a parameter
-    /// cut back without the parameters correlated with it contradicts all samples before.
+    /// Keeps the numbers usable with senseless samples: parameters, scaled so that they should be about 1, stop at a
+    /// thousand. Limits of what is plausible do not belong here but where the parameters are reported: a parameter cut
+    /// back without the parameters correlated with it contradicts all samples before.
     pub(crate) fn clamp_usable(&mut self) {
         self.belief.x = self
             .belief
@@ -194,8 +194,8 @@ impl<const N: usize> Rls<N> {
         self.updates
     }
 
-    /// Adds these shares of their prior variances to those of the parameters, up to the prior; what hangs together goes
-    /// on to.
+    /// Adds these shares of the prior variances to the variances of the parameters, up to the prior; correlations are
+    /// kept.
     pub(crate) fn inflate(&mut self, shares: &SVector<Real, N>) {
         self.belief.P += SMatrix::from_diagonal(&shares.component_mul(&self.prior));
         self.belief.limit_variance(&self.prior);

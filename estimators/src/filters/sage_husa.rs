@@ -140,9 +140,9 @@ state!(@[const M: usize] SageHusa<M> { covariance, power, limited; least, most, 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant)]
 pub enum Noise<const M: usize> {
-    /// Known once and for all.
+    /// Constant noise.
     Known(SMatrix<Real, M, M>),
-    /// Follows the residuals.
+    /// Noise that follows the residuals.
     SageHusa(SageHusa<M>),
 }
 
@@ -205,7 +205,7 @@ impl<T, const M: usize> Adaptive<T, M> {
         self.filter.update(z, self.noise.R())
     }
 
-    /// Lets the noise learn from the residual ε = z − h(x⁺) that [`Adaptive::update`] by the same measurement has left.
+    /// Adapts the noise to the residual ε = z − h(x⁺) after [`Adaptive::update`] by the same measurement.
     #[inline]
     pub(crate) fn adapt<const N: usize>(&mut self, z: SVector<Real, M>)
     where

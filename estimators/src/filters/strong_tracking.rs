@@ -107,7 +107,7 @@ pub fn fade<const N: usize>(belief: &mut Gaussian<N>, factors: &SVector<Real, N>
 const ALARM_MEMORY: Real = 0.95;
 const CALM: Real = 1.3;
 const CALM_SAMPLES: u32 = 20;
-/// Correlation of successive innovations above which they are not noise.
+/// Correlation of successive innovations above which these are not noise.
 const TIED: Real = 0.5;
 
 /// Detects a jump of the state, with hysteresis: strong tracking that is always on follows noise.
@@ -127,7 +127,8 @@ pub struct Alarm<const M: usize> {
 }
 
 impl<const M: usize> Alarm<M> {
-    /// Rings when the smoothed normalised innovation squared, for each measurement 1 on average, passes `level`.
+    /// Makes an alarm that starts when the smoothed normalised innovation squared, for each measurement 1 on average,
+    /// passes `level`.
     pub fn new(level: Real) -> Self {
         Self {
             level,

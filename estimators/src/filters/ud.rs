@@ -21,7 +21,7 @@ pub struct Factors<const N: usize> {
 }
 
 impl<const N: usize> Factors<N> {
-    /// Factors of `P`; what rounding has made negative in it becomes 0.
+    /// Factors of `P`; variances that rounding has made negative become 0.
     pub fn of(P: &SMatrix<Real, N, N>) -> Self {
         let mut rest = *P;
         let mut factors = Self {
@@ -103,7 +103,7 @@ impl<const N: usize> Factors<N> {
         true
     }
 
-    /// Returns true if every number of it is finite.
+    /// Returns true if every number of the factors is finite.
     pub fn is_finite(&self) -> bool {
         finite(&self.U) && finite(&self.D)
     }

@@ -55,7 +55,7 @@ pub struct Ukf<T, const N: usize> {
     pub model: T,
     /// State and covariance.
     pub belief: Gaussian<N>,
-    /// Where the sigma points lie.
+    /// Constants of the sigma points.
     pub spread: Spread,
 }
 
@@ -87,7 +87,7 @@ impl<T: Model<N, M>, const N: usize, const M: usize> Filter<N, M> for Ukf<T, N> 
     }
 }
 
-/// The model and the sigma points are built, the belief remembered.
+/// A snapshot holds the belief only; the model and the sigma points are built again.
 impl<T, const N: usize> State for Ukf<T, N> {
     fn visit(&mut self, archive: &mut Archive) {
         self.belief.visit(archive);
@@ -100,7 +100,7 @@ struct Image<const M: usize, const N: usize> {
     /// Central differences over the sigma points, scaled so that `linear` linearᵀ is the covariance of a linear
     /// function.
     linear: SMatrix<Real, M, N>,
-    /// Covariance that the curvature of the function adds to it.
+    /// Covariance that the curvature of the function adds.
     bent: SMatrix<Real, M, M>,
 }
 

@@ -24,7 +24,7 @@ params! {
     /// Lean of the body, and validity.
     LeanParams {
         pitch_lean_rad_per_mps2 ["rad/(m/s²)"] = 0.0, -0.1 => 0.1, "Pitch of the body against the road, nose up, per forward acceleration.";
-        lean_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the lean, as a share of it.";
+        lean_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the lean, as a share of the lean.";
         lean_lag_s ["s"] = 0.2, 0.001 => 5.0, "Lag of the body behind the acceleration.";
     }
 }

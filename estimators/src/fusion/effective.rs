@@ -19,25 +19,25 @@ pub struct EffectiveGrade {
     sine: Real,
     variance: Real,
     looked: bool,
-    /// Way gone back since the last look, m.
+    /// Distance gone back since the last check, m.
     back_m: Real,
-    /// Way gone back over unread rail since the force last measured the grade, m.
+    /// Distance gone back over unread rail since the force last measured the grade, m.
     blind_m: Real,
 }
 
-/// Effective grade of a block by its force, against the grade of the rail as read.
+/// Effective grade of a block by its force, compared with the grade of the rail as read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GradeByForce {
     /// Way of the block, m.
     pub way_m: Real,
-    /// Variance of the mean grade by rail that was not read, rad².
+    /// Variance of the mean grade due to unread rail, rad².
     pub unread_variance: Real,
-    /// Sine of the grade by the force less that by the rail as read, and its variance; `None` if the force of the block
-    /// is of no use.
+    /// Sine of the grade by the force minus sine of the grade by the rail as read, and its variance; `None` if the
+    /// force of the block cannot be used.
     pub difference: Option<[Real; 2]>,
 }
 
-/// Motion of the unit that carries the IMU, and how well its grade is known.
+/// Motion of the unit that carries the IMU, and the uncertainty of its grade.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct UnitGrade {
     /// Speed, m/s.
@@ -46,13 +46,13 @@ pub struct UnitGrade {
     pub bias_mps2: Real,
     /// Standard deviation of the pitch, rad.
     pub pitch_sd_rad: Real,
-    /// Standard deviation that the mount and the reading of the rail add to it, rad.
+    /// Additional standard deviation from the mount and the reading of the rail, rad.
     pub constant_sd_rad: Real,
 }
 
 impl EffectiveGrade {
-    /// Corrects the grade of the rail that was not read by the force of a block: its doubt against the noise of the
-    /// force. Where the force is of no use, the correction fades over the way, or in time once the rail is read.
+    /// Corrects the grade of unread rail by the force of a block: its doubt against the noise of the force. Where the
+    /// force is of no use, the correction fades over the way, or in time once the rail is read.
     pub fn correct(&mut self, block: &GradeByForce) {
         let unread = block.unread_variance;
         match block.difference {
@@ -127,7 +127,7 @@ impl EffectiveGrade {
     }
 }
 
-/// Variance of the mean grade by rail that was not read from which it counts as not read, rad².
+/// Variance of the mean grade due to unread rail above which the grade counts as unread, rad².
 fn least_unread() -> Real {
     tuning::EFFECTIVE.unread_sd_rad * tuning::EFFECTIVE.unread_sd_rad
 }

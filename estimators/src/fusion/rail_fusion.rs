@@ -52,7 +52,7 @@ pub struct RailFusion {
     force_fusion: bool,
     mass: SwingMass,
     effective: EffectiveGrade,
-    /// Grade with a fixed lag in way, of the last step.
+    /// Grade with a fixed lag in distance, of the last step.
     lagged: LaggedGrade,
 }
 

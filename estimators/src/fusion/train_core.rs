@@ -17,7 +17,7 @@ use crate::tuning;
 pub struct TrainCore {
     standstill_mps: Real,
     rail: RailMemory,
-    /// True if this step has lost the place on the rail.
+    /// True if the place on the rail was lost in this step.
     lost: bool,
     load: StandingLoad,
     validity: Validity,
@@ -74,23 +74,23 @@ impl TrainCore {
         self.load.begins()
     }
 
-    /// True while there is an attitude of samples that still come, and rail that was read.
+    /// True while the attitude has current samples and rail has been read.
     pub fn is_placed(&self, input: &TrainInput) -> bool {
         input.is_awake() && self.rail.is_known()
     }
 
-    /// True if the last step has lost the place on the rail: what was read before is forgotten.
+    /// True if the place on the rail was lost in the last step: what was read before is forgotten.
     pub fn has_lost_place(&self) -> bool {
         self.lost
     }
 
-    /// The rail that was read.
+    /// The read rail.
     pub fn rail(&self) -> &RailMemory {
         &self.rail
     }
 }
 
-/// The layout by the drawings, scaled to the tare; without drawings an even spread that does not swing.
+/// The layout by the drawings, scaled to the tare; without drawings a uniform distribution without a swinging part.
 pub fn layout(vehicle: &Vehicle) -> MassLayout {
     match vehicle.layout {
         Some(layout) => layout.scaled_to(vehicle.tare_kg),

@@ -1,4 +1,4 @@
-//! Source of what an estimator of the mass of a train takes as known: attitude and speed, traction, and whether the
+//! Source of the inputs for an estimator of the mass of a train: attitude and speed, traction, and whether the
 //! instruments are plausible.
 //!
 //! It uses no force for the grade, so no fault of a torque, of the load or of the running resistance can reach the
@@ -25,7 +25,7 @@ use crate::{Real, Time};
 /// Limits and filters of the signals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoreSignals {
-    /// Standard deviation of sin θ + b/g up to which a block of the force balance is of use.
+    /// Standard deviation of sin θ + b/g up to which a block of the force balance is used.
     pub max_sum_sd: Real,
     /// True if on a road the gyro must be plausible.
     pub gyro_check: bool,
@@ -38,17 +38,17 @@ pub struct TrainInput {
     pub t: Time,
     /// Length of the step, s.
     pub dt: Real,
-    /// Signals that the mass is found by; `None` until there has been an accelerometer and a wheel.
+    /// Signals for the mass; `None` until an accelerometer and a wheel have given samples.
     pub sample: Option<TrainSample>,
-    /// Grade at the IMU, rad, valid while there is an attitude and a speed of samples that still come.
+    /// Grade at the IMU, rad, valid while attitude and speed have current samples.
     pub grade_rad: Value,
-    /// Speed, m/s, valid likewise.
+    /// Speed, m/s, valid under the same condition.
     pub speed_mps: Value,
     /// Innovation of the wheels, m/s, and its square normalised.
     pub innovation: (Real, Real),
     /// The same square, if this step has fused wheels.
     pub new_nis: Option<Real>,
-    /// Grade with a fixed lag in way.
+    /// Grade with a fixed lag in distance.
     pub lagged: LaggedGrade,
     /// True if the instruments are plausible.
     pub plausible: bool,
@@ -56,7 +56,7 @@ pub struct TrainInput {
     pub moving: bool,
 }
 
-/// Signals that the mass is found by, of one step.
+/// Signals of one step for the mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrainSample {
     /// Signals of the force balance.
@@ -72,12 +72,12 @@ pub struct TrainSample {
 }
 
 impl TrainInput {
-    /// True while there is an attitude and a speed of samples that still come.
+    /// True while attitude and speed have current samples.
     pub fn is_awake(&self) -> bool {
         self.grade_rad.valid
     }
 
-    /// Grade at the IMU and speed as estimates; nothing else.
+    /// Estimate with only the grade at the IMU and the speed.
     pub fn estimate(&self) -> Estimate {
         let (innovation, nis) = self.innovation;
         Estimate {
@@ -102,7 +102,7 @@ pub struct TrainSource {
     attitude: AttitudeFilter,
     torques: TorqueMonitor,
     brake: Real,
-    /// Standard deviation of what was read under the train, beyond that of a calm instrument.
+    /// Additional standard deviation of the rail read under the train, beyond a calm instrument.
     read_sd: Real,
     plausibility: Plausibility,
 }
@@ -138,8 +138,8 @@ impl TrainSource {
         }
     }
 
-    /// One step at the instant `t` after `dt` seconds, with the total mass found so far, kg, which counts in the bends
-    /// of a road alone.
+    /// Makes one step at the instant `t` after `dt` seconds; the present total mass, kg, is used only in bends of a
+    /// road.
     pub fn step(&mut self, reading: &Reading, mass_kg: Real, t: Time, dt: Real) -> TrainInput {
         self.bends.step(reading, &self.air, mass_kg);
         if !self.plausibility.gyro_is_sound() {
@@ -185,7 +185,7 @@ impl TrainSource {
         }
     }
 
-    /// Makes the signals that the mass is found by, with this attitude.
+    /// Makes the signals for the mass, with this attitude.
     fn sample(&mut self, reading: &Reading, attitude: &Attitude, dt: Real) -> TrainSample {
         let v = attitude.speed_mps;
         let bend = if v.abs() > tuning::MOTION.moves_mps {
@@ -242,7 +242,7 @@ impl TrainSource {
         }
     }
 
-    /// Time that the torques may be late, s.
+    /// Possible delay of the torques, s.
     pub fn torque_lag_s(&self) -> Real {
         self.torques.lag_s()
     }
@@ -257,19 +257,19 @@ impl TrainSource {
         &self.bends
     }
 
-    /// Standard deviation of the sine of the grade read under the train, beyond that of a calm instrument.
+    /// Additional standard deviation of the sine of the grade read under the train, beyond a calm instrument.
     pub fn read_sd(&self) -> Real {
         self.read_sd
     }
 
-    /// Standard deviation that the mount and the reading of the rail add to that of the pitch, rad.
+    /// Additional standard deviation of the pitch from the mount and the reading of the rail, rad.
     fn constant_sd_rad(&self) -> Real {
         let mount = self.attitude.mount_sd_rad();
         sqrt(mount * mount + self.read_sd * self.read_sd)
     }
 }
 
-/// The part of a standard deviation of sin θ + b/g that a calm instrument does not have.
+/// Part of a standard deviation of sin θ + b/g beyond a calm instrument.
 fn unusual_sd(sum_sd: Real) -> Real {
     sqrt((sum_sd * sum_sd - tuning::SOURCE.calm_sum_sd * tuning::SOURCE.calm_sum_sd).max(0.0))
 }

@@ -1,10 +1,10 @@
-//! When the samples of a channel come, and how long the last one stays fresh.
+//! Arrivals of the samples of a channel, and the time for which the last sample stays fresh.
 
 use crate::api::snapshot::state;
 use crate::tuning;
 use crate::{Real, Time};
 
-/// When samples of one channel came: its last one is fresh for three mean gaps between arrivals and four mean
+/// Arrivals of the samples of one channel: its last one is fresh for three mean gaps between arrivals and four mean
 /// deviations of the gaps, and never for less than 0.1 s.
 ///
 /// Mean and deviation are running ones over 16 gaps (the round-trip estimator of Jacobson 1988), so arrival jitter and
@@ -29,8 +29,8 @@ impl Arrivals {
         self.waited_s
     }
 
-    /// Returns true if a sample with this stamp is to be taken, and notes its arrival. A sample not younger than the
-    /// last is skipped, unless nothing younger has come for so long that the sensor's clock must have been set back.
+    /// Returns true if a sample with this stamp must be used, and notes its arrival. A sample not younger than the last
+    /// is skipped, unless nothing younger has come for so long that the sensor's clock must have been set back.
     #[inline]
     pub fn take(&mut self, stamp: Time, now: Time, first: bool) -> bool {
         if !first {

@@ -9,12 +9,12 @@ use crate::tuning;
 /// Passage of a measurement through the gate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passage {
-    /// It enters.
+    /// The measurement is used.
     Fuse,
-    /// It does not.
+    /// The measurement is rejected.
     Reject,
-    /// It enters after so many rejections that the filter must be wrong: widen the covariance by the squared innovation
-    /// first.
+    /// The measurement is used after many rejections, as the filter must be wrong: widen the covariance by the squared
+    /// innovation first.
     Reopen,
 }
 
@@ -42,11 +42,11 @@ pub struct Gate {
 pub struct Judgement {
     /// Passage of the measurement: fused, rejected, or fused after the gate has reopened.
     pub passage: Passage,
-    /// Innovation, in the unit of the source, and its variance on the un-adapted noise.
+    /// Innovation, in the unit of the source, and its variance by the un-adapted noise.
     pub innovation: (Real, Real),
-    /// Normalised innovation squared on the un-adapted noise.
+    /// Normalised innovation squared by the un-adapted noise.
     pub nis: Real,
-    /// Time since the measurement before, s.
+    /// Time since the last measurement, s.
     pub period_s: Real,
     /// Test ratio of the gate.
     pub test_ratio: Real,
@@ -67,12 +67,12 @@ impl Gate {
         }
     }
 
-    /// `dt` seconds have passed.
+    /// Advances the time by `dt` seconds.
     pub fn tick(&mut self, dt: Real) {
         self.since_s += dt;
     }
 
-    /// Judges a measurement by its innovation and the variance of that on the un-adapted noise.
+    /// Judges a measurement by its innovation and the innovation's variance by the un-adapted noise.
     pub fn judge(&mut self, innovation: Real, variance: Real) -> Judgement {
         let nis = innovation * innovation / variance.max(Real::MIN_POSITIVE);
         let period_s = core::mem::replace(&mut self.since_s, 0.0);
@@ -86,8 +86,8 @@ impl Gate {
         }
     }
 
-    /// Passage of an innovation of normalised square `nis`, `period_s` after the one before, and its test ratio: above
-    /// 1 the gate acts; 0 if it is off.
+    /// Passage of an innovation of normalised square `nis`, `period_s` after the last one, and its test ratio: above 1
+    /// the gate acts; 0 if it is off.
     fn pass(&mut self, nis: Real, period_s: Real) -> (Passage, Real) {
         if !self.on || !nis.is_finite() {
             return (Passage::Fuse, 0.0);

@@ -34,7 +34,7 @@ impl GyroRange {
         self.implausible = self.mean.iter().any(|rate| rate.abs() > most);
     }
 
-    /// Returns true if the gyro may be one in rad/s.
+    /// Returns true if the gyro seems to be in rad/s.
     pub fn plausible(&self) -> bool {
         !self.implausible
     }

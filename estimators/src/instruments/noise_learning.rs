@@ -6,7 +6,7 @@ use crate::api::snapshot::state;
 use crate::filters::lag_share::LagShare;
 use crate::tuning;
 
-/// Trend that is taken off a sample before its size counts.
+/// Trend that is subtracted from a sample before its size counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Trend {
     /// The line through its two predecessors: x − 2 x′ + x″, which has √6 times the deviation of white noise. For a
@@ -20,7 +20,7 @@ enum Trend {
     },
 }
 
-/// Running robust root mean square of what a channel does faster than the vehicle can.
+/// Running robust root mean square of changes of a channel that are too fast for the vehicle.
 ///
 /// σ = √(π/2) · mean |deviation|, exact for normal noise, with deviations clipped. Unlike a noise adapted to
 /// innovations it contains no error of the model, so a consistency test against it means something.
@@ -63,7 +63,7 @@ impl NoiseLearning {
         }
     }
 
-    /// Takes a new sample, `period_s` after the one before.
+    /// Takes a new sample, `period_s` after the last sample.
     pub fn observe(&mut self, value: Real, period_s: Real) {
         let away = match &mut self.trend {
             Trend::Line { before, seen } => {

@@ -8,11 +8,11 @@ use crate::tuning;
 /// sample is given as 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpikeLimits {
-    /// Jumps up to this are never spikes.
+    /// Size up to which a jump is never a spike.
     pub floor: Real,
     /// Largest change of the instrument per unit of time.
     pub rate: Real,
-    /// Time that samples may be held out for; a jump that has stayed for longer is real.
+    /// Longest time for which samples are rejected; a longer jump is real.
     pub longest: Real,
     /// True if the integral of the samples counts: a jump is then real as soon as the next sample agrees with the one
     /// held out, whose jump is added to it.
@@ -57,7 +57,8 @@ impl<const N: usize> SpikeGate<N> {
         }
     }
 
-    /// Takes a new sample, `period` after the one before, with whether the body is `shaken`; `None` if it is held out.
+    /// Takes a new sample, `period` after the last sample; `shaken` is true while the body is shaken; `None` if the
+    /// sample is rejected.
     pub fn take(&mut self, sample: [Real; N], period: Real, shaken: bool) -> Option<[Real; N]> {
         let limits = &self.limits;
         let Some(last) = self.last.filter(|_| period <= limits.longest) else {

@@ -21,7 +21,7 @@ pub struct StuckDetector<const N: usize> {
 }
 
 impl<const N: usize> StuckDetector<N> {
-    /// Takes a new sample, with the one before it, at an instant of the estimator's clock.
+    /// Takes a new sample and the previous sample, at an instant of the estimator's clock.
     #[inline]
     pub fn take(&mut self, value: [Real; N], before: [Real; N], now: Time) {
         if value == before && (N > 1 || value != [0.0; N]) {

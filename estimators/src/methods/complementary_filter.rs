@@ -29,13 +29,13 @@ use crate::{Real, Time};
 params! {
     /// The filter.
     Own {
-        crossover_s ["s"] = 2.0, 0.05 => 1000.0, "Time constant τ beyond which the accelerometer counts and below which the gyro does.";
+        crossover_s ["s"] = 2.0, 0.05 => 1000.0, "Time constant τ: the accelerometer counts for slower motion, the gyro for faster.";
         bias_time_s ["s"] = 30.0, 0.1 => 1e6, "Time constant τ_b in which the gyro's bias is learnt.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the low-pass of specific force, wheel speed and grade.";
-        residual_sd_mps2 ["m/s²"] = 0.1, 1e-4 => 10.0, "Standard deviation of the residual g e behind that low-pass.";
-        accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias, which only widens what is reported; not set: that of the vehicle's sheet, or 0.05.";
+        residual_sd_mps2 ["m/s²"] = 0.1, 1e-4 => 10.0, "Standard deviation of the residual g e after this low-pass.";
+        accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias, which only widens the reported deviation; not set: the value of the vehicle's sheet, or 0.05.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
-        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Standard deviation of the grade angle at the start.";
     }
 }
 
@@ -140,7 +140,7 @@ impl ComplementaryFilter {
         }
     }
 
-    /// Share of the error at the start that is left.
+    /// Share of the initial error that remains.
     fn start_share(&self) -> Real {
         exp(-(self.corrected_s / self.params.crossover_s).min(50.0))
     }

@@ -36,12 +36,12 @@ params! {
         q_theta ["rad²/s"] = 1e-6, 1e-12 => 10.0, "Process noise of the grade angle: noise of the gyro with vibration and misalignment.";
         q_gyro_bias ["rad²/s³"] = 1e-11, 0.0 => 1.0, "Process noise of the gyro's bias.";
         q_accel_bias ["m²/s⁵"] = 1e-8, 0.0 => 1.0, "Process noise of the accelerometer's bias.";
-        gyro_bias_sd_radps ["rad/s"] = none, 0.0 => 0.2, "Standard deviation of the gyro's bias at the start; not set: that of the vehicle's sheet, or 0.01.";
-        accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias at the start; not set: that of the vehicle's sheet, or 0.05.";
+        gyro_bias_sd_radps ["rad/s"] = none, 0.0 => 0.2, "Standard deviation of the gyro's bias at the start; not set: the value of the vehicle's sheet, or 0.01.";
+        accel_bias_sd_mps2 ["m/s²"] = none, 0.0 => 2.0, "Standard deviation of the accelerometer's bias at the start; not set: the value of the vehicle's sheet, or 0.05.";
         wheel_speed_sd_mps ["m/s"] = 0.02, 1e-6 => 10.0, "Standard deviation of wheel speed.";
-        reject_sd ["-"] = 3.0, 1.0 => 100.0, "Gate of the wheel speed, in standard deviations; takes the place of `gate_sd`.";
+        reject_sd ["-"] = 3.0, 1.0 => 100.0, "Gate of the wheel speed, in standard deviations; replaces `gate_sd`.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
-        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Standard deviation of the grade angle at the start.";
     }
 }
 
@@ -202,7 +202,7 @@ impl EkfVThetaBiases {
         self.wheel_speed = judgement.status(correction.map(|c| (c.y.x, c.S.x)));
     }
 
-    /// Holds the grade within the steepest that a track can have, whatever an instrument reads.
+    /// Limits the grade to the steepest grade of a track, for any reading of an instrument.
     fn clamp(&mut self) {
         let theta = &mut self.ekf.belief.x.y;
         let inside = theta.clamp(-MAX_GRADE_RAD, MAX_GRADE_RAD);

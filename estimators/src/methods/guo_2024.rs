@@ -42,12 +42,12 @@ params! {
     Regression {
         omega ["-"] = 0.999, 0.5 => 1.0, "Forgetting factor ω, per difference.";
         mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
-        mass_sd ["-"] = 0.5, 0.001 => 10.0, "Standard deviation of that mass, as a share of it: P₀.";
-        difference_sd_mps2 ["m/s²"] = 0.03, 1e-4 => 10.0, "Expected residual divided by the mass: what P₀ is measured in.";
-        force_gate_mps2 ["m/s²"] = 0.1, 0.0 => 10.0, "Change of force divided by mass that is considerable.";
-        slope_gate_mps2 ["m/s²"] = 0.2, 0.0 => 10.0, "Change of f − v̇ up to which the slope has stayed.";
+        mass_sd ["-"] = 0.5, 0.001 => 10.0, "Standard deviation of this mass, as a share of the mass: P₀.";
+        difference_sd_mps2 ["m/s²"] = 0.03, 1e-4 => 10.0, "Expected residual divided by the mass, the unit of P₀.";
+        force_gate_mps2 ["m/s²"] = 0.1, 0.0 => 10.0, "Change of force divided by mass above which a difference is used.";
+        slope_gate_mps2 ["m/s²"] = 0.2, 0.0 => 10.0, "Change of f − v̇ up to which the slope counts as constant.";
         cutoff_hz ["Hz"] = 2.0, 0.05 => 20.0, "Corner of the low-pass of force, speed and accelerometer.";
-        rate_hz ["Hz"] = 4.0, 0.1 => 1000.0, "Rate of the samples whose differences are taken.";
+        rate_hz ["Hz"] = 4.0, 0.1 => 1000.0, "Rate of the samples whose differences are used.";
     }
 }
 
@@ -57,11 +57,11 @@ params! {
         q_v ["m²/s³"] = 1e-6, 1e-12 => 10.0, "Process noise of speed.";
         q_a ["m²/s⁵"] = 0.3, 1e-9 => 100.0, "Process noise of acceleration, kinematic model.";
         q_i ["1/s"] = 5e-4, 1e-12 => 1.0, "Process noise of i.";
-        force_sd_mps2 ["m/s²"] = 0.03, 1e-4 => 10.0, "What the force balance leaves out, divided by the mass, dynamic model.";
+        force_sd_mps2 ["m/s²"] = 0.03, 1e-4 => 10.0, "Unmodelled force divided by the mass, dynamic model.";
         accel_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 10.0, "Standard deviation of the specific force.";
         wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
-        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Standard deviation of the grade angle at the start.";
     }
 }
 
@@ -85,19 +85,19 @@ methods! {
     imm_stf: ImmStfPublished = Guo2024<2>,
         { transitions: Transitions, models: Models, tracking: Tracking, mass: Regression },
         |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, ..METHOD }, Some(p.tracking));
-    /// With fixed transitions.
+    /// The method with fixed transitions.
     imm_stf_fixed: ImmStfFixedPublished = Guo2024<2>,
         { transitions: Transitions, models: Models, tracking: Tracking, mass: Regression },
         |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, time_varying: false, ..METHOD }, Some(p.tracking));
-    /// Without lateral correction.
+    /// The method without lateral correction.
     imm_stf_no_lateral: ImmStfNoLateralPublished = Guo2024<2>,
         { transitions: Transitions, models: Models, tracking: Tracking, mass: Regression },
         |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, lateral: false, ..METHOD }, Some(p.tracking));
-    /// With plain Kalman filters.
+    /// The method with plain Kalman filters.
     imm_ekf: ImmEkfPublished = Guo2024<2>,
         { transitions: Transitions, models: Models, mass: Regression },
         |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, ..METHOD }, None);
-    /// With plain Kalman filters and fixed transitions.
+    /// The method with plain Kalman filters and fixed transitions.
     imm_ekf_fixed: ImmEkfFixedPublished = Guo2024<2>,
         { transitions: Transitions, models: Models, mass: Regression },
         |vehicle, p| build(vehicle, &p.mass, &p.models, Choice { stay: p.transitions.stay, time_varying: false, ..METHOD }, None);
@@ -151,7 +151,7 @@ pub(crate) enum RampAcceleration {
 /// State [v, a, i], i = sin θ; measurement [a_sen, v].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RampModel {
-    /// Which of the two.
+    /// Choice of the kinematic or the dynamic model.
     pub acceleration: RampAcceleration,
     /// Rotating masses J reflected to the rim, kg.
     pub rotating_mass_kg: Real,
@@ -210,11 +210,11 @@ impl Model<3, 2> for RampModel {
 
 /// Lateral and longitudinal acceleration, m/s², from which on eq. 1 is used.
 const CORNERING_MPS2: [Real; 2] = [0.5, 0.3];
-/// Limits that keep the covariance a number while measurements make no sense: of the fading factor, which has none in
+/// Limits that keep the covariance finite while measurements are senseless: of the fading factor, which has none in
 /// print, and in m/s, m/s² and i.
 const MAX_FADING: Real = 1e4;
 const USABLE_SD: [Real; 3] = [100.0, 100.0, 10.0];
-/// No road is steeper, as i.
+/// Steepest road, as i.
 const MAX_I: Real = 0.87;
 
 /// Regression and interacting filters.

@@ -39,15 +39,15 @@ params! {
     /// Smoothing and regression, eq. 6–13.
     Curvature {
         m0 ["-"] = 0.15, 0.01 => 0.9, "Smoothing gain m₀ at rest; the paper has 0.1 to 0.2.";
-        m_step1 ["-"] = 0.2, 0.0 => 1.0, "Δ₁, added to it while the signal moves; not given.";
-        m_step2 ["-"] = 0.5, 0.0 => 1.0, "Δ₂, added to it while the signal moves fast; not given.";
+        m_step1 ["-"] = 0.2, 0.0 => 1.0, "Δ₁, added to m₀ while the signal moves; not given.";
+        m_step2 ["-"] = 0.5, 0.0 => 1.0, "Δ₂, added to m₀ while the signal moves fast; not given.";
         rest_amplitude_mps2 ["m/s²"] = 0.02, 1e-4 => 10.0, "Amplitude Γ₀ of the accelerometer's noise at rest.";
         threshold1 ["-"] = 3.0, 1.0 => 100.0, "δ₁, in amplitudes; not given.";
         threshold2 ["-"] = 6.0, 1.0 => 100.0, "δ₂, in amplitudes; not given.";
-        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the low-passes that the derivatives are taken with.";
+        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the low-passes before the derivatives.";
         rate_hz ["Hz"] = 100.0, 0.1 => 1000.0, "Sampling rate; λ and m are per sample.";
         curvature_sd_per_m ["1/m"] = 0.05, 1e-4 => 1.0, "Standard deviation of the curvature at the start: P₀, which is not given.";
-        jerk_sd_mps3 ["m/s³"] = 0.1, 1e-3 => 100.0, "Expected residual: what P₀ is measured in.";
+        jerk_sd_mps3 ["m/s³"] = 0.1, 1e-3 => 100.0, "Expected residual, the unit of P₀.";
     }
 }
 
@@ -56,7 +56,7 @@ params! {
     DynamicForgetting {
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "Forgetting factor of the first sample.";
         delta ["-"] = 0.95, 0.5 => 1.0, "Smallest forgetting factor ∂.";
-        sigma ["s³/m"] = 5.0, 0.0 => 1000.0, "How fast λ falls with the residual; not given.";
+        sigma ["s³/m"] = 5.0, 0.0 => 1000.0, "Decrease of λ with the residual; not given.";
     }
 }
 
@@ -83,7 +83,7 @@ params! {
         q_theta ["rad²/s"] = 2e-5, 1e-12 => 10.0, "Process noise of the grade angle.";
         wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed at the start.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
-        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Standard deviation of the grade angle at the start.";
     }
 }
 
@@ -99,7 +99,7 @@ methods! {
     dffrls_aukf: DffrlsAukfPublished = Huainan<Ukf<InclinationModel, 2>, 1>,
         { curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, sigma: SigmaParams, noise: AdaptedNoise },
         |_, p| build(&p.curvature, dynamic(&p.forgetting), 0.0, ukf(&p.slope, &p.sigma, Some(p.noise.b)));
-    /// The same with fixed noise.
+    /// `dffrls_aukf` with fixed noise.
     dffrls_ukf: DffrlsUkfPublished = Huainan<Ukf<InclinationModel, 2>, 1>,
         { curvature: Curvature, forgetting: DynamicForgetting, slope: Slope, sigma: SigmaParams },
         |_, p| build(&p.curvature, dynamic(&p.forgetting), 0.0, ukf(&p.slope, &p.sigma, None));

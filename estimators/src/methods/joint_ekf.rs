@@ -24,7 +24,7 @@ params! {
     /// The mass of `joint_ekf` at the start.
     FirstMass {
         mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
-        mass_sd ["-"] = 0.4, 0.001 => 2.0, "Its standard deviation, as a share of it.";
+        mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of this mass, as a share of the mass.";
     }
 }
 

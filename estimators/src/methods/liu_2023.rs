@@ -41,9 +41,9 @@ params! {
     /// The regression of eq. 16–22.
     Regression {
         mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
-        mass_sd ["-"] = 0.5, 0.001 => 10.0, "Standard deviation of that mass, as a share of it: P₀, which is not given.";
+        mass_sd ["-"] = 0.5, 0.001 => 10.0, "Standard deviation of this mass, as a share of the mass: P₀, which is not given.";
         sine_sd ["-"] = 0.1, 0.001 => 1.0, "Standard deviation of χ₂ at the start: P₀, which is not given.";
-        residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual: what P₀ is measured in.";
+        residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual, the unit of P₀.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the low-pass of force, speed and accelerometer.";
         rate_hz ["Hz"] = 200.0, 0.1 => 1000.0, "Sampling rate; λ is per sample.";
     }
@@ -54,7 +54,7 @@ params! {
     DynamicForgetting {
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "Forgetting factor of the first sample.";
         delta ["-"] = 0.95, 0.5 => 1.0, "Smallest forgetting factor δ.";
-        sigma ["s²/m"] = 5.0, 0.0 => 1000.0, "How fast λ falls with the residual; not given.";
+        sigma ["s²/m"] = 5.0, 0.0 => 1000.0, "Decrease of λ with the residual; not given.";
     }
 }
 
@@ -72,7 +72,7 @@ params! {
         q_theta ["rad²/s"] = 3e-4, 0.0 => 10.0, "Process noise of the grade angle.";
         wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed at the start.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
-        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Standard deviation of the grade angle at the start.";
     }
 }
 
@@ -139,7 +139,7 @@ impl Model<2, 1> for GradeModel {
     }
 }
 
-/// Where the slope comes from: χ₂ of the regression, or the filter, with κ of eq. 30 or with fixed noise.
+/// Source of the slope: χ₂ of the regression, or the filter, with κ of eq. 30 or with fixed noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum SlopeBy {
     Regression,

@@ -30,11 +30,11 @@ params! {
     Regression {
         known_mass_kg ["kg"] = none, 1.0 => 1e6, "Total mass, known; not set: the middle of the vehicle's mass range.";
         resistance0 ["-"] = 0.0, 0.0 => 1.0, "μ at the start.";
-        resistance0_sd ["-"] = 0.5, 1e-4 => 1.0, "Its standard deviation: P₀, which is not given.";
-        residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual: what P₀ is measured in.";
+        resistance0_sd ["-"] = 0.5, 1e-4 => 1.0, "Standard deviation of μ at the start: P₀, which is not given.";
+        residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual, the unit of P₀.";
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "Forgetting factor of the first sample.";
         delta ["-"] = 0.95, 0.5 => 1.0, "Smallest forgetting factor δ.";
-        sigma ["s²/m"] = 5.0, 0.0 => 1000.0, "How fast φ falls with the residual; not given.";
+        sigma ["s²/m"] = 5.0, 0.0 => 1000.0, "Decrease of φ with the residual; not given.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the low-pass of force, speed and accelerometer.";
         rate_hz ["Hz"] = 200.0, 0.1 => 1000.0, "Sampling rate; φ is per sample.";
     }

@@ -13,7 +13,7 @@ use crate::models::sample::ResampledSample;
 pub struct Signals {
     /// Speed of the wheels, m/s.
     pub speed_mps: Option<Real>,
-    /// Speed of the wheels where a new sample of it has come, m/s.
+    /// Speed of the wheels if a new sample has come, m/s.
     pub new_speed_mps: Option<Real>,
     /// Specific force along the vehicle, m/s².
     pub specific_force_mps2: Option<Real>,
@@ -23,16 +23,16 @@ pub struct Signals {
     pub yaw_rate_radps: Option<Real>,
     /// Steering angle, rad.
     pub steering_angle_rad: Option<Real>,
-    /// Traction at the rims less the drag of the air, N, while the force balance holds: moving, brake released, torque
+    /// Traction at the wheel rims minus air drag, N, while the force balance holds: moving, brake released, torque
     /// known.
     pub traction_n: Option<Real>,
-    /// Drag of the air, N, that has been taken off it.
+    /// Air drag, N, that was subtracted.
     pub drag_n: Real,
     /// Sign of the speed, ±1.
     pub direction: Real,
-    /// Speed, torque and accelerometer behind one low-pass, where a sample is due and the force balance holds.
+    /// Speed, torque and accelerometer after one low-pass, if a sample is due and the force balance holds.
     pub sample: Option<ResampledSample>,
-    /// Acceleration of the wheels v̇ behind that low-pass, m/s².
+    /// Acceleration of the wheels v̇ after this low-pass, m/s².
     pub acceleration_mps2: Real,
     /// Length of the step, s.
     pub dt: Real,
@@ -43,7 +43,7 @@ pub struct Signals {
 pub struct Found {
     /// Its value.
     pub value: Real,
-    /// Its standard deviation, same unit.
+    /// Standard deviation, in the same unit.
     pub sd: Real,
     /// True if measurements have changed it since the start.
     pub started: bool,
@@ -52,11 +52,11 @@ pub struct Found {
 /// Estimates of a method.
 #[derive(Clone, Copy, Debug)]
 pub struct Answer {
-    /// Total mass, kg; `None` from a method that finds none.
+    /// Total mass, kg; `None` for a method without a mass.
     pub mass_kg: Option<Found>,
     /// Grade angle, rad.
     pub grade_rad: Found,
-    /// Speed, m/s; `None` from a method that takes that of the wheels.
+    /// Speed, m/s; `None` for a method that uses the wheels' speed.
     pub speed_mps: Option<Found>,
     /// Innovation of the last measurement, and its square normalised.
     pub innovation: (Real, Real),

@@ -43,7 +43,7 @@ params! {
     /// The regressions of eq. 20–34.
     Regressions {
         mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
-        mass_sd ["-"] = 0.5, 0.001 => 10.0, "Standard deviation of that mass, as a share of it: P₀.";
+        mass_sd ["-"] = 0.5, 0.001 => 10.0, "Standard deviation of this mass, as a share of the mass: P₀.";
         residual_sd_mps2 ["m/s²"] = 0.03, 1e-4 => 1.0, "Standard deviation σ of the residual divided by the mass.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the low-pass of force, speed and accelerometer.";
         rate_hz ["Hz"] = 10.0, 0.1 => 1000.0, "Rate of the samples t of the law μ(t) = 1 − 0.05 · 0.98ᵗ.";
@@ -57,11 +57,11 @@ params! {
         q_i ["1/s"] = 3e-4, 1e-12 => 10.0, "Process noise of the grade i.";
         wheel_speed_sd_mps ["m/s"] = 0.005, 1e-6 => 10.0, "Standard deviation of wheel speed at the start.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
-        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Standard deviation of the grade angle at the start.";
         b ["-"] = 0.97, 0.5 => 0.99999, "Fading factor b of the adapted noise; the patent has 0.95 to 0.99.";
         memory ["-"] = 0.95, 0.0 => 1.0, "Forgetting factor ρ of the innovation covariance.";
         weakening ["-"] = 1.5, 1.0 => 100.0, "Weakening factor β.";
-        gamma ["-"] = 6.6, 1.0 => 1e6, "γ: how much larger than S the square of an innovation must be for strong tracking.";
+        gamma ["-"] = 6.6, 1.0 => 1e6, "γ: ratio of the square of an innovation to S above which strong tracking acts.";
     }
 }
 
@@ -114,11 +114,11 @@ impl Model<2, 1> for ClimbModel {
 /// Steering angle, rad, and speed, m/s, from which on the turning model is used; no front wheel is steered further than
 /// the third, rad.
 const TURNING: [Real; 3] = [PI / 180.0, 1.0, 0.7];
-/// Limits that keep the covariance a number while measurements make no sense: of the fading factor, which has none in
+/// Limits that keep the covariance finite while measurements are senseless: of the fading factor, which has none in
 /// print, and in m/s and i.
 const MAX_FADING: Real = 1e4;
 const USABLE_SD: [Real; 2] = [100.0, 10.0];
-/// No road is steeper, as i.
+/// Steepest road, as i.
 const MAX_I: Real = 0.87;
 
 /// One regression with the likelihood of its last residual.

@@ -87,7 +87,7 @@ impl<T: Method + fmt::Debug> Pipeline for Published<T> {
     }
 }
 
-/// The mass of a method that finds none: a uniform distribution over the vehicle's range, not valid.
+/// Mass of a method without a mass: a uniform distribution over the vehicle's range, not valid.
 pub fn no_mass(vehicle: &Vehicle) -> Value {
     let [low, high] = vehicle.mass_range_kg;
     Value {
@@ -97,7 +97,7 @@ pub fn no_mass(vehicle: &Vehicle) -> Value {
     }
 }
 
-/// Standard deviation of wheel speed for a method that gives none, m/s.
+/// Standard deviation of wheel speed for a method without one, m/s.
 const WHEEL_SPEED_SD_MPS: Real = 0.01;
 
 /// Cuts an estimate to a range; the second value is true if it was cut.

@@ -10,7 +10,7 @@ use crate::preprocess::front_end::motion;
 use crate::preprocess::resampler::Resampler;
 use crate::{Real, Time};
 
-/// Input of a published method in one step, and what its estimate takes of the signals besides.
+/// Input of a published method in one step, and further signals for its estimate.
 #[derive(Clone, Copy, Debug)]
 pub struct MethodInput {
     /// Instant of the step.
@@ -21,7 +21,7 @@ pub struct MethodInput {
     pub(super) filtered_speed_mps: Real,
     /// True if the vehicle moves.
     pub(super) moving: bool,
-    /// True if it does so under the force balance alone.
+    /// True if the vehicle moves under the force balance alone.
     pub(super) running: bool,
 }
 

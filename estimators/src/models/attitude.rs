@@ -49,7 +49,8 @@ pub const GYRO_Z: usize = 10;
 /// Number of states.
 pub const N: usize = 11;
 
-/// Place of the IMU against the middle of its unit, on the rail's line (on a road: the axle whose wheels are measured).
+/// Place of the IMU relative to the middle of its unit, on the rail's line (on a road: the axle whose wheels are
+/// measured).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lever {
     /// Distance ahead of it, m.
@@ -75,7 +76,7 @@ pub struct AttitudeNoise {
     pub gyro_bias_walk: Real,
     /// Standard deviation of the curvature without a gyro, 1/m.
     pub curvature_sd_per_m: Real,
-    /// Way over which the curvature becomes another, m.
+    /// Correlation distance of the curvature, m.
     pub curvature_length_m: Real,
     /// Standard deviation of the scale of the wheels.
     pub scale_sd: Real,
@@ -99,7 +100,7 @@ pub struct AttitudeInput {
     pub rate_radps: Option<[Real; 3]>,
     /// Velocity and angle random walks seen, m/s/√s and rad/√s: those of the model are not below them.
     pub seen_walk: [Real; 2],
-    /// Speed at which the way of the curvature's process is run, m/s.
+    /// Speed for the distance in the curvature's process, m/s.
     pub speed_mps: Real,
 }
 
@@ -118,7 +119,7 @@ pub struct AttitudeRates {
     sin_cos: [[Real; 2]; 2],
 }
 
-/// Sines and cosines of pitch and roll, computed anew only where an angle has changed.
+/// Sines and cosines of pitch and roll, computed again only if an angle has changed.
 ///
 /// It holds nothing that does not follow from the angles: any two are equal, and no snapshot needs it.
 #[derive(Clone, Copy, Debug)]
@@ -147,7 +148,7 @@ impl Angles {
         self.sin_cos
     }
 
-    /// Sine and cosine of the pitch asked for last, and of the roll.
+    /// Sine and cosine of the last pitch and roll.
     pub fn last(&self) -> [[Real; 2]; 2] {
         self.sin_cos
     }
@@ -167,7 +168,7 @@ const V_BY: [usize; 5] = [THETA, BIAS_X, GYRO_Y, GYRO_Z, KAPPA];
 const THETA_BY: [usize; 5] = [V, PHI, GYRO_Y, GYRO_Z, KAPPA];
 const PHI_BY: [usize; 5] = [THETA, PHI, GYRO_X, GYRO_Y, GYRO_Z];
 
-/// A row by its places and what stands there.
+/// Makes a row from its places and values.
 #[inline]
 fn row(places: [usize; 5], values: [Real; 5]) -> Row {
     let ([a, b, c, d, e], [u, v, w, x, y]) = (places, values);
@@ -204,9 +205,9 @@ const BLIND_SPEED_WALK: Real = 0.25;
 /// Random walk of the roll without a gyro, rad²/s, and of the pitch beyond the curvature's.
 const BLIND_ROLL_WALK: Real = 1e-3;
 const BLIND_PITCH_WALK: Real = 1e-8;
-/// Way that the curvature's process goes on with while the vehicle stands, m per s.
+/// Rate of distance in the curvature's process while the vehicle stands, m per s.
 const BLIND_CREEP_MPS: Real = 0.02;
-/// Time over which the scale error of the wheels (creep, temperature, load) becomes another, s.
+/// Correlation time of the scale error of the wheels (creep, temperature, load), s.
 const SCALE_MEMORY_S: Real = 300.0;
 
 impl AttitudeModel {
@@ -264,7 +265,7 @@ impl AttitudeModel {
         ]
     }
 
-    /// Share of the curvature that is left after `dt`.
+    /// Share of the curvature that remains after `dt`.
     fn curvature_left(&self, u: &AttitudeInput, dt: Real) -> Real {
         match u.rate_radps {
             Some(_) => 1.0,
@@ -285,7 +286,7 @@ impl AttitudeModel {
         x
     }
 
-    /// The diagonal of Q; there is nothing beside it.
+    /// The diagonal of Q; its other elements are zero.
     fn variances(&self, u: &AttitudeInput, left: Real, dt: Real) -> SVector<Real, N> {
         let (n, [seen_velocity, seen_angle]) = (&self.noise, u.seen_walk);
         let walk = |sd: Real| sd * sd;
@@ -340,7 +341,7 @@ impl AttitudeModel {
     }
 }
 
-/// Share of the scale error of the wheels that is left after `dt`.
+/// Share of the scale error of the wheels that remains after `dt`.
 fn scale_left(dt: Real) -> Real {
     1.0 / (1.0 + dt / SCALE_MEMORY_S)
 }

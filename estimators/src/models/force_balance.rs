@@ -65,7 +65,7 @@ impl ForceBalance {
         motor_torque_nm * self.rim_per_motor * efficiency
     }
 
-    /// Traction at the rims less the drag of the air, N: what is left for weight, running resistance and acceleration.
+    /// Traction at the wheel rims minus air drag, N: what is left for weight, running resistance and acceleration.
     pub(crate) fn net_traction(&self, motor_torque_nm: Real, speed_mps: Real) -> Real {
         self.traction(motor_torque_nm, speed_mps) - self.drag(speed_mps)
     }
@@ -91,8 +91,8 @@ impl ForceBalance {
         ]
     }
 
-    /// cos θ from what accelerometer and wheels read, sin θ = (f − v̇)/g: exact enough for a cosine, and no loop
-    /// through a filter.
+    /// cos θ from accelerometer and wheels, sin θ = (f − v̇)/g: exact enough for a cosine, and no loop through a
+    /// filter.
     pub(crate) fn cosine(specific_force_mps2: Real, acceleration_mps2: Real) -> Real {
         let sine = ((specific_force_mps2 - acceleration_mps2) / GRAVITY).clamp(-0.7, 0.7);
         sqrt(1.0 - sine * sine)

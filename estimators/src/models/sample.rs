@@ -3,7 +3,7 @@
 use crate::Real;
 use crate::api::snapshot::{Blank, state};
 
-/// One filtered sample; all its numbers are delayed alike.
+/// One filtered sample; all its numbers have the same delay.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ResampledSample {
     /// Traction at the rims, N.
@@ -16,7 +16,7 @@ pub struct ResampledSample {
     pub specific_force_mps2: Option<Real>,
     /// Horizontal curvature of the rail without its sign, |yaw rate|/|v|, 1/m; 0 without a gyro.
     pub curvature_per_m: Real,
-    /// Time since the sample before it, s.
+    /// Time since the previous sample, s.
     pub period_s: Real,
 }
 

@@ -27,9 +27,9 @@ use crate::api::signals::{RoadVehicle, Vehicle};
 use crate::api::snapshot::{Archive, Blank, State, state};
 use crate::models::force_balance::ForceBalance;
 
-/// Speed, m/s, below which the slip angles of the model are not defined well; backwards they are others.
+/// Speed, m/s, below which the slip angles of the model are not well defined; the model does not hold backwards.
 const SLOW_MPS: Real = 1.0;
-/// No front wheel is steered further, rad.
+/// Largest steering angle of the front wheels, rad.
 const MAX_STEER: Real = 0.7;
 
 /// Effects of a bend on the force balance.
@@ -44,7 +44,7 @@ pub struct Bend {
 }
 
 impl Bend {
-    /// Traction that the bend takes from a vehicle of `mass_kg`, N.
+    /// Loss of traction in a bend for a vehicle of `mass_kg`, N.
     pub fn force_n(&self, mass_kg: Real) -> Real {
         mass_kg * self.taken_mps2 - self.gained_n
     }
@@ -72,18 +72,18 @@ impl Bends {
         self.now = bend(&road, reading, balance, mass_kg).unwrap_or_default();
     }
 
-    /// Returns true on a road; on a rail there is no bend that counts.
+    /// Returns true on a road; on a rail bends do not count.
     pub fn on_road(&self) -> bool {
         self.road.is_some()
     }
 
-    /// The bend as read.
+    /// The measured bend.
     pub fn now(&self) -> Bend {
         self.now
     }
 }
 
-/// The bend that is read; `None` if an instrument is stale, or slow or backwards.
+/// The measured bend; `None` if an instrument is stale, or the vehicle is slow or goes backwards.
 fn bend(
     road: &RoadVehicle,
     reading: &Reading,
@@ -114,7 +114,7 @@ impl Blank for Bend {
 
 state!(Bend { gained_n, taken_mps2, drift_mps2; });
 
-/// On a rail there is none, and nothing to keep.
+/// A snapshot on a rail has no bend, so it is empty.
 impl State for Bends {
     fn visit(&mut self, archive: &mut Archive) {
         if self.road.is_some() {

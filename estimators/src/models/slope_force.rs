@@ -1,5 +1,5 @@
 //! The part of the specific force that is due to the slope, f − v̇ = g sin θ + bias, and its derivative, with the speed
-//! behind the same filters.
+//! after the same filters.
 
 use crate::Real;
 use crate::api::snapshot::state;

@@ -22,11 +22,11 @@ pub const SUBSTEPS: usize = 5;
 pub struct SwingBlock {
     /// Transition of (φ, φ̇).
     pub A: [[Real; 2]; 2],
-    /// Part of (φ, φ̇) at the end that the force makes.
+    /// Part of (φ, φ̇) at the end that is due to the force.
     pub forced: [Real; 2],
     /// Row that gives the mean of φ from (φ, φ̇) at the start.
     pub mean: [Real; 2],
-    /// Part of the mean of φ that the force makes.
+    /// Part of the mean of φ that is due to the force.
     pub forced_mean: Real,
 }
 

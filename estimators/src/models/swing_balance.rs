@@ -1,4 +1,4 @@
-//! Motion of what the force balance of a train with a swinging load estimates, over blocks of half a second.
+//! Motion of the states of the force balance of a train with a swinging load, over blocks of half a second.
 //!
 //! χ = [m_L, r, c_v, q_c, φ, φ̇, d, η, b, ln L/L₀]: mass of the load, kg; constant part of the resistance, N; its part
 //! by speed, N per m/s, and in bends, N·m; angle of the swing, rad, and its rate, rad/s; unmodelled force, N; grade of
@@ -52,11 +52,11 @@ pub const N: usize = 10;
 
 /// Memory of the unmodelled force, s.
 const FORCE_MEMORY_S: Real = 2.0;
-/// Free swing that is left after a block.
+/// Share of a free swing that remains after a block.
 const FREE_SWING: Real = 0.99;
 /// Random walk of the constant resistance per mass, m/s²/√s.
 const RESISTANCE_WALK: Real = 1e-4;
-/// Share of the largest load that the filter starts from at least: the swing weighs nothing without a load to swing.
+/// Least initial load, as a share of the largest load: the swing weighs nothing without a load to swing.
 const MIN_START: Real = 1.0 / 6.0;
 
 /// Nominal values of the train, from its drawings.
@@ -74,17 +74,17 @@ pub struct Nominal {
     pub load0_kg: Real,
     /// Running resistance per weight.
     pub mu: Real,
-    /// Part of it that grows with the load.
+    /// Part of the running resistance that grows with the load.
     pub mu_load: Real,
     /// Share of the running resistance that grows with the load.
     pub load_share: Real,
-    /// Standard deviation of the accelerometer's bias, with that of its mounting times g, m/s².
+    /// Standard deviation of the accelerometer's bias, including its mounting times g, m/s².
     pub bias_sd_mps2: Real,
     /// Length of the chains, m.
     pub chain_m: Real,
     /// Depth of their upper ends below the rail, m.
     pub hook_depth_m: Real,
-    /// Give of the couplings along the train, m/N.
+    /// Compliance of the couplings along the train, m/N.
     pub give_mpn: Real,
 }
 
@@ -131,7 +131,7 @@ pub struct SwingModel {
     pub nominal: Nominal,
     /// True if the load swings; else it is rigid.
     pub swings: bool,
-    /// Depth of the upper ends of the chains that counts, m.
+    /// Effective depth of the upper ends of the chains, m.
     pub depth_m: Real,
     /// Uncertainty of the swing, as a share of its amplitude per √s.
     pub swing_damping: Real,
@@ -148,7 +148,7 @@ pub struct SwingInput {
     pub accelerations_mps2: [Real; SUBSTEPS],
     /// Standard deviation of the unmodelled force, N.
     pub force_sd_n: Real,
-    /// Mass that the noise of the resistance is proportional to, kg.
+    /// Mass to which the noise of the resistance is proportional, kg.
     pub noise_mass_kg: Real,
     /// Amplitude of the swing squared, φ² + φ̇² L/g, rad².
     pub amplitude_rad2: Real,
@@ -156,7 +156,7 @@ pub struct SwingInput {
     pub part_noise_mps2: Real,
     /// Length of the pendulum, m.
     pub length_m: Real,
-    /// Variance by which the grade behind becomes another, rad².
+    /// Process noise of the grade behind, rad².
     pub new_grade_rad2: Real,
 }
 

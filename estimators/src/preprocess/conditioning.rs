@@ -9,11 +9,11 @@ use crate::instruments::noise_learning::NoiseLearning;
 use crate::instruments::spike_gate::{SpikeGate, SpikeLimits};
 
 choices! {
-    /// Where the noise of wheel speed and accelerometer comes from.
+    /// Source of the noise of wheel speed and accelerometer.
     NoiseSource {
         /// From the parameters.
         Told = "told",
-        /// From the samples, where they are noisier than the parameters say.
+        /// From the samples, if they are noisier than the parameters.
         Learnt = "learnt",
     }
 }
@@ -21,8 +21,8 @@ choices! {
 params! {
     /// Conditioning of the channels.
     ConditioningParams {
-        outlier_hold [flag] = true, "Hold out jumps of wheel speed that last for less than 0.2 s (joints, bumps).";
-        noise [choice NoiseSource] = NoiseSource::Learnt, "Noise of wheel speed and accelerometer: told by the parameters, or learnt from the samples where they are noisier than that (up to thirty times).";
+        outlier_hold [flag] = true, "Reject jumps of wheel speed that last for less than 0.2 s (joints, bumps).";
+        noise [choice NoiseSource] = NoiseSource::Learnt, "Noise of wheel speed and accelerometer: from the parameters, or learnt from the samples if they are noisier (up to thirty times).";
     }
 }
 
@@ -66,7 +66,7 @@ impl Conditioning {
         }
     }
 
-    /// A new speed by the wheels, m/s, `period_s` after the one before; `None` if it is held out.
+    /// Takes a new speed of the wheels, m/s, `period_s` after the last speed; `None` if the speed is rejected.
     pub fn speed(&mut self, speed_mps: Real, period_s: Real, standing: bool) -> Option<Real> {
         let [passed] = match self.params.outlier_hold {
             true => self.speed.take([speed_mps], period_s, false)?,
@@ -79,12 +79,12 @@ impl Conditioning {
         Some(passed)
     }
 
-    /// The last speed that was not held out, m/s.
+    /// The last accepted speed, m/s.
     pub fn last_speed(&self) -> Option<Real> {
         self.speed.value().map(|[speed]| speed)
     }
 
-    /// A new specific force along the train, m/s², `period_s` after the one before.
+    /// Takes a new specific force along the train, m/s², `period_s` after the last one.
     ///
     /// Nothing of it is held out: a hit at a joint is a real acceleration whose integral vanishes, and what is cut off
     /// one of its halves stays as a velocity.

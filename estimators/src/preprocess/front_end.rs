@@ -18,7 +18,7 @@ pub struct FrontEnd {
     standstill_mps: Real,
     vote: WheelSpeedVote,
     conditioning: Option<Conditioning>,
-    /// Instant of the last speed, and whether the vehicle stood by it.
+    /// Instant of the last speed, and true if the vehicle stood by this speed.
     sampled: Option<Time>,
     standing: bool,
     check: InputCheck,
@@ -157,8 +157,8 @@ impl FrontEnd {
         }
     }
 
-    /// The speed that the wheels vote for, conditioned: a new one, the one to go on with, and whether a new one was
-    /// held out.
+    /// Conditioned speed by the vote of the wheels: a new one, the one to go on with, and whether a new one was held
+    /// out.
     #[inline]
     fn condition_speed(
         &mut self,
@@ -191,7 +191,7 @@ impl FrontEnd {
         }
     }
 
-    /// Sum of the torques, N·m; while at least half of the drive units are fresh they stand for the others too (equal
+    /// Sum of the torques, N·m; while at least half of the drive units are fresh, they represent the others too (equal
     /// shares).
     fn total_torque(&self, torques: &[Option<Real>]) -> Option<Real> {
         let sum = torques.iter().flatten().sum::<Real>();
@@ -200,7 +200,7 @@ impl FrontEnd {
     }
 }
 
-/// Holds the new samples of the first `drives` units; of which a sample was taken.
+/// Holds the new samples of the first `drives` units; returns the units with an accepted sample.
 #[inline]
 fn take_each(
     held: &mut [SampleHold<1>; MAX_DRIVES],
@@ -239,7 +239,7 @@ impl State for FrontEnd {
 /// Share of the clamp brake above which the force balance is not used: the brake force is not measured.
 pub const BRAKE_RELEASED: Real = 0.001;
 
-/// True if the train moves, and if it does so under the force balance alone (brake released).
+/// Two flags: the train moves; the train moves under the force balance alone (brake released).
 pub fn motion(reading: &Reading, standstill_mps: Real) -> (bool, bool) {
     let moving = reading.speed_mps.is_some_and(|v| v.abs() > standstill_mps);
     (moving, moving && reading.brake <= BRAKE_RELEASED)

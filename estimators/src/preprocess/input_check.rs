@@ -11,7 +11,7 @@ const MAX_PAUSE_S: Real = 60.0;
 /// Latest instant: 285 years, which leaves room for clocks that count from 1970.
 const MAX_TIME: Time = Time::from_ns(9_000_000_000_000_000_000);
 
-/// Largest time step as a multiple of the time that has passed: the rest is jitter.
+/// Largest time step as a multiple of the elapsed time: the rest is jitter.
 const MAX_DT_RATIO: Real = 2.0;
 
 /// Input check of an estimator: refuses a step whose numbers are not finite, are beyond what a crane can do, or whose
@@ -67,7 +67,7 @@ const MAX_SPEED_MPS: Real = 1e2;
 const MAX_STEERING_RAD: Real = 1e1;
 const MAX_BRAKE: Real = 1e2;
 
-/// Refuses the first number that is not finite, or not possible.
+/// Refuses the first number that is not finite or is impossible.
 fn numbers(z: &Measurements, u: &Command) -> Result<(), Error> {
     for s in z.specific_force_mps2.iter() {
         check("specific force", s.t, &s.value, MAX_FORCE_MPS2)?;

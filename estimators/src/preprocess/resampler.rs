@@ -28,8 +28,8 @@ pub struct Resampler {
 }
 
 impl Resampler {
-    /// Filters with corners at `cutoff_hz`; a sample every 1/`rate_hz` seconds, from `settle_s` after the train got
-    /// going.
+    /// Makes filters with corners at `cutoff_hz`, with a sample every 1/`rate_hz` seconds, beginning `settle_s` after
+    /// the train started.
     pub fn new(cutoff_hz: Real, rate_hz: Real, settle_s: Real) -> Self {
         let filter = MatchedFilter::new(cutoff_hz);
         Self {
@@ -45,8 +45,8 @@ impl Resampler {
         }
     }
 
-    /// One step; a sample when one is due. `running`: moving, brake released. Standing, braking or without wheel speed,
-    /// the filters' memory must fade before samples count again.
+    /// Makes one step; returns a sample when one is due. `running`: moving, brake released. Standing, braking or
+    /// without wheel speed, the filters' memory must fade before samples count again.
     pub fn step(
         &mut self,
         reading: &Reading,
@@ -59,7 +59,7 @@ impl Resampler {
         self.step_force(reading, force_n, running, dt)
     }
 
-    /// The same with a traction less air drag, N, from the caller.
+    /// Makes one step with a traction minus air drag, N, from the caller.
     pub fn step_force(
         &mut self,
         reading: &Reading,
@@ -107,7 +107,7 @@ impl Resampler {
         })
     }
 
-    /// Filtered speed, m/s; 0 before the first.
+    /// Filtered speed, m/s; 0 before the first sample.
     pub fn speed_mps(&self) -> Real {
         self.speed.value().unwrap_or(0.0)
     }

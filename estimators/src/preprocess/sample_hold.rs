@@ -31,8 +31,8 @@ impl<const N: usize> Default for SampleHold<N> {
 }
 
 impl<const N: usize> SampleHold<N> {
-    /// Takes a new sample and returns whether it was taken. A sample not younger than the last one is skipped, unless
-    /// nothing younger has come for so long that the sensor's clock must have been set back.
+    /// Takes a new sample and returns true if it was accepted. A sample not younger than the last one is skipped,
+    /// unless nothing younger has come for so long that the sensor's clock must have been set back.
     #[inline]
     pub fn take(&mut self, sample: Option<Sample<[Real; N]>>, now: Time) -> bool {
         let Some(sample) = sample else { return false };
@@ -50,12 +50,12 @@ impl<const N: usize> SampleHold<N> {
         true
     }
 
-    /// Time from the sample before to the value held, s.
+    /// Time from the previous sample to the held value, s.
     pub fn waited_s(&self) -> Real {
         self.arrivals.waited_s()
     }
 
-    /// The value held, fresh or not.
+    /// The held value, fresh or not.
     pub fn value(&self) -> Option<[Real; N]> {
         self.value
     }

@@ -1,4 +1,4 @@
-//! Numbers of the drive units, one of each, in rising order.
+//! One number of each drive unit, in rising order.
 
 use crate::Real;
 use crate::api::signals::MAX_DRIVES;
@@ -31,7 +31,7 @@ impl Sorted {
         sorted
     }
 
-    /// The two numbers in the middle, which of an odd count are one; `None` without a number.
+    /// The two middle numbers, which are equal for an odd count; `None` without a number.
     #[inline]
     pub fn middle(&self) -> Option<[Real; 2]> {
         let last = self.count.checked_sub(1)?;
@@ -58,7 +58,7 @@ fn sort_eight(numbers: &mut [Real; 8]) {
     *numbers = [a, b, c, d, e, f, g, h];
 }
 
-/// The smaller one, then the other.
+/// Sorts two numbers, the smaller first.
 fn pair(a: Real, b: Real) -> (Real, Real) {
     if a < b { (a, b) } else { (b, a) }
 }

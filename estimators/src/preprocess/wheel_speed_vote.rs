@@ -1,9 +1,9 @@
-//! One speed of the train out of the speeds of its wheels.
+//! One speed of the train from the speeds of its wheels.
 
 use crate::Real;
 use crate::preprocess::sorted::Sorted;
 
-/// Largest difference between the speeds of wheels that roll, beside their noise, as a share of the speed: worn wheels,
+/// Largest difference between the speeds of rolling wheels beyond their noise, as a share of the speed: worn wheels,
 /// errors of scale.
 const ROLLING_SHARE: Real = 0.03;
 
@@ -14,12 +14,12 @@ const ROLLING_SHARE: Real = 0.03;
 /// slipped even less than the winner, the winner slips too, and the speed is not known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelSpeedVote {
-    /// Largest difference between the speeds of wheels that roll, at standstill, m/s.
+    /// Largest difference between the speeds of rolling wheels at standstill, m/s.
     tolerance_mps: Real,
 }
 
 impl WheelSpeedVote {
-    /// A vote in which wheels that roll may differ by `tolerance_mps` and 3 % of the speed.
+    /// Makes a vote in which rolling wheels may differ by `tolerance_mps` and 3 % of the speed.
     pub fn new(tolerance_mps: Real) -> Self {
         Self { tolerance_mps }
     }

@@ -25,7 +25,7 @@ use crate::models::slope_force::SlopeForce;
 params! {
     /// Parameters of the curvature regression.
     CurvatureParams {
-        smoothing_hz ["Hz"] = 3.0, 0.05 => 50.0, "Corner of the adaptive smoothing while the signal is calm; it opens to three and ten times that.";
+        smoothing_hz ["Hz"] = 3.0, 0.05 => 50.0, "Corner of the adaptive smoothing while the signal is calm; it rises to three and ten times this value.";
         smoothing_noise_mps2 ["m/s²"] = 0.02, 1e-4 => 10.0, "Amplitude Γ₀ of the accelerometer's noise at rest.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the two matched low-passes.";
         regression_hz ["Hz"] = 10.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression.";
@@ -42,7 +42,7 @@ params! {
     DynamicForgetting {
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "Forgetting factor until the size of the residual is known.";
         delta ["-"] = 0.6, 0.5 => 1.0, "Smallest forgetting factor δ, per regression sample.";
-        sigma ["-"] = 3.0, 0.0 => 1000.0, "How fast λ falls with the residual in units of its standard deviation.";
+        sigma ["-"] = 3.0, 0.0 => 1000.0, "Decrease of λ with the residual in units of its standard deviation.";
     }
 }
 

@@ -34,7 +34,7 @@ params! {
         eq11 [choice Erratum] = Erratum::Printed, "Printed: full difference a_sen − a as input.";
         eq16 [choice Erratum] = Erratum::Printed, "Printed: force balance in the row of i.";
         eq23 [choice Erratum] = Erratum::Printed, "Printed: models do not mix.";
-        eq28 [choice Erratum] = Erratum::Printed, "Printed: fading by raw traces, without end; corrected: whitened, limited, on alarm.";
+        eq28 [choice Erratum] = Erratum::Printed, "Printed: fading by raw traces, without a limit; corrected: whitened, limited, on alarm.";
         stay ["-"] = 0.95, 0.5 => 0.999999, "Probability of staying in a model, at the start.";
         memory ["-"] = 0.95, 0.0 => 1.0, "Memory λ of the innovation covariance.";
         weakening ["-"] = 1.0, 1.0 => 100.0, "Weakening factor α.";

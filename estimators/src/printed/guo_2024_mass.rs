@@ -26,7 +26,7 @@ params! {
 const RIGHT_CUTOFF_HZ: Real = 2.0;
 const RIGHT_SAMPLES: u32 = 25;
 const RIGHT_SLOPE_GATE: Real = 0.05;
-/// Beyond this no mass is one, kg.
+/// Largest value that counts as a mass, kg.
 const MAX_KG: Real = 1e9;
 
 /// Force, acceleration of the wheels, specific force.
@@ -133,7 +133,7 @@ impl MassFromDifferences {
         (self.m, self.P)
     }
 
-    /// Number of times that it started again.
+    /// Number of restarts.
     pub fn breakdowns(&self) -> Real {
         self.breakdowns
     }

@@ -31,17 +31,17 @@ params! {
     /// Switches and constants of `dffrls_aukf_printed`.
     Own {
         eq6 [choice Erratum] = Erratum::Printed, "Printed: no cosine in the curvature model.";
-        eq9 [choice PrintReading] = PrintReading::Printed, "Printed: smoothing by eq. 9; other: by eq. 10; corrected: none of the print's.";
+        eq9 [choice PrintReading] = PrintReading::Printed, "Printed: smoothing by eq. 9; other: by eq. 10; corrected: neither of the two.";
         eq14 [choice PrintReading] = PrintReading::Printed, "Printed: state [v̇, θ′], input a; other: input a′; corrected: state [v, θ], input a and ρ v.";
         eq19 [choice Erratum] = Erratum::Printed, "Printed: − β in the weight of the centre.";
         eq26 [choice Erratum] = Erratum::Printed, "Printed: mean of the measurement by the weights of covariances.";
         eq34 [choice Erratum] = Erratum::Printed, "Printed: printed Sage-Husa for Q and R; corrected: noise fixed.";
         m0 ["-"] = 0.15, 0.01 => 1.0, "Smoothing gain m₀ at rest.";
-        m_step ["-"] = 0.1, 0.0 => 1.0, "What eq. 10 adds to it, Δ₁ = Δ₂.";
+        m_step ["-"] = 0.1, 0.0 => 1.0, "Addition of eq. 10 to m₀, Δ₁ = Δ₂.";
         rest_amplitude_mps2 ["m/s²"] = 0.02, 1e-4 => 10.0, "Amplitude Γₐ = Γ₀ at rest.";
         alpha ["-"] = 0.97, 1e-3 => 1.0, "Spread of the sigma points.";
-        beta ["-"] = 2.0, 0.0 => 10.0, "Their tail constant (the paper's η).";
-        kappa_ukf ["-"] = 1.0, -1.0 => 10.0, "Their second spread, 3 − n.";
+        beta ["-"] = 2.0, 0.0 => 10.0, "Tail constant of the sigma points (the paper's η).";
+        kappa_ukf ["-"] = 1.0, -1.0 => 10.0, "Second spread of the sigma points, 3 − n.";
         b ["-"] = 0.97, 0.5 => 0.99999, "Forgetting factor b of the noise.";
         q_v ["m²/s³"] = 1e-5, 1e-12 => 10.0, "Process noise of the first state at the start.";
         q_theta ["rad²/s"] = 2e-5, 1e-12 => 10.0, "Process noise of the second state at the start.";

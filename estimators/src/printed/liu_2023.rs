@@ -29,13 +29,13 @@ params! {
     /// Switches and constants of `dffrls_aekf_printed`.
     Own {
         eq6 [choice Erratum] = Erratum::Printed, "Printed: rotating masses times g.";
-        eq16 [choice PrintReading] = PrintReading::Printed, "Printed: the accelerometer for v̇; other: wheels for both; corrected: specific force and v̇ each where it belongs.";
-        eq21 [choice Erratum] = Erratum::Printed, "Printed: λ of the step before.";
+        eq16 [choice PrintReading] = PrintReading::Printed, "Printed: the accelerometer for v̇; other: wheels for both; corrected: specific force and v̇ each in its place.";
+        eq21 [choice Erratum] = Erratum::Printed, "Printed: λ of the previous step.";
         eq23 [choice Erratum] = Erratum::Printed, "Printed: θ for sin θ and 1 for cos θ.";
-        eq30 [choice PrintReading] = PrintReading::Printed, "Printed: printed Sage-Husa, dimensions mended; other: to the letter; corrected: noise fixed.";
+        eq30 [choice PrintReading] = PrintReading::Printed, "Printed: printed Sage-Husa with dimensions corrected; other: to the letter; corrected: noise fixed.";
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "First forgetting factor.";
         delta ["-"] = 0.95, 0.5 => 1.0, "Smallest forgetting factor δ, per sample.";
-        sigma ["s²/m"] = 5.0, 0.0 => 1000.0, "How fast λ falls with the residual.";
+        sigma ["s²/m"] = 5.0, 0.0 => 1000.0, "Decrease of λ with the residual.";
         mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
         p0 ["-"] = 100.0, 1e-6 => 1e6, "P₀ of both parameters, 1/M over its first value and the sine.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the low-pass of force, speed and accelerometer.";

@@ -25,7 +25,7 @@ params! {
         p0 ["-"] = 1.0, 1e-9 => 1e6, "P₀, not given.";
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "First forgetting factor.";
         delta ["-"] = 0.95, 0.5 => 1.0, "Smallest forgetting factor δ, per sample.";
-        sigma ["s²/m"] = 5.0, 0.0 => 1000.0, "How fast φ falls with the residual.";
+        sigma ["s²/m"] = 5.0, 0.0 => 1000.0, "Decrease of φ with the residual.";
         known_mass_kg ["kg"] = none, 1.0 => 1e6, "Total mass, known; not set: the middle of the vehicle's mass range.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the low-pass of force, speed and accelerometer.";
     }

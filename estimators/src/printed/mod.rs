@@ -1,4 +1,4 @@
-//! The published methods as they are printed, slips and all, so that each slip can be run and seen to fail.
+//! The published methods as printed, including their errors, so that each error can be run and seen to fail.
 //!
 //! One file for each document, [`slope_ekf`] for the filter that two of them print alike, [`curvature_rls`] for the
 //! curvature of the DFFRLS-AUKF paper; nothing outside this folder uses it but the registry. Behind the cargo feature
@@ -35,7 +35,7 @@ use crate::api::real::sqrt;
 use crate::api::signals::{Estimate, Flags, Value};
 use crate::{Real, Time};
 
-/// Beyond this a number is no estimate of anything here.
+/// Largest size of a number that can be an estimate.
 const USABLE: Real = 1e6;
 
 choices! {
@@ -43,19 +43,19 @@ choices! {
     Erratum {
         /// Letter by letter.
         Printed = "printed",
-        /// In the form that is right.
+        /// In the corrected form.
         Corrected = "corrected",
     }
 }
 
 choices! {
-    /// The reading of an equation that can be read in two ways, neither of them right.
+    /// The reading of an equation with two possible readings, neither of which is right.
     PrintReading {
         /// Letter by letter.
         Printed = "printed",
         /// The other reading of the print.
         Other = "other",
-        /// In the form that is right.
+        /// In the corrected form.
         Corrected = "corrected",
     }
 }
@@ -72,12 +72,12 @@ impl PrintReading {
     }
 }
 
-/// Returns true if all are numbers that can still be used.
+/// Returns true if all numbers can still be used.
 fn usable<'a>(numbers: impl IntoIterator<Item = &'a Real>) -> bool {
     numbers.into_iter().all(|x| x.abs() <= USABLE)
 }
 
-/// A mass from M/M₀ or M₀/M that may be anything but infinite.
+/// A mass from M/M₀ or M₀/M, which may have any finite value.
 fn mass_from_inverse(mass0_kg: Real, inverse: Real) -> Real {
     let least = if inverse < 0.0 { -1e-6 } else { 1e-6 };
     mass0_kg / if inverse.abs() < 1e-6 { least } else { inverse }

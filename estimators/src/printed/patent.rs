@@ -30,15 +30,15 @@ use crate::{Real, Time};
 params! {
     /// Switches and constants of `mmrls_sh_stf_printed`.
     Own {
-        eq20 [choice Erratum] = Erratum::Printed, "Printed: slope of the own filter in the regression.";
-        eq22 [choice Erratum] = Erratum::Printed, "Printed: turning model without slope and resistance, always weighed.";
+        eq20 [choice Erratum] = Erratum::Printed, "Printed: slope of the method's own filter in the regression.";
+        eq22 [choice Erratum] = Erratum::Printed, "Printed: turning model without slope and resistance, always weighted.";
         eq26 [choice Erratum] = Erratum::Printed, "Printed: sigmoid of the signed residual in N.";
         eq28 [choice Erratum] = Erratum::Printed, "Printed: variance of the residual (1 − K h) P (1 − K h).";
         eq46 [choice Erratum] = Erratum::Printed, "Printed: printed Sage-Husa; corrected: noise fixed.";
         mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
         p0 ["kg²s⁴/m²"] = 1e4, 1e-6 => 1e12, "P₀ of both masses, in units of the residual.";
-        residual_sd_n ["N"] = 500.0, 1.0 => 1e6, "Size of the residual, for the right forms.";
-        wheelbase_m ["m"] = 3.0, 0.1 => 50.0, "Length that makes a steering angle of a yaw rate, where there is no sensor for it.";
+        residual_sd_n ["N"] = 500.0, 1.0 => 1e6, "Size of the residual, for the corrected forms.";
+        wheelbase_m ["m"] = 3.0, 0.1 => 50.0, "Length for a steering angle from the yaw rate, if the vehicle has no sensor for it.";
         cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass.";
         regression_hz ["Hz"] = 10.0, 0.1 => 1000.0, "Rate of the samples t of the forgetting law.";
         b ["-"] = 0.97, 0.5 => 0.99999, "Forgetting factor b of the noise.";
@@ -58,7 +58,7 @@ param_groups! {
 const STANDSTILL_MPS: Real = 0.05;
 /// Right: steering angle, rad, below which the straight model stands alone.
 const STRAIGHT: Real = PI / 180.0;
-/// Beyond this no mass is one, kg.
+/// Largest value that counts as a mass, kg.
 const MAX_KG: Real = 1e9;
 
 /// One scalar regression in SI units.
@@ -66,7 +66,7 @@ const MAX_KG: Real = 1e9;
 struct ScalarRegression {
     m: Real,
     P: Real,
-    /// Posterior residual, N, and what its variance is taken for.
+    /// Posterior residual, N, and its assumed variance.
     e: Real,
     S: Real,
 }

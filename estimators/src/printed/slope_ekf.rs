@@ -19,15 +19,15 @@ use crate::printed::usable;
 /// Method for the noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoiseRule {
-    /// As given, for ever.
+    /// Constant noise as given.
     Fixed,
     /// Adapted as printed, with A P Aᵀ in place of the term whose dimension does not fit.
     Printed,
-    /// Adapted as printed to the letter, the number taken from every element.
+    /// Adapted exactly as printed: the number is subtracted from every element.
     Literal,
 }
 
-/// Values that the filter is given at the start.
+/// Initial values of the filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Told {
     /// Variance of wheel speed, m²/s².
@@ -49,7 +49,7 @@ pub struct Told {
 pub struct Balance {
     /// Traction at the rims, N.
     pub traction_n: Real,
-    /// Total mass, kg, whatever it may be.
+    /// Total mass, kg, of any value.
     pub mass_kg: Real,
     /// Rotating masses as the print has them, kg.
     pub rotating_mass_kg: Real,
@@ -62,7 +62,7 @@ struct EkfState {
     x: Vector2<Real>,
     P: Matrix2<Real>,
     q: Vector2<Real>,
-    /// Of one step; `None` until the first step gives its length.
+    /// Process noise of one step; `None` until the first step gives its length.
     Q: Option<Matrix2<Real>>,
     r: Real,
     R: Real,
@@ -109,7 +109,7 @@ impl SlopeEkf {
         }
     }
 
-    /// One wheel speed, `dt` after the one before.
+    /// Takes a wheel speed, `dt` after the last one.
     pub fn step(&mut self, balance: &Balance, wheel_speed_mps: Real, dt: Real) {
         if !self.started {
             self.now.x.x = wheel_speed_mps;

@@ -16,7 +16,7 @@ use crate::api::real::{floor, within};
 use crate::api::snapshot::{Archive, State, state};
 use crate::tuning;
 
-/// A place on the way run: whole nodes and a rest of less than their distance.
+/// A place on the covered track: whole nodes and a rest of less than their distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Place {
     node: i64,
@@ -28,9 +28,9 @@ pub struct Place {
 pub struct Spot {
     /// u = sin θ + b/g.
     pub u: Real,
-    /// Distance of the place ahead of the rail read, m; 0 on it.
+    /// Distance of the place ahead of the read rail, m; 0 on it.
     pub ahead_m: Real,
-    /// Distance of the place behind the rail read, m; 0 on it.
+    /// Distance of the place behind the read rail, m; 0 on it.
     pub behind_m: Real,
 }
 
@@ -79,7 +79,7 @@ pub struct RailMemory {
     known: Option<[i64; 2]>,
     here: Place,
     last: Option<(Place, [Real; 2])>,
-    /// Standard deviation of the distance to what was read, m.
+    /// Standard deviation of the distance to the read rail, m.
     doubt_m: Real,
     /// True if the train came to the first node unseen.
     unseen: bool,
@@ -100,8 +100,8 @@ impl RailMemory {
         }
     }
 
-    /// Adds the standard deviation of a way, m, to that of the distance to what was read; returns true if the rail is
-    /// forgotten for it.
+    /// Adds the standard deviation of a covered distance, m, to the standard deviation of the distance to the read
+    /// rail; returns true if the rail is forgotten because of it.
     pub fn doubt(&mut self, way_sd_m: Real) -> bool {
         self.doubt_m += way_sd_m;
         let lost = self.doubt_m > tuning::MEMORY.max_doubt_m;
@@ -117,18 +117,18 @@ impl RailMemory {
         (self.doubt_m, self.unseen) = (0.0, true);
     }
 
-    /// Returns true if there is rail that was read.
+    /// Returns true if rail has been read.
     pub fn is_known(&self) -> bool {
         self.known.is_some()
     }
 
-    /// Standard deviation of the grade 9 m behind the rail read, rad.
+    /// Standard deviation of the grade 9 m behind the read rail, rad.
     pub fn behind_sd_rad(&self) -> Real {
         let [seen, unseen] = tuning::RAIL.behind_sd_rad;
         if self.unseen { unseen } else { seen }
     }
 
-    /// Standard deviation of the distance to what was read, m; 0 where it does not count.
+    /// Standard deviation of the distance to the read rail, m; 0 if it does not count.
     pub fn doubt_m(&self) -> Real {
         if self.doubt_m > tuning::MEMORY.min_doubt_m {
             self.doubt_m
@@ -137,7 +137,7 @@ impl RailMemory {
         }
     }
 
-    /// Where the unit's middle is.
+    /// Place of the unit's middle.
     pub fn here(&self) -> Place {
         self.here
     }

@@ -25,21 +25,21 @@ pub struct TrainMeans {
     pub load_cos: Real,
     /// Curvature of the grade under the load, (u₁ − u₂)/w/cos θ, 1/m.
     pub load_curvature_per_m: Real,
-    /// Σ m x of the tare that stands on rail behind what was read, x how far behind, kg·m.
+    /// Σ m x of the tare on rail behind the read rail, with x the distance behind, kg·m.
     pub behind_tare_kgm: Real,
     /// The same x of the load, m.
     pub behind_load_m: Real,
-    /// Σ m x ahead of what was read, kg·m.
+    /// Σ m x ahead of the read rail, kg·m.
     pub ahead_kgm: Real,
-    /// Largest x ahead of what was read, m.
+    /// Largest x ahead of the read rail, m.
     pub ahead_m: Real,
-    /// Standard deviation of the grade ahead of what was read, rad/m.
+    /// Standard deviation of the grade ahead of the read rail, rad/m.
     pub ahead_rad_per_m: Real,
     /// Mean horizontal curvature under the tare, 1/m.
     pub bend_per_m: Real,
 }
 
-/// Reads means off a memory for a layout.
+/// Computes means from a memory for a layout.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrainOnRail {
     masses: [CarriedMass; MAX_MASSES],
@@ -49,7 +49,7 @@ pub struct TrainOnRail {
     deep: bool,
 }
 
-/// u₁, u₂ and where they were read.
+/// u₁, u₂ and the places of their reading.
 struct Ends {
     mean: Real,
     gradient_per_m: Real,
@@ -77,7 +77,7 @@ impl TrainOnRail {
         train
     }
 
-    /// From where to where the train reaches, m behind the unit's middle.
+    /// Span of the train, m behind the unit's middle.
     pub fn span_m(&self) -> [Real; 2] {
         let places = self.masses.iter().take(self.count).map(|m| m.places_m);
         places

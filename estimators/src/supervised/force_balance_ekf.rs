@@ -26,10 +26,10 @@ use crate::models::force_balance::{Drive, ForceBalance, MAX_GRADE_RAD};
 params! {
     /// Parameters of the slope filter.
     GradeParams {
-        q_v ["m²/s³"] = 1e-4, 0.0 => 10.0, "Process noise of speed: force the balance leaves out, per unit mass.";
+        q_v ["m²/s³"] = 1e-4, 0.0 => 10.0, "Process noise of speed: unmodelled force per unit mass.";
         q_theta ["rad²/s"] = 1.5e-4, 0.0 => 10.0, "Process noise of the grade angle while moving.";
         grade0_deg ["deg"] = 0.0, -60.0 => 60.0, "Grade angle at the start.";
-        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Its standard deviation.";
+        grade0_sd_deg ["deg"] = 5.0, 0.001 => 90.0, "Standard deviation of the grade angle at the start.";
     }
 }
 
@@ -154,7 +154,7 @@ impl ForceBalanceEkf {
         }
     }
 
-    /// Takes the noise of wheel speed that the samples show, for the gate and where the noise is not adapted.
+    /// Sets the noise of wheel speed that the samples show, for the gate and for un-adapted noise.
     pub fn learn_noise(&mut self, learnt: &LearntNoise) {
         self.unadapted_sd = learnt.wheel_speed(self.told_sd);
         if let Noise::Known(R) = &mut self.aekf.noise {
@@ -183,7 +183,7 @@ impl ForceBalanceEkf {
         P.m22 = (P.m22 + DEAD_RECKONING_RAD2_PER_S * dt).min(MAX_GRADE_RAD * MAX_GRADE_RAD);
     }
 
-    /// Corrects by a wheel speed, if the innovation gate lets it. `adapt` lets the measurement noise learn from it.
+    /// Corrects by a wheel speed that passes the innovation gate. `adapt` lets the measurement noise learn from it.
     ///
     /// Returns the judgement of the gate and the correction: `None`, if the measurement was rejected or the numbers
     /// allowed no correction.

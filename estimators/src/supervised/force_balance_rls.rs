@@ -45,20 +45,20 @@ params! {
     /// Parameters of the mass regression.
     MassParams {
         mass0_kg ["kg"] = none, 1.0 => 1e6, "Total mass at the start; not set: the middle of the vehicle's mass range.";
-        mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of that mass, as a share of it.";
+        mass_sd ["-"] = 0.4, 0.001 => 2.0, "Standard deviation of this mass, as a share of the mass.";
         mu_sd ["-"] = 0.3, 0.0 => 2.0, "Standard deviation of the running resistance, as a share of the vehicle's nominal value.";
-        curve_sd_m ["m"] = 0.05, 0.0 => 10.0, "Standard deviation of what a curve adds to the running-resistance coefficient, times its radius; 0 = curves add nothing.";
-        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass all signals of the regression go through.";
-        regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression (slow enough for their errors to be independent); λ is per such sample.";
-        settle_s ["s"] = 1.5, 0.0 => 10.0, "Time after standing or braking before learning resumes (the filters forget).";
+        curve_sd_m ["m"] = 0.05, 0.0 => 10.0, "Standard deviation of a curve's addition to the running-resistance coefficient, times its radius; 0 = no addition.";
+        cutoff_hz ["Hz"] = 1.0, 0.05 => 20.0, "Corner of the matched low-pass of all signals of the regression.";
+        regression_hz ["Hz"] = 2.0, 0.1 => 1000.0, "Rate at which filtered samples enter the regression (slow enough for their errors to be independent); λ is per sample.";
+        settle_s ["s"] = 1.5, 0.0 => 10.0, "Time from the end of standing or braking until learning resumes (the filters forget).";
         residual_sd_mps2 ["m/s²"] = 0.02, 1e-4 => 1.0, "Expected residual of the force balance divided by the mass.";
-        sway_share ["-"] = 0.3, 0.0 => 2.0, "Share of the running deviation of v̇ that is taken for force of a swinging load, which the balance leaves out.";
+        sway_share ["-"] = 0.3, 0.0 => 2.0, "Share of the running deviation of v̇ that counts as force of a swinging load, which the balance leaves out.";
         excitation_mps2 ["m/s²"] = 0.06, 0.0 => 10.0, "Running standard deviation of the regressor above which it counts as excited.";
-        excitation_memory_s ["s"] = 5.0, 0.5 => 60.0, "Memory of that running standard deviation.";
-        unexcited_weight ["-"] = 0.02, 0.0 => 1.0, "Weight of a sample taken without excitation (noise in the regressor makes it less informative than it looks).";
-        excitation_gate [flag] = true, "Give samples little weight, and do not forget by them, while the regressor is not excited.";
-        load_change ["-"] = 20.0, 1.0 => 1e6, "Cumulated sum of the normalised residual that means another load, and reopens the mass.";
-        load_change_detector [flag] = true, "Reopen the mass when residuals say that the load is another one.";
+        excitation_memory_s ["s"] = 5.0, 0.5 => 60.0, "Memory of the running standard deviation of the regressor.";
+        unexcited_weight ["-"] = 0.02, 0.0 => 1.0, "Weight of a sample without excitation (noise in the regressor makes it less informative than it seems).";
+        excitation_gate [flag] = true, "Give samples little weight, without forgetting, while the regressor is not excited.";
+        load_change ["-"] = 20.0, 1.0 => 1e6, "Cumulated sum of the normalised residual that shows another load, and reopens the mass.";
+        load_change_detector [flag] = true, "Reopen the mass when residuals show another load.";
     }
 }
 
@@ -69,12 +69,12 @@ impl MassParams {
     }
 }
 
-/// Share of their first variance that another load gives running resistance and bias term: of one that the residuals
-/// tell, and of one that may have been hung on at a standstill, of which nothing is known.
+/// Share of the initial variance that another load gives back to running resistance and bias term: of one that the
+/// residuals tell, and of one that may have been hung on at a standstill, of which nothing is known.
 const OTHER_LOAD: Real = 0.05;
 const UNSEEN_LOAD: Real = 0.25;
 
-/// A swing of the load dies out in this time, s.
+/// Time in which a swing of the load decays, s.
 const SWAY_MEMORY_S: Real = 3.0;
 
 /// Recursive least squares for the mass on the force balance, with its excitation gate and load-change detector.
@@ -102,7 +102,7 @@ pub struct ForceBalanceRls {
 
 impl ForceBalanceRls {
     /// Builds the regression from the vehicle, the parameters, the way to forget and the standard deviation of the
-    /// accelerometer's bias, m/s² (`None`: that of the vehicle's sheet).
+    /// accelerometer's bias, m/s² (`None`: the value of the vehicle's sheet).
     pub fn new(
         vehicle: &Vehicle,
         params: MassParams,
@@ -153,7 +153,7 @@ impl ForceBalanceRls {
         self.covariance = self.rls.widened();
     }
 
-    /// Takes the mass from before a standstill for measured once it is known to be the same.
+    /// Counts the mass from before a standstill as measured after it has been confirmed.
     fn recall(&mut self) {
         let now = self.rls.belief.x.x;
         if let Some([mass, variance]) = self.kept.recall(now, self.covariance.m11) {
@@ -258,13 +258,14 @@ impl MassEstimator for ForceBalanceRls {
         }
     }
 
-    /// As far as it is separated from the accelerometer's bias; with what the curve under the train adds.
+    /// Running resistance, as far as it is separated from the accelerometer's bias, with the addition of the curve
+    /// under the train.
     fn running_resistance(&self, curvature_per_m: Real) -> Real {
         let x = self.rls.belief.x;
         (self.mu0 + (x.y + x.w * curvature_per_m) / self.found()).clamp(0.0, 1.0)
     }
 
-    /// With μ = μ₀ + (r + q |κ|)/M.
+    /// Mass with μ = μ₀ + (r + q |κ|)/M.
     fn slope_sd_rad(&self, steady: &SteadyTraction, curvature_per_m: Real) -> Real {
         let (x, m) = (self.rls.belief.x, self.found());
         let [_, cosine] = steady.sin_cos;

@@ -22,8 +22,8 @@ params! {
     /// Forgetting and adaptation of `dffrls_aekf_robust`.
     ForgettingParams {
         lambda0 ["-"] = 0.98, 0.5 => 1.0, "Forgetting factor until the size of the residual is known.";
-        delta ["-"] = 0.999, 0.5 => 1.0, "Smallest forgetting factor δ, per regression sample: running resistance and bias, which it forgets with the mass, do not change within minutes; for another load there is the load-change detector.";
-        sigma ["-"] = 1.0, 0.0 => 1000.0, "How fast λ falls with the residual in units of its standard deviation.";
+        delta ["-"] = 0.999, 0.5 => 1.0, "Smallest forgetting factor δ, per regression sample: running resistance and bias, which it forgets with the mass, do not change within minutes; the load-change detector handles another load.";
+        sigma ["-"] = 1.0, 0.0 => 1000.0, "Decrease of λ with the residual in units of its standard deviation.";
         kappa ["-"] = 0.98, 0.5 => 0.99999, "Fading factor κ of the adapted wheel-speed noise, per wheel-speed sample.";
     }
 }

@@ -39,11 +39,11 @@ use crate::supervised::sample::BalanceSample;
 use crate::{Real, Time};
 
 params! {
-    /// Which supervisors around a method are on.
+    /// Switches of the supervisors around a method.
     Supervision {
         rail_memory [flag] = true, "Keep the rail under a long train in memory; off: the train is a point.";
-        torque_monitor [flag] = true, "Torques are compared with each other and with the command; off: they are not.";
-        method_grade [flag] = true, "The effective grade takes the method's own where the core does not know it better; off: it does not.";
+        torque_monitor [flag] = true, "Torques are compared with each other and with the command; off: no comparison.";
+        method_grade [flag] = true, "The effective grade uses the method's grade where the core's is not better; off: it does not.";
     }
 }
 
@@ -51,15 +51,15 @@ params! {
 /// With x of the wheelbase L on a new curvature κ, the mean grade of the axles is κ x/2 and the pitch κ x²/(2 L), of
 /// which the curvature seen is κ x/L: the pitch trails by ½ L (1 − x/L) times that, on the way by half of it.
 const WHEELBASE_SHARE: Real = 0.25;
-/// Speed up to which no curvature is told from a pitch rate, m/s, and the time constant of that rate, s: vibration is
-/// no curvature.
+/// Speed up to which a pitch rate gives no curvature, m/s, and the time constant of the rate, s: vibration is no
+/// curvature.
 const MIN_CURVE_MPS: Real = 0.5;
 const CURVE_S: Real = 0.1;
 /// Samples that may wait for rail.
 const WAITING: usize = 20;
-/// Longest way that the delay of the low-pass can make, m.
+/// Longest distance that the train can cover in the delay of the low-pass, m.
 const MAX_DELAY_M: Real = 2.0;
-/// Mean distance of the tare behind the rail remembered up to which a sample is of use when going back, m.
+/// Largest mean distance of the tare behind the remembered rail at which a sample is used when going back, m.
 const MAX_BEHIND_M: Real = 0.3;
 
 /// Signals of the core for a method in a step.
@@ -80,9 +80,9 @@ pub struct Step<'a> {
     pub curvature_per_m: Real,
     /// Bend of a road.
     pub bend: Bend,
-    /// True if the train moves, and if it does so under the force balance alone.
+    /// True if the train moves.
     pub moving: bool,
-    /// See above.
+    /// True if the train moves under the force balance alone.
     pub running: bool,
     /// Time since the step before, s.
     pub dt: Real,
@@ -93,7 +93,7 @@ pub trait SupervisedMethod: Copy + core::fmt::Debug + State {
     /// Names of its internal quantities.
     const INTERNALS: &'static [Internal];
 
-    /// Takes a sample of the force balance and returns what became of it.
+    /// Takes a sample of the force balance and returns its status.
     fn sample(&mut self, _sample: &BalanceSample) -> AidStatus {
         control::without(AidOutcome::Stale)
     }
@@ -125,9 +125,9 @@ pub trait SupervisedMethod: Copy + core::fmt::Debug + State {
     fn internal_values(&self, values: &mut [Real]);
 }
 
-/// Memory of how far the method's grade is off, s.
+/// Memory of the error of the method's grade, s.
 const TRUST_MEMORY_S: Real = 20.0;
-/// Standard deviation of the core's grade up to which it judges the method's, rad.
+/// Standard deviation of the core's grade up to which the core judges the method's grade, rad.
 const JUDGE_SD_RAD: Real = 0.005;
 /// Largest square of a difference that counts, in variances.
 const MAX_SQUARE: Real = 1e4;
@@ -145,8 +145,8 @@ impl Default for MethodTrust {
 }
 
 impl MethodTrust {
-    /// Weighs the effective grade of the core and that of the method by their variances, that of the method widened by
-    /// how far it was off. Of the variance of the core `common` is that of the pitch, which the grade at the IMU has
+    /// Weights the effective grades of the core and of the method by their variances; the method's variance is widened
+    /// by its past error. Of the variance of the core `common` is that of the pitch, which the grade at the IMU has
     /// too: that grade moves by its share. Returns the effective grade and the grade at the IMU.
     ///
     /// The two share instruments, so that the standard deviations are those of errors which are not independent.
@@ -183,7 +183,7 @@ impl MethodTrust {
     }
 }
 
-/// The part of a standard deviation that does not come of another one.
+/// The part of a standard deviation that another one does not explain.
 fn without(sd: Real, other: Real) -> Real {
     sqrt((sd * sd - other * other).max(0.0))
 }
@@ -195,7 +195,7 @@ state!(MethodTrust { square; } where |this| this.square >= 0.0);
 pub struct CoreParams {
     /// Attitude filter.
     pub attitude: AttitudeParams,
-    /// Its supervisors.
+    /// Supervisors of the attitude filter.
     pub attitude_supervision: AttitudeSupervision,
     /// Supervisors around the method.
     pub supervision: Supervision,
@@ -221,7 +221,7 @@ pub struct Supervised<M> {
     signals: Resampler,
     /// Samples, each with its place.
     waiting: RingBuffer<(ResampledSample, Place), WAITING>,
-    /// Distance of the train ahead of where the delayed signals have it, m.
+    /// Distance of the train ahead of its place in the delayed signals, m.
     late_m: Real,
     /// Time since the last sample that the method used, s.
     since_s: Real,
@@ -295,7 +295,7 @@ impl<M: SupervisedMethod> Supervised<M> {
         }
     }
 
-    /// The sample that is worked off in this step: the oldest whose rail has been read, or while the train is not
+    /// The sample that is processed in this step: the oldest whose rail has been read, or while the train is not
     /// `running`, and will read none, any.
     fn next(
         &mut self,
@@ -321,7 +321,7 @@ impl<M: SupervisedMethod> Supervised<M> {
         }
     }
 
-    /// Works a sample off; returns its normalised innovation squared and its period, s, if the method has used it.
+    /// Processes a sample; returns its normalised innovation squared and its period, s, if the method has used it.
     fn take(&mut self, (sample, place): (ResampledSample, Place)) -> Option<(Real, Real)> {
         let means = self.train.at(self.core.rail(), place);
         self.curvature_per_m = means.bend_per_m;

@@ -19,7 +19,7 @@ use crate::supervised::sample::BalanceSample;
 params! {
     /// Supervisor of the second stage.
     SlipSupervision {
-        slip_detector [flag] = true, "The method's own grade does not count while wheel speed does not follow the force balance.";
+        slip_detector [flag] = true, "The method's grade does not count while wheel speed does not follow the force balance.";
     }
 }
 
@@ -50,7 +50,7 @@ pub trait MassEstimator: Copy {
     /// Names of [`MassEstimator::internals`].
     const INTERNALS: &'static [Internal; 6];
 
-    /// Takes a sample of the force balance and returns what became of it.
+    /// Takes a sample of the force balance and returns its status.
     fn sample(&mut self, sample: &BalanceSample, balance: &ForceBalance) -> AidStatus;
 
     /// The train stands, brakes, or has not run long enough for samples to count.
@@ -69,7 +69,7 @@ pub trait MassEstimator: Copy {
     /// balance with the traction of `steady`.
     fn slope_sd_rad(&self, steady: &SteadyTraction, curvature_per_m: Real) -> Real;
 
-    /// Standard deviation of the errors of its force balance beyond the noise of the parameters, m/s²: an error of the
+    /// Standard deviation of the errors of the force balance beyond the noise of the parameters, m/s²: an error of the
     /// slope by this over g.
     fn unmodelled_mps2(&self) -> Real {
         0.0
@@ -133,7 +133,7 @@ impl<M: MassEstimator> TwoStage<M> {
         }
     }
 
-    /// Effective grade of the second stage, with the uncertainty of what the first one gave it.
+    /// Effective grade of the second stage, with the uncertainty of the first stage's results.
     fn found(&self, drive: Option<Drive>, direction: Real, mu: Real) -> Value {
         let belief = self.slope.belief();
         let parameters_sd = drive.map_or(0.0, |drive| {

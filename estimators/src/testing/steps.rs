@@ -1,4 +1,4 @@
-//! Steps as the core gives them to a method.
+//! Steps in the form that the core gives to a method.
 
 use crate::Real;
 use crate::api::reading::Reading;

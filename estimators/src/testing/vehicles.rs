@@ -10,7 +10,7 @@ use crate::api::signals::{
 use crate::testing::Random;
 use std::vec::Vec;
 
-/// Vehicle that the estimators are built with.
+/// Vehicle for the estimators.
 pub fn vehicle() -> Vehicle {
     Vehicle::new(VehicleData {
         tare_kg: 5_000.0,
@@ -197,10 +197,10 @@ pub struct World {
     pub load_span_m: [Real; 2],
     /// Grade angle, rad, at a chainage, m.
     pub grade: fn(Real) -> Real,
-    /// Speed asked for, m/s, at an instant, s.
+    /// Reference speed, m/s, at an instant, s.
     pub speed: fn(Real) -> Real,
     pub seconds: Real,
-    /// Speed at the start, m/s; the torque then starts at what keeps it.
+    /// Speed at the start, m/s; the torque starts at the value that keeps this speed.
     pub start_mps: Real,
     pub seed: u64,
 }

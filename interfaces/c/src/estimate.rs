@@ -1,4 +1,4 @@
-//! Estimate of a step, and what became of its measurements.
+//! Estimate of a step, and the status of its measurements.
 
 use monorig_estimators::Time;
 use monorig_estimators::api::aid::{AidOutcome, AidStatus};
@@ -112,7 +112,7 @@ impl From<&AidStatus> for Aid {
 }
 
 impl From<&Aid> for AidStatus {
-    /// An outcome that there is not is stale.
+    /// An unknown outcome counts as stale.
     fn from(a: &Aid) -> Self {
         let code = u8::try_from(a.outcome).ok();
         Self {

@@ -1,5 +1,5 @@
-//! The functions of `monorig_estimator.h` with our estimators behind them: no heap, no threads, no clock. What each
-//! function does is in the header.
+//! The functions of `monorig_estimator.h`, implemented with monorig's estimators: no heap, no threads, no clock. What
+//! each function does is in the header.
 #![allow(clippy::missing_safety_doc)] // the header says what each pointer must be
 
 use crate::{
@@ -13,7 +13,7 @@ use monorig_estimators::api::snapshot::SnapshotError;
 use monorig_estimators::registry::{self, AnyEstimator};
 use monorig_estimators::{Error, Estimator, Vehicle};
 
-/// The estimators do not panic; a handler must be there.
+/// Panic handler, which the language needs; the estimators do not panic.
 #[cfg(target_os = "none")]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
@@ -29,7 +29,7 @@ struct Instance {
 
 const _: () = assert!(align_of::<Instance>() == ALIGNMENT);
 
-/// Sources of measurements of one estimator at most.
+/// Largest number of sources of measurements of one estimator.
 const MAX_AIDS: usize = 16;
 
 /// The names there are.
@@ -38,7 +38,7 @@ fn names() -> impl Iterator<Item = &'static str> {
     all.copied()
 }
 
-/// A name that C gives; empty if it is none.
+/// A name from C; empty if it is not valid.
 ///
 /// # Safety
 /// NULL, or a text that ends with a zero byte.
@@ -64,7 +64,7 @@ unsafe fn put<T>(at: *mut T, value: T) -> i32 {
     OK
 }
 
-/// Tells a reason.
+/// Writes a reason.
 ///
 /// # Safety
 /// NULL, or a place for a reason.
@@ -178,7 +178,7 @@ unsafe extern "C" fn monorig_create(
         return refuse(&"the memory is not aligned to 16 bytes");
     }
     let Some(vehicle) = vehicle.filter(|v| v.size == size_of::<NominalVehicle>() as u64) else {
-        return refuse(&"the size of the vehicle is not that of this header");
+        return refuse(&"the size of the vehicle struct differs from this header");
     };
     let built = Vehicle::try_from(vehicle).and_then(|vehicle| {
         let estimator = registry::build(name, &vehicle, settings.iter().map(|s| s.setting()))?;
@@ -207,11 +207,11 @@ unsafe extern "C" fn monorig_step(
     let out = unsafe { out.as_mut() };
     let (Some(instance), Some(input), Some(out)) = (instance, input, out) else {
         // SAFETY: NULL or a place for a reason, as the header says.
-        return unsafe { tell(reason, "NULL where a struct should be", BROKEN) };
+        return unsafe { tell(reason, "a struct is NULL", BROKEN) };
     };
     let sizes = [size_of::<Input>() as u64, size_of::<Estimated>() as u64];
     if [input.size, out.size] != sizes {
-        let why = "the size of input or estimate is not that of this header";
+        let why = "the size of the input or estimate struct differs from this header";
         // SAFETY: NULL or a place for a reason, as the header says.
         return unsafe { tell(reason, why, BROKEN) };
     }

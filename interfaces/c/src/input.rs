@@ -87,7 +87,7 @@ impl Default for Input {
 }
 
 impl Input {
-    /// Overwrites the step before; of drive units only as many as there are, so that the others stay without samples.
+    /// Overwrites the previous step, only for existing drive units, so that the others stay without samples.
     pub fn fill(&mut self, z: &Measurements, u: &Command, dt_s: Real, drives: usize) {
         (self.t_ns, self.dt_s) = (z.t.ns(), dt_s);
         self.specific_force_mps2.put(&z.specific_force_mps2);
@@ -111,7 +111,7 @@ impl Input {
         torques.for_each(|(to, from)| *to = *from);
     }
 
-    /// Measurements, command and time step for a vehicle of so many drive units.
+    /// Measurements, command and time step for a vehicle with this number of drive units.
     pub fn read(&self, drives: usize) -> (Measurements, Command, Real) {
         let mut z = Measurements::at(Time::from_ns(self.t_ns));
         z.specific_force_mps2 = self.specific_force_mps2.get();

@@ -34,7 +34,7 @@ pub use vehicle::{Mass, NominalVehicle};
 pub const ABI: u32 = 1;
 /// Alignment of the memory of an instance, bytes.
 pub const ALIGNMENT: usize = 16;
-/// All went well.
+/// Success.
 pub const OK: i32 = 0;
 /// No such item, or the step is refused.
 pub const REFUSED: i32 = 1;

@@ -21,7 +21,7 @@ pub struct Label {
 }
 
 impl<const N: usize> Text<N> {
-    /// Makes a text of what fits, cut between characters.
+    /// Makes a text from the part that fits, cut between characters.
     pub fn of(what: impl Display) -> Self {
         let mut cut = Cut {
             text: Self::default(),
@@ -32,7 +32,7 @@ impl<const N: usize> Text<N> {
         cut.text
     }
 
-    /// The text up to its zero byte, or up to what is no UTF-8.
+    /// The text up to its zero byte, or up to the first byte that is not UTF-8.
     pub fn as_str(&self) -> &str {
         let bytes = self.0.split(|b| *b == 0).next().unwrap_or_default();
         match core::str::from_utf8(bytes) {

@@ -53,12 +53,12 @@ pub struct NominalVehicle {
     pub rear_cornering_npr: f64,
 }
 
-/// NaN stands for what is not known.
+/// NaN stands for an unknown value.
 fn known(x: f64) -> Option<f64> {
     (!x.is_nan()).then_some(x)
 }
 
-/// A struct with fields that other structs have under the same names, and then fields of its own.
+/// A struct with fields that other structs have under the same names, followed by its own fields.
 macro_rules! gathered {
     ($to:ident: $($from:ident { $($field:ident),+ })+; $($own:tt)*) => {
         $to { $($($field: $from.$field,)+)+ $($own)* }

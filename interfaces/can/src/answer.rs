@@ -11,14 +11,14 @@ use monorig_estimators::api::signals::{Estimate, Flags, Value as Estimated};
 pub struct Answer {
     /// Number of the step.
     pub sequence: u16,
-    /// The estimate; of a refused step the one before.
+    /// The estimate; for a refused step the previous estimate.
     pub estimate: Estimate,
     /// True if the estimator refused the step.
     pub refused: bool,
 }
 
 impl Answer {
-    /// Gives the frames of the answer to `each`, the frame of the motion last.
+    /// Passes the frames of the answer to `each`, with the frame of the motion last.
     pub fn frames(&self, numbers: Numbers, each: &mut impl FnMut(&Frame)) {
         use Value::{Flag, Number};
         let (e, sequence) = (&self.estimate, Value::Sequence(self.sequence));
@@ -57,7 +57,7 @@ impl Answer {
     }
 }
 
-/// Answers put together of the frames that come.
+/// Answers joined from received frames.
 #[derive(Clone, Debug, Default)]
 pub struct Answers {
     numbers: Numbers,
@@ -66,14 +66,14 @@ pub struct Answers {
     of: [Option<u16>; 3],
 }
 
-/// A frame that comes from an estimator.
+/// Result of reading a frame from an estimator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Came {
-    /// A part of an answer, or a frame of others.
+    /// The frame is a part of an answer, or has another identifier.
     Part,
-    /// The end of an answer.
+    /// The frame ends an answer.
     Answer(Answer),
-    /// The end of an answer to a step, without its other frames.
+    /// The frame ends an answer to a step, but the other frames are missing.
     Incomplete(u16),
 }
 

@@ -2,7 +2,7 @@
 
 use crate::frame::{Frame, MAX_BYTES};
 
-/// Most bytes of a line.
+/// Largest number of bytes of a line.
 pub const MAX_LINE: usize = 192;
 const DIGITS: &[u8; 16] = b"0123456789ABCDEF";
 
@@ -70,13 +70,13 @@ pub fn write(frame: &Frame, ns: i64, out: &mut impl Extend<u8>) {
 /// A line that was read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Read<'a> {
-    /// The time, s, as it is written.
+    /// The time, s, as in the line.
     pub stamp: &'a [u8],
     /// The frame; none for errors and remote requests, which have no data.
     pub frame: Option<Frame>,
 }
 
-/// Reads a line, with or without its end; none if it is no frame of candump.
+/// Reads a line, with or without its end; `None` if it is not a frame of candump.
 pub fn read(line: &[u8]) -> Option<Read<'_>> {
     let mut words = line
         .split(u8::is_ascii_whitespace)

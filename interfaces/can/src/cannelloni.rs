@@ -35,7 +35,7 @@ pub fn count(datagram: &mut [u8], frames: u16) {
     }
 }
 
-/// Hands over the frames of a datagram. False if it is none of cannelloni, or cut off.
+/// Passes on the frames of a datagram. False if it is none of cannelloni, or cut off.
 pub fn read(datagram: &[u8], each: &mut impl FnMut(&Frame)) -> bool {
     let Some(([VERSION, DATA, _, high, low], mut rest)) = datagram.split_first_chunk() else {
         return false;
@@ -52,7 +52,7 @@ pub fn read(datagram: &[u8], each: &mut impl FnMut(&Frame)) -> bool {
     true
 }
 
-/// The first frame, without data none, and what is behind it.
+/// The first frame (`None` without data), and the data after it.
 fn one(bytes: &[u8]) -> Option<(Option<Frame>, &[u8])> {
     let (id, rest) = bytes.split_first_chunk()?;
     let id = u32::from_be_bytes(*id);

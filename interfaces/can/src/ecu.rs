@@ -14,7 +14,7 @@ pub struct Ecu {
 }
 
 impl Ecu {
-    /// On a bus with such numbers.
+    /// Makes the estimator for a bus with these numbers.
     pub fn new(numbers: Numbers) -> Self {
         Self {
             numbers,
@@ -23,8 +23,8 @@ impl Ecu {
         }
     }
 
-    /// Takes a frame; hands over the frames of the estimator's answer, if it ends a step. A step that comes again is
-    /// answered as before and not made again: its answer was lost.
+    /// Takes a frame; passes on the frames of the estimator's answer if the frame ends a step. A step that comes again
+    /// is answered as before and not made again: its answer was lost.
     pub fn take(
         &mut self,
         estimator: &mut (impl Estimator + ?Sized),

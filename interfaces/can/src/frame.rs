@@ -1,6 +1,6 @@
 //! A CAN or CAN FD frame, filled and read bit by bit in Intel order.
 
-/// Most bytes of a frame.
+/// Largest number of bytes of a frame.
 pub const MAX_BYTES: usize = 64;
 /// Bytes that a CAN FD frame can have.
 const LENGTHS: [usize; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64];
@@ -27,7 +27,7 @@ impl Frame {
         }
     }
 
-    /// A frame with these data; none if they are too many.
+    /// A frame with these data; `None` if the data are too long.
     pub fn with(id: u32, extended: bool, data: &[u8]) -> Option<Self> {
         let mut frame = Self::new(id);
         frame.extended = extended;
@@ -46,7 +46,7 @@ impl Frame {
         self.length > 8
     }
 
-    /// Makes it as long as a frame with so many bits is.
+    /// Sets the length of a frame with this number of bits.
     pub(crate) fn set_bits(&mut self, bits: u32) {
         self.length = bytes_of(bits) as u8;
     }
@@ -70,7 +70,7 @@ impl Frame {
         }
     }
 
-    /// Reads `bits` bits from bit `start` on; none if the frame is too short.
+    /// Reads `bits` bits from bit `start` on; `None` if the frame is too short.
     pub(crate) fn get(&self, start: u32, bits: u32) -> Option<u64> {
         let data = self.data();
         if (start + bits).div_ceil(8) as usize > data.len() {
@@ -95,7 +95,7 @@ impl Frame {
     }
 }
 
-/// Bytes of a frame for so many bits: 8 of a classic frame, else those that CAN FD has.
+/// Bytes of a frame for this number of bits: 8 of a classic frame, else those that CAN FD has.
 pub(crate) fn bytes_of(bits: u32) -> usize {
     let least = (bits.div_ceil(8) as usize).max(8);
     let fit = LENGTHS.iter().find(|l| **l >= least);

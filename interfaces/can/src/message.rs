@@ -4,7 +4,7 @@ use crate::frame::{Frame, bytes_of};
 use crate::signal::{Content, Name, Numbers, Signal};
 use monorig_estimators::api::signals::{MAX_DRIVES, Measurand, Shape, Slot};
 
-/// Identifiers of the first samples, sixteen a measured quantity; of the commands; of the rest.
+/// First identifiers of the samples (sixteen for each measured quantity), of the commands, and of the other messages.
 const SAMPLES: u32 = 0x100;
 const PER_MEASURAND: u32 = 0x10;
 const COMMANDS: u32 = 0x200;
@@ -18,7 +18,7 @@ const LAST_MEASURAND: u32 = SAMPLES + PER_MEASURAND * Measurand::ALL.len() as u3
 
 const _: () = assert!(MAX_DRIVES <= PER_MEASURAND as usize && LAST_MEASURAND <= COMMANDS);
 
-/// Most signals of a message.
+/// Largest number of signals of a message.
 const MAX_SIGNALS: usize = 7;
 
 /// A message.
@@ -42,7 +42,7 @@ pub enum Message {
     Motion,
 }
 
-/// A quantity that is commanded.
+/// A commanded quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Commanded {
     /// Motor torque of a drive unit, counted from 0.
@@ -129,7 +129,7 @@ impl Message {
         }
     }
 
-    /// All of a vehicle with so many drive units but the truth, by their identifiers.
+    /// All messages of a vehicle with this number of drive units except the truth, by identifier.
     pub fn all(drives: usize) -> impl Iterator<Item = Self> + Clone {
         (SAMPLES..=MOTION)
             .filter_map(Self::of)
@@ -143,7 +143,7 @@ impl Message {
             })
     }
 
-    /// True if the estimator sends it.
+    /// True if the estimator sends the message.
     pub fn is_answer(self) -> bool {
         matches!(self, Self::Mass | Self::Grade | Self::Status | Self::Motion)
     }
@@ -245,7 +245,7 @@ impl Message {
         bytes_of(self.signals().map(|s| s.bits(numbers)).sum())
     }
 
-    /// A frame of it with these values, as many as it has signals. True beside it if one of them is out of range and
+    /// A frame of the message with these values, one for each signal. True beside it if one of them is out of range and
     /// written as its end.
     pub fn encode(self, numbers: Numbers, values: &[Value]) -> (Frame, bool) {
         let mut frame = Frame::new(self.id());
@@ -269,7 +269,7 @@ impl Message {
         (frame, clipped)
     }
 
-    /// The values of a frame; none if it is too short. What it has not stays as it was.
+    /// The values of a frame; `None` if it is too short. What it has not stays as it was.
     pub fn decode<const N: usize>(self, numbers: Numbers, frame: &Frame) -> Option<[Value; N]> {
         let mut values = [Value::Flag(false); N];
         let mut at = 0;

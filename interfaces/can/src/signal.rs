@@ -5,19 +5,19 @@ use core::fmt;
 /// Numbers of a bus: as fixed-point signals of 24 bits, or as they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Numbers {
-    /// Signals with a step, as buses have them.
+    /// Fixed-point signals, as usual on a bus.
     #[default]
     Fixed,
-    /// Floating-point signals of 64 bits, which round nothing.
+    /// Floating-point signals of 64 bits, without rounding.
     Float,
 }
 
 /// Bits of a fixed-point number, and of an instant in microseconds.
 const FIXED_BITS: u32 = 24;
 const STAMP_BITS: u32 = 40;
-/// Largest magnitude of a signed raw number; the one below its negative is no number.
+/// Largest magnitude of a signed raw number; the number below its negative means "no number".
 const MAX_SIGNED: i64 = (1 << (FIXED_BITS - 1)) - 1;
-/// Largest raw number without a sign; the one above is no number.
+/// Largest unsigned raw number; the number above it means "no number".
 const MAX_UNSIGNED: i64 = (1 << FIXED_BITS) - 2;
 
 /// The name of a signal or a message: a word, or words with a number behind.
@@ -71,7 +71,7 @@ pub(crate) enum Content {
     Duration,
     /// A number of either sign, with the step of a fixed-point signal.
     Signed(f64),
-    /// A number that is not negative, likewise.
+    /// A number that is not negative, with the step of a fixed-point signal.
     Unsigned(f64),
     /// A flag.
     Flag,
@@ -158,7 +158,7 @@ impl Signal {
         raw as u64
     }
 
-    /// The raw number of a number, and whether it is out of range, written as its end.
+    /// Raw number of a number, and true if the number is out of range and was limited.
     pub(crate) fn raw_number(&self, number: f64, numbers: Numbers) -> (u64, bool) {
         if numbers == Numbers::Float {
             return (number.to_bits(), false);
@@ -200,7 +200,7 @@ impl Signal {
     }
 }
 
-/// A number of so many bits with its sign.
+/// A signed number with this number of bits.
 fn signed(raw: u64, bits: u32) -> i64 {
     (raw << (64 - bits)) as i64 >> (64 - bits)
 }

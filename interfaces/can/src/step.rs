@@ -7,7 +7,7 @@ use crate::signal::Numbers;
 use monorig_estimators::Time;
 use monorig_estimators::api::signals::{Command, Measurements, Sample, Shape, Slot};
 
-/// A step that an estimator is to make.
+/// A step for an estimator.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Step {
     /// The new samples, and the instant of the step.
@@ -23,7 +23,7 @@ pub struct Step {
 }
 
 impl Step {
-    /// Gives the frames of a step for this number of drive units to `each`, the frame of the step itself last.
+    /// Passes the frames of a step for this number of drive units to `each`, with the frame of the step itself last.
     pub fn frames(&self, numbers: Numbers, drives: usize, each: &mut impl FnMut(&Frame)) {
         let mut send = |message: Message, values: &[Value]| {
             each(&message.encode(numbers, values).0);
@@ -56,7 +56,7 @@ fn on_vehicle(slot: &Slot, drives: usize) -> bool {
     slot.measurand.shape() != Shape::PerDrive || slot.index < drives
 }
 
-/// Steps put together of the frames that come.
+/// Steps joined from received frames.
 #[derive(Clone, Debug, Default)]
 pub struct Steps {
     numbers: Numbers,

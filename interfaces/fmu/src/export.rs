@@ -1,4 +1,4 @@
-//! An estimator or the plant of a scenario, made an FMU.
+//! An estimator or the plant of a scenario, converted into an FMU.
 
 use crate::package::Package;
 use crate::part::{EstimatorPart, LIBRARY, Part, PlantPart, measured, plant_alone};
@@ -89,8 +89,8 @@ pub fn plant(scenario: &Path, set: &[(String, String)]) -> Result<Package, Error
         if Path::new(name).is_absolute() {
             return Err(loaded.error(
                 "",
-                format!("it names {name} by a path from the root of the disk"),
-                "a path from its own folder: an FMU is used on other machines",
+                format!("it names {name} by an absolute path"),
+                "use a path relative to its folder: an FMU is used on other machines",
             ));
         }
         // the scenario stands so deep that every path up from it stays in `resources/`

@@ -27,7 +27,7 @@ pub(crate) enum Log {
 }
 
 impl Log {
-    /// Tells the importer a message.
+    /// Sends the importer a message.
     pub fn tell(self, instance: &CStr, status: i32, message: &str) {
         let category = match status {
             WARNING => c"logStatusWarning",
@@ -77,7 +77,7 @@ pub(crate) struct Instance {
     values: Vec<f64>,
     model: Box<dyn Model>,
     phase: Phase,
-    /// Time that it has come to, s.
+    /// Present time, s.
     time_s: f64,
 }
 
@@ -117,7 +117,7 @@ fn read(resources: &str, wanted: &str) -> Result<(Vec<Variable>, Box<dyn Model>)
     let token = token(&bytes);
     if token != wanted {
         return Err(format!(
-            "the importer's token is {wanted}, that of this FMU {token}"
+            "the importer's token is {wanted}, but this FMU has {token}"
         ));
     }
     let part: Part =
@@ -165,9 +165,7 @@ impl Instance {
         match self.variables.get(index) {
             Some(v) if kind(v.kind) => Ok(index),
             Some(v) => Err(format!("`{}` ({reference}) is of another type", v.name)),
-            None => Err(format!(
-                "there is no variable with the reference {reference}"
-            )),
+            None => Err(format!("no variable has the reference {reference}")),
         }
     }
 
@@ -187,7 +185,7 @@ impl Instance {
         match self.variables.get(index).map(|v| v.causality) {
             Some(Causality::Output) => Err(format!("`{}` is an output", name())),
             Some(Causality::Parameter) if self.phase != Phase::Set => Err(format!(
-                "`{}` is a parameter: it is set before the initialization is over",
+                "`{}` is a parameter: set it before the end of the initialization",
                 name()
             )),
             _ => {
@@ -202,7 +200,7 @@ impl Instance {
     /// Ends the initialization.
     pub fn begin(&mut self) -> Result<i32, String> {
         if self.phase != Phase::Set {
-            return Err("it has begun already: reset it first".to_owned());
+            return Err("the instance has begun already: reset it first".to_owned());
         }
         self.model.begin(&mut self.values)?;
         self.phase = Phase::Running;
@@ -212,12 +210,12 @@ impl Instance {
     /// Makes a step.
     pub fn step(&mut self, t_s: f64, dt_s: f64) -> Result<i32, String> {
         match self.phase {
-            Phase::Set => return Err("a step before the initialization is over".to_owned()),
-            Phase::Broken => return Err("it cannot go on: reset it first".to_owned()),
+            Phase::Set => return Err("a step came before the end of the initialization".to_owned()),
+            Phase::Broken => return Err("the instance cannot go on: reset it first".to_owned()),
             Phase::Running => {}
         }
         if !(t_s.is_finite() && dt_s.is_finite() && dt_s > 0.0) {
-            return Err(format!("a step from {t_s} s of {dt_s} s"));
+            return Err(format!("a step of {dt_s} s from {t_s} s is not possible"));
         }
         let (code, why) = match self.model.step(&mut self.values, t_s, dt_s) {
             Ok(Stepped::Done) => (OK, String::new()),
@@ -237,19 +235,22 @@ impl Instance {
         Ok(code)
     }
 
-    /// Back to the state after it was made.
+    /// Resets the instance to its first state.
     pub fn reset(&mut self) -> Result<i32, String> {
         self.values = self.variables.iter().map(|v| v.start).collect();
         (self.phase, self.time_s) = (Phase::Set, 0.0);
         Ok(OK)
     }
 
-    /// All that it keeps, as bytes.
+    /// All data of the instance, as bytes.
     pub fn save(&self) -> Result<Vec<u8>, String> {
         let state = match self.phase {
-            Phase::Broken => return Err("it cannot go on: there is no state".to_owned()),
+            Phase::Broken => return Err("the instance cannot go on, so it has no state".to_owned()),
             Phase::Set => Vec::new(),
-            Phase::Running => self.model.save().ok_or("its state cannot be saved")?,
+            Phase::Running => self
+                .model
+                .save()
+                .ok_or("the state of the instance cannot be saved")?,
         };
         let mut bytes = vec![u8::from(self.phase == Phase::Running)];
         let numbers = [self.time_s].into_iter().chain(self.values.iter().copied());
@@ -258,9 +259,9 @@ impl Instance {
         Ok(bytes)
     }
 
-    /// Goes on from what [`Instance::save`] has made.
+    /// Restores the data of [`Instance::save`].
     pub fn load(&mut self, bytes: &[u8]) -> Result<i32, String> {
-        let torn = "the state has not the length it should have";
+        let torn = "the state has the wrong length";
         let (running, rest) = bytes.split_first().ok_or(torn)?;
         let numbers = 8 * (1 + self.values.len());
         let (numbers, state) = rest.split_at_checked(numbers).ok_or(torn)?;

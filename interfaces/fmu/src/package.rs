@@ -52,8 +52,8 @@ pub fn library() -> Result<PathBuf, Error> {
     // with `cargo run`, and of a test, it is in `deps`
     let places = [folder.join(&name), folder.join("deps").join(&name)];
     places.into_iter().find(|p| p.is_file()).ok_or_else(|| {
-        let message = format!("{name} is not beside the program in {}", folder.display());
-        let help = "the archive of a release has the program and this library side by side, and `cargo build --release` makes both; a wheel of Python has the program alone";
+        let message = format!("{name} is not in the folder of the program, {}", folder.display());
+        let help = "the archive of a release has both the program and this library, and `cargo build --release` makes both; a wheel of Python has only the program";
         DataError::new("", message, help).into()
     })
 }

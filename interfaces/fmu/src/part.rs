@@ -67,7 +67,7 @@ impl Part {
         }
     }
 
-    /// True if an instance can be saved and put back.
+    /// True if the state of an instance can be saved and restored.
     pub fn keeps_state(&self) -> bool {
         matches!(self, Self::Estimator(part) if part.keeps_state)
     }
@@ -91,7 +91,7 @@ pub(crate) fn plant_alone(
     scenario: &Path,
     set: &[(String, String)],
 ) -> Result<SimulationBuilder, Error> {
-    /// Stands in for the controller, and is never asked.
+    /// Placeholder for the controller, which is never called.
     struct Outside;
     impl Controller for Outside {
         fn control(&mut self, reference: &Reference, _: &Perception, _: f64) -> Command {

@@ -59,7 +59,7 @@ pub(crate) unsafe fn list_mut<'a, T>(at: *mut T, count: usize) -> &'a mut [T] {
     }
 }
 
-/// Does something with an instance.
+/// Runs an action on an instance.
 ///
 /// # Safety
 /// NULL, or an instance that nobody else uses.
@@ -181,7 +181,7 @@ unsafe extern "C" fn fmi2Instantiate(
     });
     const CO_SIMULATION: i32 = 1;
     if kind != CO_SIMULATION {
-        log.tell(c"monorig", ERROR, "it is for co-simulation only");
+        log.tell(c"monorig", ERROR, "this FMU is for co-simulation only");
         return null_mut();
     }
     // SAFETY: texts, as the standard says.
@@ -254,7 +254,7 @@ unsafe fn state<'a>(state: Handle) -> Result<&'a [u8], String> {
     let bytes = unsafe { state.cast::<Vec<u8>>().as_ref() };
     bytes
         .map(Vec::as_slice)
-        .ok_or("there is no state".to_owned())
+        .ok_or("no state is given".to_owned())
 }
 
 /// Puts bytes behind a handle of the importer, in place of what was there.
@@ -263,7 +263,7 @@ unsafe fn state<'a>(state: Handle) -> Result<&'a [u8], String> {
 /// NULL, or a place with NULL or a state in it.
 unsafe fn keep(at: *mut Handle, bytes: Vec<u8>) -> Result<i32, String> {
     // SAFETY: as above.
-    let at = unsafe { at.as_mut() }.ok_or("there is no place for a state")?;
+    let at = unsafe { at.as_mut() }.ok_or("no place for a state is given")?;
     // SAFETY: as above.
     match unsafe { at.cast::<Vec<u8>>().as_mut() } {
         Some(there) => *there = bytes,
@@ -312,7 +312,7 @@ pub(crate) unsafe extern "C" fn fmi2SerializedFMUstateSize(
     // SAFETY: NULL or a place for a number, as the standard says.
     let size = unsafe { size.as_mut() };
     let tell = |_: &mut Instance| {
-        *size.ok_or("there is no place for the size")? = bytes?.len();
+        *size.ok_or("no place for the size is given")? = bytes?.len();
         Ok(OK)
     };
     // SAFETY: an instance, as the standard says.
@@ -334,7 +334,7 @@ pub(crate) unsafe extern "C" fn fmi2SerializeFMUstate(
         let bytes = bytes?;
         let to = to
             .get_mut(..bytes.len())
-            .ok_or("there is too little room")?;
+            .ok_or("the given memory is too small")?;
         to.copy_from_slice(bytes);
         Ok(OK)
     };
@@ -357,8 +357,8 @@ pub(crate) unsafe extern "C" fn fmi2DeSerializeFMUstate(
     unsafe { act(handle, read) }
 }
 
-/// Functions of a standard with one answer, for what these FMUs do not have or need not do. They take what the standard
-/// says and look at none of it.
+/// Functions of a standard with a constant answer, for features that these FMUs do not have or need. They take what the
+/// standard says and look at none of it.
 macro_rules! functions_without_use {
     ($answer:expr => $($name:ident),+ $(,)?) => {
         $(#[unsafe(no_mangle)]

@@ -25,10 +25,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// Time between two looks whether the program is still there.
+/// Time between two checks that the program still runs.
 const LOOKS: Duration = Duration::from_millis(500);
 
-/// Runs parts for the program that has started this process, until it is asked for nothing more.
+/// Runs parts for the program that has started this process, until the program ends the connection.
 pub fn serve() -> ExitCode {
     let folder = std::env::var_os(FOLDER).map(PathBuf::from);
     if let Some(folder) = &folder {
@@ -158,7 +158,8 @@ fn build(mut asked: Body<'_>, message: &mut Message) -> Result<Option<ServedPart
                 }
             })
         };
-        let panicked = |told| Refusal::new(format!("it panicked: {told}"), "a part that does not");
+        let panicked =
+            |told| Refusal::new(format!("it panicked: {told}"), "use a part that does not");
         guarded(build).map_err(panicked)?
     });
     match built {
@@ -226,7 +227,7 @@ impl ServedEstimator {
         self.state(OK, Reason::default(), message);
     }
 
-    /// Appends code, reason, the last estimate, and what the estimator shows of itself.
+    /// Appends code, reason, the last estimate, and the estimator's internals.
     fn state(&mut self, code: i32, reason: Reason, message: &mut Message) {
         message.put(&[code as u64]).put(&[reason]);
         message.put(&[Estimated::from(&self.last)]);

@@ -43,7 +43,7 @@ impl Drop for Foreign {
     }
 }
 
-/// Refuses what no estimate may have.
+/// Refuses values that an estimate must not have.
 pub(crate) fn checked(e: Estimate) -> Result<Estimate, Error> {
     let values = [
         ("total_mass_kg", e.total_mass_kg),
@@ -85,7 +85,7 @@ impl Foreign {
         if taken == Some(true) {
             return Err(Refusal::new(
                 format!("{} can have one instance at a time", library.at),
-                "one estimator of it in a scenario, and one run at a time (`--jobs 1`); or no static variables in it",
+                "use one estimator of it in a scenario, and make one run at a time (`--jobs 1`); or remove its static variables",
             ));
         }
         let nominal = NominalVehicle::from(vehicle);
@@ -115,7 +115,7 @@ impl Foreign {
             };
             return Err(Refusal::new(
                 format!("{} refuses to build `{name}`: {why}", library.at),
-                "a vehicle and parameters that this estimator can be built for",
+                "use a vehicle and parameters for which this estimator can be built",
             ));
         }
         let mut built = Self {

@@ -1,7 +1,7 @@
-//! Estimators and controllers of others: estimators of shared libraries that have the functions of
-//! `monorig_estimator.h`, and FMUs of both. A scenario names one by `library: ./mine.so` or `fmu: ./mine.fmu`; it is
-//! then checked, built and run as ours are. An estimator that runs elsewhere, such as on a vehicle's controller, is
-//! reached by CAN frames: `external: {udp: "127.0.0.1:47800"}`.
+//! Foreign estimators and controllers: estimators of shared libraries that have the functions of `monorig_estimator.h`,
+//! and FMUs of both. A scenario names one by `library: ./mine.so` or `fmu: ./mine.fmu`; it is then checked, built and
+//! run as ours are. An estimator that runs elsewhere, such as on a vehicle's controller, is reached by CAN frames:
+//! `external: {udp: "127.0.0.1:47800"}`.
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -41,8 +41,7 @@ pub use child::serve;
 use load::{load, load_controller};
 use monorig_sim::closed_loop::registry::Registry;
 
-/// Lets scenarios that are built with this registry name libraries and FMUs, which run inside of this program: a crash
-/// in one ends it.
+/// Lets scenarios of this registry name libraries and FMUs, which run inside this program: a crash in one ends it.
 pub fn loads_libraries(mut registry: Registry) -> Registry {
     registry.load_libraries_with(|path, settings, clock| match &settings.external {
         Some(external) => external::estimator_of(external, clock),
@@ -52,8 +51,8 @@ pub fn loads_libraries(mut registry: Registry) -> Registry {
     registry
 }
 
-/// Lets scenarios that are built with this registry name libraries and FMUs, which run in processes of their own: a
-/// crash in one is an error of its run. `program` is what to start: it calls [`serve`].
+/// Lets scenarios of this registry name libraries and FMUs, which run in their own processes: a crash in one is an
+/// error of its run. `program` is what to start: it calls [`serve`].
 #[cfg(unix)]
 pub fn guards_libraries(mut registry: Registry, program: Vec<std::ffi::OsString>) -> Registry {
     let host = std::sync::Arc::new(parent::Host::new(program));

@@ -15,9 +15,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
-/// More names, parameters or quantities than this are a list without an end.
+/// Largest number of names, parameters or quantities; a longer list counts as endless.
 const MAX_ITEMS: u64 = 1000;
-/// No instance takes more bytes.
+/// Largest size of an instance, bytes.
 const MAX_BYTES: u64 = 1 << 30;
 
 /// The functions of a library, as the header declares them.
@@ -74,7 +74,7 @@ pub(crate) fn open(path: &Path) -> Result<libloading::Library, String> {
 }
 
 impl Library {
-    /// The library of this file, with the functions that must be there.
+    /// The library of this file, with all required functions.
     pub fn load(path: &Path) -> Result<&'static Self, Refusal> {
         let file = path.canonicalize().unwrap_or_else(|_| path.into());
         let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
@@ -84,7 +84,7 @@ impl Library {
         let opened = open(&file).map_err(|why| {
             Refusal::new(
                 format!("{} cannot be loaded: {why}", path.display()),
-                "a shared library for this machine, such as `cc -shared -fPIC -O2 -o mine.so mine.c -lm` makes",
+                "use a shared library for this machine, such as from `cc -shared -fPIC -O2 -o mine.so mine.c -lm`",
             )
         })?;
         let library = Box::leak(Box::new(Self::of(path, Box::leak(Box::new(opened)))?));
@@ -106,7 +106,7 @@ impl Library {
                 may!($name).ok_or_else(|| {
                     Refusal::new(
                         format!("{at} has no function `{}`", String::from_utf8_lossy($name)),
-                        "write it as monorig_estimator.h declares it; in C++ within extern \"C\"",
+                        "write the function as monorig_estimator.h declares it; in C++ within extern \"C\"",
                     )
                 })?
             };
@@ -119,7 +119,7 @@ impl Library {
                 format!(
                     "{at} was built with header number {number}; this program has number {ABI}"
                 ),
-                "build it again with the monorig_estimator.h of this version",
+                "build the library again with the monorig_estimator.h of this version",
             ));
         }
         let name_at: unsafe extern "C" fn(u64, *mut Label) -> i32 = must!(b"monorig_name_at");
@@ -130,7 +130,7 @@ impl Library {
         let names: Vec<&'static str> = labels.iter().map(|l| interned(l.name.as_str())).collect();
         if names.is_empty() {
             return Err(Refusal::new(
-                format!("{at} names no estimator"),
+                format!("{at} has no estimator"),
                 "monorig_name_at(0, …) fills in a name and returns MONORIG_OK",
             ));
         }
@@ -157,7 +157,7 @@ impl Library {
         })
     }
 
-    /// The estimator of this name; without one, the only one there is.
+    /// The estimator of this name; without a name the only estimator.
     pub fn choose(&self, name: Option<&str>) -> Result<&'static str, Refusal> {
         let found = match (name, &self.names[..]) {
             (None, [only]) => Some(only),
@@ -204,8 +204,8 @@ impl Library {
                 .filter(|key| !key.name.is_empty());
             keys.push(key.ok_or_else(|| {
                 Refusal::new(
-                    format!("{}: parameter {index} of `{name}` cannot be", self.at),
-                    "a name; a kind of the header; of a number least ≤ most; of a word the words there are",
+                    format!("{}: parameter {index} of `{name}` is not valid", self.at),
+                    "a parameter needs a name, a kind of the header, least ≤ most for a number, and its words for a choice",
                 )
             })?);
         }
@@ -221,8 +221,8 @@ impl Library {
         match usize::try_from(bytes) {
             Ok(size) if (1..=MAX_BYTES).contains(&bytes) => Ok(size),
             _ => Err(Refusal::new(
-                format!("{}: an instance of {name:?} takes {bytes} bytes", self.at),
-                format!("monorig_size returns 1…{MAX_BYTES}"),
+                format!("{}: an instance of {name:?} needs {bytes} bytes", self.at),
+                format!("monorig_size must return 1…{MAX_BYTES}"),
             )),
         }
     }

@@ -1,4 +1,4 @@
-//! The estimator or the controller that a scenario names in a file, inside of this program.
+//! The estimator or the controller that a scenario names in a file, inside this program.
 
 use crate::library::Library;
 use crate::{fmu, foreign};
@@ -9,7 +9,7 @@ use monorig_sim::closed_loop::registry::{
 use monorig_sim::config::scenario::{ControllerSettings, Settings};
 use std::path::Path;
 
-/// The estimator that the settings name in a library or an FMU, or the only one there is.
+/// The estimator that the settings name in a library or an FMU, or its only estimator.
 pub(crate) fn load(path: &Path, settings: &Settings) -> Result<EstimatorType, Refusal> {
     if settings.fmu.is_some() {
         return fmu::estimator_of(path, settings);
@@ -24,7 +24,7 @@ pub(crate) fn load(path: &Path, settings: &Settings) -> Result<EstimatorType, Re
     Ok(EstimatorType::new(name, groups, build))
 }
 
-/// The controller that is in an FMU.
+/// The controller in an FMU.
 pub(crate) fn load_controller(
     path: &Path,
     settings: &ControllerSettings,

@@ -1,4 +1,4 @@
-//! A process that this program has started and ends, with those that it starts itself.
+//! A process that this program starts and ends, with its child processes.
 
 use monorig_sim::interrupt;
 use rustix::process::{Pid, Signal, kill_process_group};
@@ -7,9 +7,9 @@ use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Child, Command, ExitStatus};
 use std::time::Duration;
 
-/// Time for a process to end by itself once nothing more is asked of it.
+/// Time for a process to end by itself after its last task.
 const TO_END: Duration = Duration::from_secs(1);
-/// Most memory that it and each of those that it starts can ask for, bytes.
+/// Largest memory of the process and of each child process, bytes.
 #[cfg(target_os = "linux")]
 const MAX_MEMORY: u64 = 4 << 30;
 
@@ -37,7 +37,7 @@ impl OwnedProcess {
         Pid::from_child(&self.0)
     }
 
-    /// Waits until it ends by itself; kills it if it does not, and then there is no status.
+    /// Waits until the process ends by itself; else kills it and returns no status.
     pub fn end(&mut self) -> Option<ExitStatus> {
         for _ in 0..TO_END.as_millis() {
             if let Ok(Some(status)) = self.0.try_wait() {
@@ -53,7 +53,7 @@ impl OwnedProcess {
         None
     }
 
-    /// Ends it at once, and those that it has started.
+    /// Ends the process and its child processes at once.
     pub fn kill(&mut self) {
         // errors say that they have ended already
         let _ = kill_process_group(self.pid(), Signal::KILL);

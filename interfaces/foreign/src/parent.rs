@@ -1,5 +1,5 @@
-//! Parts in processes of their own: a crash in one, or a step without an end, ends the run that it is in and nothing
-//! else. A process runs one instance at a time, and is used again for the next one of the same file.
+//! Parts in their own processes: a crash in one, or a step without an end, ends the run that it is in and nothing else.
+//! A process runs one instance at a time, and is used again for the next one of the same file.
 
 use crate::owned_process::{OwnedProcess, ended};
 use crate::protocol::{BUILD, Body, DONE, DROP, FOLDER, LOAD, Message, receive};
@@ -24,7 +24,7 @@ use tempfile::TempDir;
 
 /// Time for an answer: to load a part, to build an instance, to make a step.
 const LIMIT: Duration = Duration::from_secs(10);
-/// Time between two looks whether everything is to end, and for an answer after that.
+/// Time between two checks for the wish to end, and for an answer after it.
 const LOOKS: Duration = Duration::from_millis(100);
 const LAST_WORD: Duration = Duration::from_millis(500);
 /// Longest name of a file in a reason, characters: the rest of it must fit, too.
@@ -38,7 +38,7 @@ pub(crate) struct Host {
     known: Mutex<BTreeMap<NamedPart, Known>>,
 }
 
-/// Name and parameters of a part, known once it was loaded.
+/// Name and parameters of a part, known after loading.
 #[derive(Clone, Copy)]
 pub(crate) struct Known {
     pub name: &'static str,
@@ -78,7 +78,7 @@ impl NamedPart {
     }
 
     fn refused(&self, why: &str, during: &str) -> Refusal {
-        let help = "a part that works: `--in-process` runs it inside of the program, for a debugger or a sanitizer";
+        let help = "repair the part: `--in-process` runs it inside the program, for a debugger or a sanitizer";
         Refusal::new(format!("{} {why} {during}", self.path.display()), help)
     }
 }
@@ -154,8 +154,8 @@ impl Host {
         PartProcess::start(&self.program).map_err(|e| {
             let path = part.path.display();
             Refusal::new(
-                format!("no process can be started to run {path}: {e}"),
-                "more processes (`ulimit -u`) and memory, or `--in-process`",
+                format!("a process for {path} cannot be started: {e}"),
+                "allow more processes (`ulimit -u`) and memory, or use `--in-process`",
             )
         })
     }
@@ -170,7 +170,7 @@ impl Host {
 pub(crate) struct Lent {
     host: Arc<Host>,
     part: NamedPart,
-    /// None after it was given back.
+    /// `None` after the process was given back.
     process: Option<PartProcess>,
 }
 
@@ -187,7 +187,7 @@ impl Lent {
         asked.map_err(|why| format!("{} {why}", self.part.at()))
     }
 
-    /// Reads what it has said of the instance that was built.
+    /// Reads the description of the built instance.
     pub fn built<T>(&mut self, read: impl FnOnce(Body<'_>) -> io::Result<T>) -> Result<T, Refusal> {
         let process = self.process.as_mut().ok_or(ErrorKind::NotFound);
         let process =
@@ -209,7 +209,7 @@ impl Drop for Lent {
     }
 }
 
-/// The answers of a process, waited for as long as it may take, and hardly any longer once everything is to end.
+/// Answers of a process, with a time limit, which is short after the program was asked to end.
 struct Answers(UnixStream);
 
 impl Read for Answers {
@@ -236,7 +236,7 @@ struct PartProcess {
     from: BufReader<Answers>,
     message: Message,
     body: Vec<u8>,
-    /// Reason why the process answers no more.
+    /// Reason why the process no longer answers.
     lost: Option<String>,
     /// Temporary files of the process, removed after its end.
     _folder: TempDir,
@@ -293,7 +293,7 @@ impl PartProcess {
         read(Body(&self.body)).map_err(|e| self.lose(&e))
     }
 
-    /// Ends the process, and returns the reason why it is of no use any more.
+    /// Ends the process, and returns the reason why it can no longer be used.
     fn lose(&mut self, e: &io::Error) -> String {
         let why = match e.kind() {
             ErrorKind::WouldBlock | ErrorKind::TimedOut => {
@@ -305,7 +305,7 @@ impl PartProcess {
             }
             ErrorKind::InvalidData => {
                 self.child.kill();
-                "spoils the standard input of its process".to_owned()
+                "disturbs the standard input of its process".to_owned()
             }
             _ => match self.end() {
                 Some(status) => ended(status),
@@ -316,7 +316,7 @@ impl PartProcess {
         why
     }
 
-    /// Waits until it ends by itself; kills it if it does not, and then there is no status.
+    /// Waits until the process ends by itself; else kills it and returns no status.
     fn end(&mut self) -> Option<ExitStatus> {
         // an error says that the other end is closed already
         let _ = self.to.shutdown(Shutdown::Both);

@@ -26,7 +26,7 @@ pub(crate) const RESET: u64 = 4;
 pub(crate) const SNAPSHOT: u64 = 5;
 /// Take the state of a snapshot: its bytes. Answer: the state.
 pub(crate) const RESTORE: u64 = 6;
-/// Give the instance up. Answer: nothing.
+/// Drop the instance. Answer: nothing.
 pub(crate) const DROP: u64 = 7;
 /// Make a step of a controller: [`Task`]. Answer: a code, a [`Reason`], [`Commanded`].
 pub(crate) const CONTROL: u64 = 8;
@@ -41,10 +41,10 @@ pub(crate) const REFUSED: u64 = 101;
 /// Beside the codes of the header, of a snapshot: none is kept.
 pub(crate) const NOT_KEPT: u64 = 3;
 
-/// A longer message is none.
+/// Largest length of a message.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// Data of which any bytes are a value, and whose bytes are all data.
+/// Data without padding, for which all bytes are a value.
 ///
 /// # Safety
 /// The type is `repr(C)`, has no padding, and each of its fields is plain.
@@ -194,7 +194,7 @@ impl Message {
         self.bytes(text.as_bytes())
     }
 
-    /// Appends a parameter that there is.
+    /// Appends the description of a parameter.
     pub fn key(&mut self, key: &Key) -> &mut Self {
         self.text(key.name).text(key.doc);
         match key.kind {
@@ -287,7 +287,7 @@ impl<'a> Body<'a> {
         Ok(interned(self.text()?))
     }
 
-    /// The next parameter that there is.
+    /// The next description of a parameter.
     pub fn key(&mut self) -> Result<Key> {
         let (name, doc) = (self.kept()?, self.kept()?);
         let kind = match (self.take()?, self.take::<u64>()?) {

@@ -1,4 +1,4 @@
-//! Estimators and controllers that run in processes of their own.
+//! Estimators and controllers that run in their own processes.
 
 use crate::parent::{Host, Known, Lent, NamedPart};
 use crate::protocol::{
@@ -60,7 +60,7 @@ impl Host {
     }
 }
 
-/// An estimator that runs in a process of its own.
+/// An estimator that runs in its own process.
 pub(crate) struct RemoteEstimator {
     process: RefCell<Lent>,
     input: Box<Input>,
@@ -78,7 +78,7 @@ struct Shown {
 }
 
 impl Shown {
-    /// Takes a state over. Returns its code, reason and estimate.
+    /// Takes over a state. Returns its code, reason and estimate.
     fn state(&mut self, mut answer: Body<'_>) -> io::Result<(i32, Reason, Estimated)> {
         let code = answer.take::<u64>()? as i32;
         let (reason, estimated) = (answer.take()?, answer.take()?);
@@ -206,10 +206,10 @@ impl Estimator for RemoteEstimator {
     }
 }
 
-/// A controller that runs in a process of its own.
+/// A controller that runs in its own process.
 pub(crate) struct RemoteController {
     process: Lent,
-    /// The reason for which it cannot go on, if it cannot.
+    /// Reason why it cannot go on, if there is one.
     broken: Option<String>,
 }
 

@@ -32,7 +32,7 @@ pub const QUANTITIES: [Quantity; 4] = [
     Quantity {
         name: "effective_grade",
         unit: "rad",
-        about: "Estimated grade that the train as a whole feels.",
+        about: "Estimated effective grade of the whole train.",
         at: |e| &mut e.effective_grade_rad,
     },
     Quantity {
@@ -59,7 +59,7 @@ pub const FLAGS: [Named<bool>; 3] = [
     ("saturated", |e| &mut e.flags.saturated),
 ];
 
-/// Output that is true where the last step was refused: the estimate is that before, marked not valid.
+/// Output that is true if the last step was refused: the estimate is that before, marked not valid.
 pub const REFUSED: &str = "refused";
 /// Parameter that makes a sample new where its stamp has changed, and not at every step.
 pub const STAMPED: &str = "stamped";

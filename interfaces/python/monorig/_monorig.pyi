@@ -42,7 +42,7 @@ class Vehicle:
     Args:
         tare_kg: Mass of the empty train, kg.
         wheel_radius_m: Radius of the friction wheels, m.
-        mass_range_kg: Smallest and largest total mass thought possible, kg.
+        mass_range_kg: Smallest and largest possible total mass, kg.
         drives: Number of drive units.
         gear_ratio: Motor revolutions per wheel revolution.
         efficiency: Share of the motor power that reaches the rim, 0…1.
@@ -50,7 +50,7 @@ class Vehicle:
         running_resistance: Running-resistance coefficient.
         tare_span_m: From where to where behind the middle of the unit with the IMU the tare is spread, m.
         load_span_m: The same for the load, m.
-        imu_arm_m: Distance of the IMU ahead of that middle, m.
+        imu_arm_m: Distance of the IMU ahead of this middle, m.
         accel_bias_sd_mps2: Standard deviation of the accelerometer's bias, m/s²; None is not known.
         gyro_bias_sd_radps: Standard deviation of the gyro's biases, rad/s; None is not known.
         mass_guess_kg: First guess of the total mass, kg, from which estimators start; None is not known.
@@ -250,7 +250,7 @@ class Estimator:
     ) -> Table:
         """All steps at once, a row each; other threads of Python run meanwhile.
 
-        The arrays are float64 and contiguous, NaN where there is no new sample.
+        The arrays are float64 and contiguous, NaN without a new sample.
 
         Args:
             t_ns: Instants of the steps, ns, shape (n,).
@@ -271,7 +271,7 @@ class Estimator:
     def run_samples(self, table: ArrowTable | ArrowArray) -> Table:
         """The same over the columns of ``samples.parquet``: what a run gave to its estimators, bit for bit."""
     def reset(self) -> None:
-        """Back to the state it was built in."""
+        """Resets the estimator to its first state."""
     def snapshot(self) -> bytes:
         """Its state."""
     def restore(self, snapshot: bytes) -> None:

@@ -30,9 +30,9 @@ class Expectation(NamedTuple):
     value: float | None
     """The measured value; None if it could not be measured."""
     held: bool
-    """True if it held."""
+    """True if the expectation held."""
     known_failure: str | None
-    """Why it is known not to hold, if it is."""
+    """Reason of its known failure, if it has one."""
 
 
 class Refusal(NamedTuple):

@@ -71,7 +71,7 @@ class Score(NamedTuple):
     violation: float
     """How far constraints are broken, in shares of their bounds; 0 if all hold."""
     failed: str | None
-    """Why there is no loss."""
+    """Reason why there is no loss."""
 
     @property
     def loss(self) -> float:

@@ -76,8 +76,8 @@ fn results(runs: &[String]) -> PyResult<Vec<RunResult>> {
     let read: Result<Vec<RunResult>, _> = read.collect();
     read.map_err(|e| {
         refused(
-            format!("this is no result of a run: {e}"),
-            "the `runs` of a study",
+            format!("this is not the result of a run: {e}"),
+            "use the `runs` of a study",
         )
     })
 }
@@ -99,10 +99,7 @@ pub(crate) fn compare(
             let help = near.map_or("`metrics()` lists them".to_owned(), |near| {
                 format!("did you mean `{near}`?")
             });
-            return Err(refused(
-                format!("there is no metric `{name}` of estimators"),
-                help,
-            ));
+            return Err(refused(format!("estimators have no metric `{name}`"), help));
         }
     }
     let runs = results(&runs)?;

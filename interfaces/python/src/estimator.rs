@@ -86,8 +86,11 @@ impl Given {
         } else if let Ok(number) = value.extract() {
             Ok(Self::Number(number))
         } else {
-            let told = format!("{} is no value of a parameter", crate::signals::kind(value));
-            Err(refused(told, "a number, True or False, or a word"))
+            let told = format!(
+                "{} cannot be the value of a parameter",
+                crate::signals::kind(value)
+            );
+            Err(refused(told, "use a number, True or False, or a word"))
         }
     }
 
@@ -247,7 +250,7 @@ impl<'a> Input<'a> {
             };
             return Err(refused(
                 format!("{name} has the shape {:?}", array.shape()),
-                format!("{wanted}, NaN where there is no new sample"),
+                format!("{wanted}, NaN without a new sample"),
             ));
         }
         let in_order = array.as_slice().ok().filter(|_| array.is_c_contiguous());
@@ -286,7 +289,7 @@ impl<'a> Input<'a> {
 fn floats<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     let array = value.cast::<PyArrayDyn<f64>>().map_err(|_| {
         let told = format!(
-            "{name} is {} and no array of float64",
+            "{name} is {}, not an array of float64",
             crate::signals::kind(value)
         );
         refused(told, format!("numpy.asarray({name}, dtype=float)"))
@@ -319,7 +322,7 @@ impl Estimator {
         }
         let built = registry::build(name, &vehicle.0, settings());
         Ok(Self {
-            estimator: built.map_err(|e| refused(e, "values that fit this vehicle"))?,
+            estimator: built.map_err(|e| refused(e, "use values that fit this vehicle"))?,
             drives: vehicle.0.drives,
         })
     }
@@ -329,7 +332,7 @@ impl Estimator {
         self.estimator.name()
     }
 
-    /// Back to the state it was built in.
+    /// Resets the estimator to its first state.
     fn reset(&mut self) {
         self.estimator.reset();
     }
@@ -338,14 +341,14 @@ impl Estimator {
     fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let mut bytes = vec![0; MAX_SNAPSHOT_BYTES];
         let used = self.estimator.snapshot(&mut bytes);
-        let used = used.map_err(|e| refused(e, "an estimator that keeps snapshots"))?;
+        let used = used.map_err(|e| refused(e, "use an estimator that can make snapshots"))?;
         bytes.truncate(used);
         Ok(PyBytes::new(py, &bytes))
     }
 
     /// The state of a snapshot.
     fn restore(&mut self, snapshot: &[u8]) -> PyResult<()> {
-        let help = "a whole snapshot of the same estimator, vehicle and parameters";
+        let help = "use a complete snapshot of the same estimator, vehicle and parameters";
         self.estimator
             .restore(snapshot)
             .map_err(|e| refused(e, help))
@@ -365,7 +368,7 @@ impl Estimator {
 
     /// One step of `dt` seconds.
     fn step(&mut self, z: &Measurements, dt: f64) -> PyResult<Estimate> {
-        let help = "a step that goes on from the one before; the estimator is as it was";
+        let help = "use a step that follows the previous step; the estimator is unchanged";
         let step = self.estimator.step(&z.z, &z.u, dt);
         step.map(Estimate).map_err(|e| refused(e, help))
     }
@@ -381,7 +384,7 @@ impl Estimator {
     ) -> PyResult<Table> {
         let t_ns: PyReadonlyArray1<'_, i64> = t_ns.extract().map_err(|_| {
             let told = format!(
-                "t_ns is {} and no array of int64 with one axis",
+                "t_ns is {}, not an array of int64 with one axis",
                 crate::signals::kind(t_ns)
             );
             refused(told, "numpy.asarray(t_ns, dtype=numpy.int64)")
@@ -394,7 +397,7 @@ impl Estimator {
             if Measurand::named(&name).is_none() {
                 let names: Vec<&str> = Measurand::ALL.iter().map(|m| m.name()).collect();
                 return Err(refused(
-                    format!("nothing measures `{name}`"),
+                    format!("no measurement is called `{name}`"),
                     names.join(", "),
                 ));
             }
@@ -437,7 +440,7 @@ impl Estimator {
         let (batches, schema) = table.into_table()?.into_inner();
         let batch = concat_batches(&schema, &batches).map_err(defect)?;
         let columns = SampleColumns::new(&batch, self.drives);
-        let help = "the columns of `samples.parquet`, of this vehicle";
+        let help = "use the columns of `samples.parquet` of this vehicle";
         let columns = columns.map_err(|e| refused(e, help))?;
         let estimator = &mut self.estimator;
         let made = py.detach(|| {

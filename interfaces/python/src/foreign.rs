@@ -42,7 +42,9 @@ where
         true => Ok(made),
         false => Err(refused(
             format!("{} has no method `{method}`", kind(&made)),
-            format!("an object with `{method}`, a class of such, or a function that makes one"),
+            format!(
+                "use an object with `{method}`, a class of such objects, or a function that makes an object"
+            ),
         )),
     }
 }
@@ -134,17 +136,17 @@ fn internals(object: &Bound<'_, PyAny>) -> PyResult<Vec<Internal>> {
     let help = "a dict of names and units, such as {\"bias\": \"m/s²\"}";
     let named = named
         .cast_into::<PyDict>()
-        .map_err(|_| refused("`internals` is no dict", help))?;
+        .map_err(|_| refused("`internals` is not a dict", help))?;
     let one = |(name, unit): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let (name, unit): (String, String) = (name.extract()?, unit.extract()?);
         Ok(Internal::new(interned(&name), interned(&unit)))
     };
     let all: PyResult<Vec<Internal>> = named.iter().map(one).collect();
-    let all = all.map_err(|_: PyErr| refused("`internals` has something that is no text", help))?;
+    let all = all.map_err(|_: PyErr| refused("`internals` has a value that is not text", help))?;
     if !all.is_empty() && !object.hasattr("internal_values")? {
         return Err(refused(
-            "there are `internals`, but no method `internal_values`",
-            "a method that returns their values, in the order of their names",
+            "the object has `internals`, but no method `internal_values`",
+            "add a method that returns their values, in the order of their names",
         ));
     }
     Ok(all)
@@ -227,7 +229,10 @@ impl Estimator for Foreign {
                 true => Ok(said),
                 false => Err(refused(
                     format!("internal_values has {} values", said.len()),
-                    format!("one for each of the {} internals", self.internals.len()),
+                    format!(
+                        "return one value for each of the {} internals",
+                        self.internals.len()
+                    ),
                 )),
             }
         };

@@ -34,10 +34,13 @@ pub(crate) struct Parts {
 fn json(value: &Bound<'_, PyAny>) -> PyResult<String> {
     let text = value.py().import("json")?.call_method1("dumps", (value,));
     let text = text.map_err(|_| {
-        let told = format!("{} cannot stand in a scenario", crate::signals::kind(value));
+        let told = format!(
+            "{} cannot be a value in a scenario",
+            crate::signals::kind(value)
+        );
         refused(
             told,
-            "a number, True or False, a text, None, or a list or dict of these",
+            "use a number, True or False, a text, None, or a list or dict of these",
         )
     })?;
     text.extract()

@@ -114,7 +114,7 @@ python_class! {
         if index >= measurand.shape().slots() {
             return Err(refused(
                 format!("{name} has no sample {index}"),
-                "they count from 0",
+                "samples count from 0",
             ));
         }
         let slot: Slot = measurand.slot(index);
@@ -255,7 +255,8 @@ impl Command {
         base: &signals::Command,
         drives: usize,
     ) -> PyResult<signals::Command> {
-        let help = "a Command, a torque (N·m) for all drive units, or a list with one for each";
+        let help =
+            "use a Command, a torque (N·m) for all drive units, or a list with a torque for each";
         let command = if let Ok(command) = said.cast::<Self>() {
             command.get().clone()
         } else if let Ok(torque) = said.extract::<f64>() {
@@ -263,7 +264,7 @@ impl Command {
         } else if let Ok(torques) = said.extract::<Vec<f64>>() {
             Self::new(torques, None, None)?
         } else {
-            return Err(refused(format!("{} is no command", kind(said)), help));
+            return Err(refused(format!("{} is not a command", kind(said)), help));
         };
         if command.motor_torque.len() != drives {
             let told = format!(

@@ -175,7 +175,7 @@ python_class! {
     /// Makes a step under this command, or that of the scenario's controller.
     #[pyo3(signature = (command=None))]
     fn step(&mut self, command: Option<&Bound<'_, PyAny>>) -> PyResult<Frame> {
-        let over = || refused("the run is over", "ask `over` before a step");
+        let over = || refused("the run is over", "check `over` before a step");
         let Some(observers) = self.observers.as_mut().filter(|_| self.outcome.is_none()) else {
             return Err(over());
         };
@@ -203,10 +203,10 @@ python_class! {
     /// The result of the run, once it is over.
     fn result(&mut self) -> PyResult<NativeRun> {
         let Some(outcome) = self.outcome.clone() else {
-            return Err(refused("the run is not over", "step it until `over`"));
+            return Err(refused("the run is not over", "make steps until `over`"));
         };
         let Some(mut observers) = self.observers.take() else {
-            return Err(refused("the result was taken already", "keep it"));
+            return Err(refused("the result can be read only once", "keep it"));
         };
         let finished = observers.recorder.finish();
         finished

@@ -49,9 +49,9 @@ impl Table {
             let names = schema.fields().iter().map(|f| f.name().as_str());
             let help = match nearest(name, names) {
                 Some(near) => format!("did you mean `{near}`?"),
-                None => "a name out of `names`".to_owned(),
+                None => "use a name in `names`".to_owned(),
             };
-            return Err(refused(format!("there is no channel `{name}`"), help));
+            return Err(refused(format!("the table has no channel `{name}`"), help));
         };
         Ok(match array.data_type() {
             DataType::Boolean => flags(array).into_pyarray(py).into_any(),

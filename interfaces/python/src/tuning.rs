@@ -43,7 +43,7 @@ impl Progress for Told {
 
     fn trial(&self, trial: &Trial, best: Option<&Trial>, budget: usize) -> bool {
         let n = trial.trial + 1;
-        let best = best.map_or("none good yet".to_owned(), |b| {
+        let best = best.map_or("no good trial yet".to_owned(), |b| {
             format!("best loss {:.4}", b.loss())
         });
         self.tell(
@@ -180,7 +180,7 @@ impl NativeObjective {
             Ok((done, texts))
         });
         let (true, (space_json, defaults_json)) = fault.or(done)? else {
-            return Err(defect("the objective could not be made ready"));
+            return Err(defect("the objective could not be prepared"));
         };
         Ok(Self {
             ask: Mutex::new(ask),
@@ -194,8 +194,8 @@ impl NativeObjective {
         let parameters: BTreeMap<String, ParameterValue> = serde_json::from_str(parameters)
             .map_err(|e| {
                 refused(
-                    format!("these are no parameters: {e}"),
-                    "numbers, flags and words by name",
+                    format!("these are not parameters: {e}"),
+                    "give numbers, flags and words by name",
                 )
             })?;
         let (reply, answer) = channel();

@@ -64,7 +64,7 @@ python_class! {
             mass_guess_kg,
             ..VehicleData::default()
         };
-        let help = "values that the data sheet of a vehicle can have";
+        let help = "use values that the data sheet of a vehicle can have";
         Nominal::new(data).map(Self).map_err(|e| refused(e, help))
     }
     /// The vehicle of a scenario.

@@ -75,11 +75,11 @@ def test_names_that_are_none_or_unknown(minimal: pathlib.Path, ours: monorig.Est
         monorig.run(minimal, estimators={"a/b": WrongReturn})
     with pytest.raises(monorig.InputError, match="did you mean `dffrls_aekf`"):
         monorig.Estimator("dffrls_aekff", monorig.Vehicle.from_scenario(minimal))
-    with pytest.raises(monorig.InputError, match="there is already an estimator called `rail_fusion`"):
+    with pytest.raises(monorig.InputError, match="an estimator called `rail_fusion` exists already"):
         monorig.run(minimal, estimators={"rail_fusion": WrongReturn})
     with pytest.raises(monorig.InputError, match="there is no estimator `nobody`"):
         monorig.run(minimal, estimators=["nobody"])
-    with pytest.raises(monorig.InputError, match="there is no channel `truth/sped`.*\n.*truth/speed"):
+    with pytest.raises(monorig.InputError, match="the table has no channel `truth/sped`.*\n.*truth/speed"):
         monorig.run(minimal)["truth/sped"]
 
 
@@ -100,17 +100,17 @@ def test_a_vehicle_that_cannot_be() -> None:
 def test_arrays_of_another_shape_order_or_kind(ours: monorig.Estimator, minimal: pathlib.Path) -> None:
     with pytest.raises(monorig.InputError, match=r"wheel_speed has the shape \[5\]") as e:
         ours.run(T, wheel_speed=np.zeros(5))
-    assert "NaN where there is no new sample" in e.value.help
+    assert "NaN without a new sample" in e.value.help
     with pytest.raises(monorig.InputError, match="specific_force is not contiguous") as e:
         ours.run(T, specific_force=np.zeros((3, 10)).T)
     assert "numpy.ascontiguousarray(specific_force)" in e.value.help
-    with pytest.raises(monorig.InputError, match="no array of float64"):
+    with pytest.raises(monorig.InputError, match="not an array of float64"):
         ours.run(T, inclination=np.zeros(10, dtype=np.float32))
-    with pytest.raises(monorig.InputError, match="t_ns is ndarray and no array of int64"):
+    with pytest.raises(monorig.InputError, match="t_ns is ndarray, not an array of int64"):
         ours.run(T.astype(float))
-    with pytest.raises(monorig.InputError, match="nothing measures `speed`"):
+    with pytest.raises(monorig.InputError, match="no measurement is called `speed`"):
         ours.run(T, speed=np.zeros(10))  # type: ignore[call-arg]
-    with pytest.raises(monorig.InputError, match="there is no column `arrival_ns`"):
+    with pytest.raises(monorig.InputError, match="the samples have no column `arrival_ns`"):
         ours.run_samples(monorig.run(minimal, set={"stop.after_s": 1.0}))
 
 

@@ -7,7 +7,7 @@ use monorig_sim::record::{Chunk, Layout, MarkedStretch, MarkedTime};
 use rerun::EntityPath;
 
 /// The state in which nothing acts, and the colours of the others.
-const NOTHING: (&str, [u8; 3]) = ("as it should be", [70, 72, 80]);
+const NOTHING: (&str, [u8; 3]) = ("no fault", [70, 72, 80]);
 const FAULT: [u8; 3] = [205, 70, 60];
 const ANOTHER_ADHESION: [u8; 3] = [150, 90, 200];
 

@@ -29,7 +29,7 @@ pub fn sort_index(path: &Path) -> io::Result<()> {
         return Ok(());
     }
     let place = place_of_index(&mut file)?;
-    let (start, size) = place.ok_or_else(|| damaged("there is no index at the end"))?;
+    let (start, size) = place.ok_or_else(|| damaged("it has no index at its end"))?;
     if size > MAX_INDEX_BYTES {
         return Err(damaged("its index is too long"));
     }
@@ -81,7 +81,7 @@ pub fn check_lengths(path: &Path) -> io::Result<()> {
         }
         file.seek_relative(length as i64)?;
         if kind == MessageKind::End as u64 && file.stream_position()? + FOOTER_BYTES < size {
-            return Err(damaged("something stands behind its end"));
+            return Err(damaged("it has data after its end"));
         }
     }
 }

@@ -66,11 +66,11 @@ pub const OVERVIEW: [Titled; 5] = [
     ),
     (
         Plot::MassDifference,
-        "Mass error after less before, % (below zero: better)",
+        "Mass error after minus before, % (below zero: better)",
     ),
     (
         Plot::SlopeDifference,
-        "Slope error after less before, ° (below zero: better)",
+        "Slope error after minus before, ° (below zero: better)",
     ),
     (
         Plot::Speed,
@@ -109,12 +109,15 @@ pub const FORCES: [Titled; 8] = [
     (Plot::DriveForce, "Traction of each drive, N"),
     (
         Plot::MotorTorque,
-        "Motor torque, N·m (acting, and the command)",
+        "Motor torque, N·m (actual and commanded)",
     ),
     (Plot::Slip, "Slip, m/s"),
     (Plot::WheelLoad, "Wheel loads, N"),
     (Plot::Sway, "Sway of the load, °"),
-    (Plot::Rail, "Off the rail or the lane, clearance, m"),
+    (
+        Plot::Rail,
+        "Distance from the rail or the lane, clearance, m",
+    ),
 ];
 /// Plots of the instruments: samples only, so that a missing sample is visible.
 pub const SENSORS: [Titled; 5] = [

@@ -296,7 +296,7 @@ impl PlottedSeries {
         let (owner, leaf, unit) = (self.owner(), self.leaf(), &self.unit);
         match (self.group(), owner) {
             ("estimates", name) if self.is_error() => format!("{name} [{unit}]"),
-            ("difference", _) => format!("after less before [{unit}]"),
+            ("difference", _) => format!("after minus before [{unit}]"),
             ("limits", _) => leaf.replace('_', " "),
             ("bound", _) if self.is_error() => format!("Cramér-Rao bound ±2σ [{unit}]"),
             (group, "") => format!("{group} {leaf} [{unit}]"),

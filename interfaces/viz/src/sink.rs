@@ -179,6 +179,6 @@ impl Sink for RerunSink {
 fn not_begun(path: &Path) -> Error {
     Error::Io {
         path: path.into(),
-        source: std::io::Error::other("recording was not begun"),
+        source: std::io::Error::other("the recording was not started"),
     }
 }

@@ -25,13 +25,14 @@ pub struct RunSpec {
     pub scenario: PathBuf,
     /// Changes to it.
     pub changes: Sets,
-    /// The files of the study, as they were when it began.
+    /// Files of the study with their content at its start.
     pub inputs: InputFiles,
     /// Seed.
     pub seed: u64,
     /// Values drawn for this run, by name.
     pub draws: BTreeMap<String, serde_json::Value>,
-    /// Estimator whose valid samples the others' are held against, in a comparison.
+    /// Reference estimator of a comparison: errors are also taken over the samples that it and another estimator both
+    /// mark valid.
     pub reference: Option<String>,
 }
 
@@ -64,7 +65,7 @@ pub fn run_one(
     run_observed(spec, registry, go_on, &mut |_: &StepFrame<'_>| {})
 }
 
-/// Runs it with an observer more.
+/// Makes the run with one more observer.
 pub(crate) fn run_observed(
     spec: &RunSpec,
     registry: &Registry,
@@ -86,7 +87,7 @@ pub(crate) fn run_observed(
     })
 }
 
-/// None if it was stopped.
+/// `None` if the run was stopped.
 fn simulate(
     spec: &RunSpec,
     registry: &Registry,

@@ -1,4 +1,4 @@
-//! From a study file to its runs.
+//! The runs of a study file.
 
 use crate::batch::{RunSpec, StudyFile};
 use crate::campaign::{Campaign, CampaignKind, RunList};
@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// More runs than this are taken for a typing error.
+/// Largest number of runs; a larger number counts as a typing error.
 const MAX_RUNS: u64 = 10_000_000;
 
 /// A checked study.
@@ -55,8 +55,12 @@ impl Plan {
             let checked = Scenario::load_with(scenario, &Sets::new(sets))?;
             let seeds = checked.seeds();
             if seeds.windows(2).any(|two| two[1] != two[0] + 1) {
-                let message = "a sweep has seeds one after the other, and these are others";
-                return Err(document.error("seeds", message, "--seeds with a range, such as 1..5"));
+                let message = "a sweep needs consecutive seeds";
+                return Err(document.error(
+                    "seeds",
+                    message,
+                    "use --seeds with a range, such as 1..5",
+                ));
             }
             let name = scenario.file_name().unwrap_or_default().to_string_lossy();
             let file = StudyFile {
@@ -90,8 +94,8 @@ impl Plan {
         if file.why.trim().is_empty() {
             return Err(document.error(
                 "why",
-                "a study says why it exists",
-                "write a sentence: what it is to show",
+                "a study needs a purpose",
+                "write a sentence: what the study shows",
             ));
         }
         if !(1..=MAX_RUNS).contains(&file.runs) || file.first_seed.checked_add(file.runs).is_none()
@@ -99,7 +103,7 @@ impl Plan {
             return Err(document.error(
                 "runs",
                 format!(
-                    "{} runs from seed {} on cannot be made",
+                    "{} runs cannot be made from seed {} on",
                     file.runs, file.first_seed
                 ),
                 format!("from 1 to {MAX_RUNS} runs"),
@@ -109,7 +113,7 @@ impl Plan {
             .points()
             .and_then(|points| points.checked_mul(file.runs));
         if runs.is_none_or(|n| n > MAX_RUNS) {
-            let help = format!("one value or more for each path, and up to {MAX_RUNS} runs");
+            let help = format!("use one value or more for each path, and at most {MAX_RUNS} runs");
             return Err(document.error("grid", "this grid cannot be run", help));
         }
         for (i, vary) in file.vary.iter().enumerate() {
@@ -122,7 +126,7 @@ impl Plan {
                 return Err(document.error(
                     key,
                     format!("`{twice}` is changed twice"),
-                    "once in `set`, or in one variable",
+                    "change each path only once: in `set` or in one variable",
                 ));
             }
         }
@@ -146,8 +150,8 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Read the files that a choice may name in place of those of the first run. What is wrong with one is the result
-    /// of its runs.
+    /// Reads the files that a choice may name instead of the files of the first run. What is wrong with one is the
+    /// result of its runs.
     fn read_choices(&self) {
         let choices = self.file.vary.iter().map(|vary| {
             let values = vary.choice.iter().flatten();
@@ -174,7 +178,7 @@ impl Plan {
         fixed.chain(self.sets.iter().cloned()).collect()
     }
 
-    /// The files of the study, as they were when it was read.
+    /// Files of the study with the content that was read.
     pub fn inputs(&self) -> &InputFiles {
         &self.inputs
     }
@@ -206,7 +210,7 @@ impl Plan {
         }
     }
 
-    /// The campaign of these runs, made by this program.
+    /// Campaign of these runs, with this program as its maker.
     pub fn campaign(&self, monorig: &Identity) -> Campaign {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         let (inputs, file) = (self.inputs.digests(folder), &self.file);

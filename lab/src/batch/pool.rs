@@ -8,10 +8,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-/// No thread starts work that is so many places ahead of the result awaited next: it bounds what is held back.
+/// Largest distance in the order between new work and the next awaited result: it bounds what is held back.
 const AHEAD: u64 = 256;
 
-/// Threads that the system did not make.
+/// Number of threads that the system refused.
 static REFUSED: AtomicUsize = AtomicUsize::new(0);
 
 /// Number of threads that the system refused so far (a limit on processes, or on memory). Their work was done by the
@@ -20,9 +20,9 @@ pub fn refused_threads() -> usize {
     REFUSED.load(Ordering::Relaxed)
 }
 
-/// Do `work` on each of `items` with `jobs` threads, and hand each result to `take` in the order of the items, as
-/// soon as those before it are there. The first error of `take` ends it: what is being worked on is still finished,
-/// and dropped. A panic in `work` ends it too and goes on in the caller; work that may panic catches its own.
+/// Does `work` on each of `items` with `jobs` threads, and passes each result to `take` in the order of the items, as
+/// soon as all results before it are ready. The first error of `take` ends it: what is being worked on is still
+/// finished, and dropped. A panic in `work` ends it too and goes on in the caller; work that may panic catches its own.
 pub fn in_order<I: Send, T: Send, E>(
     jobs: NonZeroUsize,
     items: impl Iterator<Item = I> + Send,
@@ -125,7 +125,7 @@ impl<I> Pending<I> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The next item and its place; waits while it is too far ahead.
+    /// Returns the next item and its place; waits while the place is too far ahead.
     fn next<T>(&self) -> Option<(T, u64)>
     where
         I: Iterator<Item = (T, u64)>,

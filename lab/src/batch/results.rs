@@ -7,7 +7,7 @@ use crate::verdicts::verdict::ScenarioVerdict;
 use monorig_sim::error::Error;
 
 impl CampaignRow for RunResult {
-    /// The study; none of a test.
+    /// The study; `None` for a test.
     type Plan = Option<StudyFile>;
 
     fn plan(campaign: &Campaign) -> Result<Self::Plan, String> {
@@ -15,7 +15,7 @@ impl CampaignRow for RunResult {
             return Ok(None);
         };
         let study: StudyFile = serde_json::from_value(study.clone())
-            .map_err(|e| format!("its header has no study of ours: {e}"))?;
+            .map_err(|e| format!("its header has no study of monorig: {e}"))?;
         for vary in &study.vary {
             vary.check().map_err(|(message, _)| message)?;
         }
@@ -35,7 +35,7 @@ impl CampaignRow for RunResult {
             .map(|study| study.values(run.place, self.seed));
         if self.draws != values.unwrap_or_default() {
             return Err(format!(
-                "the drawn values are not those of run {index} of the study"
+                "the drawn values differ from run {index} of the study"
             ));
         }
         self.check()

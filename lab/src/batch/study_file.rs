@@ -13,28 +13,28 @@ use std::collections::BTreeMap;
 pub struct StudyFile {
     /// Format version, 1.
     pub(crate) version: Version1,
-    /// Why the study exists and what it shows.
+    /// Purpose of the study and what it shows.
     pub(crate) why: String,
     /// Scenario file, relative to this file.
     pub(crate) scenario: String,
-    /// How many runs; with a `grid` at each of its points.
+    /// Number of runs; with a `grid` the number of runs at each point.
     pub(crate) runs: u64,
-    /// Seed of the first run; each further run has the next one.
+    /// Seed of the first run; each further run has the next seed.
     #[serde(default = "one")]
     pub(crate) first_seed: u64,
     /// Fixed changes to the scenario, by path as in `--set`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(crate) set: BTreeMap<String, Value>,
-    /// What is drawn for each run.
+    /// Values that are drawn for each run.
     #[serde(default)]
     pub(crate) vary: Vec<Vary>,
-    /// Values by path; every combination of them is a point, and is run with the same seeds.
+    /// Values by path; every combination of values is a point, which is run with the same seeds.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(crate) grid: BTreeMap<String, Vec<Value>>,
 }
 
 impl StudyFile {
-    /// Number of points of the grid; `None` for one that cannot be counted, or has a path without a value.
+    /// Number of points of the grid; `None` if the number is too large, or a path has no value.
     pub(crate) fn points(&self) -> Option<u64> {
         let lengths = self.grid.values().map(|values| values.len() as u64);
         let points = lengths.into_iter().try_fold(1_u64, u64::checked_mul);

@@ -1,4 +1,4 @@
-//! Values drawn anew for each run.
+//! Values that are drawn for each run.
 //!
 //! A variable is drawn from a stream of its own, made from the seed of the run and the variable's path: adding
 //! another one, or changing their order, leaves the draws of this one as they were.
@@ -14,7 +14,7 @@ use serde_json::Value;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Vary {
-    /// What varies: a path as in `--set`, such as `load.mass_kg` or `track.vertical[1].to_grade_deg`.
+    /// Varied value: a path as in `--set`, such as `load.mass_kg` or `track.vertical[1].to_grade_deg`.
     pub(crate) path: String,
     /// Paths that get the same draw.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -25,7 +25,7 @@ pub(crate) struct Vary {
     pub(crate) normal: Option<Normal>,
     /// Lognormal.
     pub(crate) lognormal: Option<Lognormal>,
-    /// One of these values, each as often as the others.
+    /// One of these values, with equal probability.
     pub(crate) choice: Option<Vec<Value>>,
 }
 
@@ -38,9 +38,9 @@ pub(crate) struct Normal {
     pub(crate) mean: Finite,
     /// Standard deviation.
     pub(crate) sd: Positive,
-    /// Draws below are drawn again.
+    /// Lower limit: a smaller draw is repeated.
     pub(crate) min: Option<Finite>,
-    /// Draws above are drawn again.
+    /// Upper limit: a larger draw is repeated.
     pub(crate) max: Option<Finite>,
 }
 
@@ -53,13 +53,13 @@ pub(crate) struct Lognormal {
     pub(crate) median: Positive,
     /// Standard deviation of the natural logarithm.
     pub(crate) sd_of_log: Positive,
-    /// Draws below are drawn again.
+    /// Lower limit: a smaller draw is repeated.
     pub(crate) min: Option<Positive>,
-    /// Draws above are drawn again.
+    /// Upper limit: a larger draw is repeated.
     pub(crate) max: Option<Positive>,
 }
 
-/// Limits must leave room within so many standard deviations of the middle, or drawing again would take for ever.
+/// Limits must leave room within this number of standard deviations of the middle, else the draw would repeat for ever.
 const REACH: f64 = 3.0;
 
 impl Vary {
@@ -86,14 +86,14 @@ impl Vary {
             && high <= low
         {
             return Err((
-                format!("nothing lies between {} and {}", low.get(), high.get()),
-                "the smaller number first",
+                format!("no value lies between {} and {}", low.get(), high.get()),
+                "write the smaller number first",
             ));
         }
         if self.choice.as_ref().is_some_and(Vec::is_empty) {
             return Err((
-                "there is nothing to choose from".into(),
-                "at least one value",
+                "this choice has no values".into(),
+                "give at least one value",
             ));
         }
         if let Some((middle, sd, min, max)) = self.bell() {
@@ -101,8 +101,8 @@ impl Vary {
             let high = max.min(middle + REACH * sd);
             if high - low < 0.01 * sd {
                 return Err((
-                    "hardly any draw lies within these limits".into(),
-                    "`min` below `max`, and some of the bell's middle (3 standard deviations) between them",
+                    "almost no draw lies within these limits".into(),
+                    "use `min` below `max`, with a part of the middle (3 standard deviations) between them",
                 ));
             }
         }

@@ -31,7 +31,7 @@ pub(crate) struct Motion {
     pub(crate) gravity_mps2: f64,
 }
 
-/// Kalman covariance of the attitude, linearised on the true motion:
+/// Kalman covariance of the attitude, linearised at the true motion:
 ///
 /// ```text
 /// v̇ = f_x − b_x − g sin θ      θ̇ = ω − b_g
@@ -44,7 +44,7 @@ pub(crate) struct AttitudeBound {
 }
 
 impl AttitudeBound {
-    /// For instruments of this noise.
+    /// Makes the bound for instruments with this noise.
     pub(crate) fn new(noise: SheetNoise) -> Self {
         Self {
             noise,
@@ -64,7 +64,7 @@ impl AttitudeBound {
         Some(1.0 / self.noise.accelerometer?.rate_hz)
     }
 
-    /// One sample of the accelerometer later.
+    /// Advances by one sample of the accelerometer.
     pub(crate) fn step(&mut self, m: Motion) {
         let (Some(accelerometer), Some(wheels)) =
             (self.noise.accelerometer, self.noise.wheel_speed)

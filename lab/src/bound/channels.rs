@@ -5,7 +5,7 @@ use monorig_sim::closed_loop::Simulation;
 use monorig_sim::plant::Truth;
 use monorig_sim::record::{Channel, ChannelDescription, ExtraChannels};
 
-/// Path, unit, and what it is.
+/// Path, unit and description.
 const CHANNELS: [(&str, &str, &str); 3] = [
     (
         "bound/total_mass",
@@ -35,11 +35,11 @@ pub fn descriptions() -> Vec<ChannelDescription> {
     .collect()
 }
 
-/// `bound/…` of a run; no channels where there is no bound, as of a recorded drive.
+/// Channels `bound/…` of a run; empty without a bound, as for a recorded drive.
 #[derive(Default)]
 pub struct BoundChannels {
     bound: Option<RunningBound>,
-    /// The sample that holds, and the mass at its instant, kg.
+    /// Present sample, and the mass at its instant, kg.
     now: Option<(BoundSample, f64)>,
 }
 

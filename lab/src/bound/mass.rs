@@ -14,9 +14,9 @@ type MassRow = SVector<f64, STATES>;
 const STATES: usize = 5;
 const MASS: usize = 0;
 const UNSEEN: usize = 4;
-/// Means over so long are one measurement, s.
+/// Time over which means are one measurement, s.
 const BLOCK_S: f64 = 0.1;
-/// Slower than this the resistance is friction at rest, m/s.
+/// Speed below which the resistance is static friction, m/s.
 const MOVES_MPS: f64 = 0.06;
 /// Priors: of the resistance's growth with the speed, N·s/m; with the curvature of a bend, N·m; of the grade of the
 /// rail behind, rad, over so many metres.
@@ -36,7 +36,7 @@ struct DriveBlock {
     torques: Vec<f64>,
 }
 
-/// Kalman covariance of the force balance, linearised on the true motion:
+/// Kalman covariance of the force balance, linearised at the true motion:
 ///
 /// ```text
 /// F = M (a + g sin θ_e) + s (r + c |v| + q |κ|) + η g U/9 m,   noise of F: torques, and M times that of the accelerometer
@@ -57,7 +57,7 @@ pub(crate) struct MassBound {
 }
 
 impl MassBound {
-    /// For instruments of this noise, and a vehicle that is told with these tolerances.
+    /// Makes the bound for instruments with this noise, and nominal values with these tolerances.
     pub(crate) fn new(noise: SheetNoise, tolerances: &Tolerances) -> Self {
         Self {
             noise,
@@ -71,7 +71,7 @@ impl MassBound {
         }
     }
 
-    /// A step of the plant later.
+    /// Called after each step of the plant.
     pub(crate) fn step(&mut self, truth: &Truth, vehicle: &Vehicle, gravity: f64) {
         if self.mass_kg.is_nan() {
             self.start_m = truth.chainage_m;
@@ -97,7 +97,7 @@ impl MassBound {
         }
     }
 
-    /// Nothing is known of a new load but what the vehicle can carry; the rest stays known.
+    /// Resets the knowledge of the load to the vehicle's range; other knowledge stays.
     fn load_changed(&mut self, mass_kg: f64, vehicle: &Vehicle, gravity: f64) {
         self.mass_kg = mass_kg;
         let [low, high] = vehicle.mass_range_kg;
@@ -155,8 +155,8 @@ impl MassBound {
         self.unseen_rad = p[(UNSEEN, UNSEEN)].sqrt() * moment / (BEHIND.1 * self.mass_kg);
     }
 
-    /// Standard deviation of the mass as a share of it, with the scale of torque sensors, gears and wheels, which
-    /// cannot be separated from mass; and of the effective grade by the rail behind, rad.
+    /// Standard deviation of the mass as a share of the mass, including the scale of torque sensors, gears and wheels,
+    /// which cannot be separated from mass; and of the effective grade from the rail behind the train, rad.
     pub(crate) fn sd(&self, drives: usize) -> Option<(f64, f64)> {
         let p = self.covariance?;
         let gain = self.noise.motor_torque?.scale_sd / (drives.max(1) as f64).sqrt();

@@ -1,4 +1,4 @@
-//! The bound of a run while it goes on.
+//! The bound of a run during the run.
 
 use super::attitude::{AttitudeBound, Motion};
 use super::mass::MassBound;
@@ -16,7 +16,7 @@ pub struct BoundSample {
     pub slope_rad: f64,
     /// Bound of the effective grade, rad.
     pub effective_rad: f64,
-    /// Bound of the total mass, as a share of it.
+    /// Bound of the total mass, as a share of the mass.
     pub mass_rel: f64,
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct RunningBound {
 }
 
 impl RunningBound {
-    /// For this simulation; none without an accelerometer and wheel speeds, as of a recorded drive.
+    /// Makes the bound for this simulation; `None` without an accelerometer and wheel speeds, as for a recorded drive.
     pub(crate) fn of(simulation: &Simulation) -> Option<Self> {
         let noise = SheetNoise::of(&simulation.instruments);
         noise.accelerometer.and(noise.wheel_speed)?;
@@ -52,7 +52,7 @@ impl RunningBound {
         })
     }
 
-    /// A step of the plant later; whether a sample of the accelerometer was due, with which the bound changes.
+    /// Advances by a step of the plant; returns true if a sample of the accelerometer was due, which changes the bound.
     pub(crate) fn step(&mut self, truth: &Truth) -> bool {
         self.mass.step(truth, &self.vehicle, self.gravity);
         let due = self
@@ -73,7 +73,7 @@ impl RunningBound {
         true
     }
 
-    /// The bound now; none before the first sample.
+    /// Present bound; `None` before the first sample.
     pub(crate) fn now(&self) -> Option<BoundSample> {
         self.now
     }

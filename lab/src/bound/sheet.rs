@@ -21,7 +21,7 @@ pub(crate) struct InstrumentNoise {
     pub(crate) scale_sd: f64,
 }
 
-/// Noise of the instruments that estimate mass and slope; none for those that the sheet does not have.
+/// Noise of the instruments for mass and slope; `None` for an instrument that the sheet does not have.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct SheetNoise {
     /// m/s².
@@ -35,7 +35,7 @@ pub(crate) struct SheetNoise {
 }
 
 impl SheetNoise {
-    /// Takes the noise of these instruments.
+    /// Reads the noise of these instruments.
     pub(crate) fn of(specs: &InstrumentSpecs) -> Self {
         let of = |name: &str| specs.get(name).map(noise);
         Self {

@@ -14,10 +14,10 @@ use std::path::Path;
 
 /// Version of the format of these files.
 const VERSION: u32 = 3;
-/// More shards than this are taken for a mistake.
+/// Largest number of shards; a larger number counts as a mistake.
 const MAX_SHARDS: u64 = 1_000_000;
 
-/// Command whose runs these are.
+/// Command that makes the runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CampaignKind {
@@ -42,20 +42,20 @@ impl CampaignKind {
         }
     }
 
-    /// Advice to begin anew, in error messages.
+    /// Advice to start again, in error messages.
     pub(crate) fn anew(self) -> &'static str {
         match self {
-            Self::Tune => "start anew with --restart",
-            _ => "remove this file to begin anew",
+            Self::Tune => "start again with --restart",
+            _ => "remove this file to start again",
         }
     }
 
-    /// Advice where a line is wrong, in error messages.
+    /// Advice for a wrong line, in error messages.
     pub(crate) fn again(self) -> String {
         match self {
             Self::Test => "make this shard again with `monorig test --shard`".to_owned(),
             _ => format!(
-                "start the same `monorig {}` again: it goes on where a file breaks off; of one that was edited: {}",
+                "start the same `monorig {}` again: it continues an incomplete file; for an edited file: {}",
                 self.word(),
                 self.anew()
             ),
@@ -63,17 +63,17 @@ impl CampaignKind {
     }
 }
 
-/// A scenario and the seeds it is run with.
+/// A scenario and its seeds.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunList {
     /// Name of the scenario.
     pub scenario: String,
-    /// Condition that it is run under.
+    /// Condition of the runs.
     pub condition: Option<String>,
     /// Seeds in the order of the runs, as ranges with both ends included.
     seeds: Vec<[u64; 2]>,
-    /// SHA-256 over its files and what they come to, where the campaign has many scenarios.
+    /// SHA-256 over the scenario's files and resolved values, if the campaign has many scenarios.
     hash: Option<String>,
 }
 
@@ -144,7 +144,7 @@ impl RunList {
 pub struct PlannedRun<'a> {
     /// The runs of the same scenario.
     pub list: &'a RunList,
-    /// Place of these among the lists.
+    /// Place of this list among the lists.
     pub(crate) of: usize,
     /// Place among the runs of the same scenario.
     pub(crate) place: u64,
@@ -183,14 +183,14 @@ pub struct Campaign {
     pub name: String,
     /// Every run of the whole campaign.
     pub list: Vec<RunList>,
-    /// The part of the runs that is here; all if it is left out.
+    /// Part of the runs in this file; without this key all runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     shard: Option<Shard>,
     /// The program.
     pub monorig: Identity,
     /// SHA-256 of every file that was read, by name relative to the folder of the study.
     inputs: BTreeMap<String, String>,
-    /// Values of the files with all defaults filled in, those of parameters too.
+    /// Values of the files with all defaults filled in, including the defaults of parameters.
     pub(crate) resolved: Value,
     /// SHA-256 over program, files, values and list.
     pub hash: String,
@@ -221,7 +221,7 @@ impl Campaign {
         made
     }
 
-    /// The part of the runs that a machine makes.
+    /// Makes the shard of a machine.
     pub fn part(self, shard: Option<Shard>) -> Self {
         let shard = shard.filter(|shard| *shard != Shard::WHOLE);
         Self { shard, ..self }
@@ -255,12 +255,12 @@ impl Campaign {
         Ok(Self::open(path)?.0)
     }
 
-    /// The part of the runs that is here.
+    /// Part of the runs in this file.
     pub(crate) fn shard(&self) -> Shard {
         self.shard.unwrap_or(Shard::WHOLE)
     }
 
-    /// Paths of the values of a study's grid; none without one.
+    /// Paths of the values of a study's grid; empty without a grid.
     pub fn swept(&self) -> Vec<String> {
         let grid = self.resolved.pointer("/study/grid");
         let grid = grid.and_then(Value::as_object).into_iter();
@@ -283,7 +283,7 @@ impl Campaign {
         self.shard().index(n)
     }
 
-    /// Name of the file that its results are kept in.
+    /// Name of the file with its results.
     pub fn file_name(&self) -> String {
         match self.shard {
             None => "results.jsonl".to_owned(),
@@ -294,7 +294,10 @@ impl Campaign {
     /// Checks the header by itself. The error says what does not fit the rest of it.
     pub(crate) fn check(&self) -> Result<(), String> {
         if self.computed_hash() != self.hash {
-            return Err("its header was edited: its hash is not that of program, inputs, values and runs in it".into());
+            return Err(
+                "its header was edited: its hash does not fit its program, inputs, values and runs"
+                    .into(),
+            );
         }
         let mut lists = self.list.iter();
         let runs = lists.try_fold(0_u64, |sum, list| sum.checked_add(list.checked_runs()?));
@@ -318,11 +321,11 @@ impl Campaign {
                 "this is not the result of run {index}: it is of {scenario} seed {seed}, and run {index} is of {} seed {}",
                 run.list.scenario, run.seed
             )),
-            None => Err(format!("there is no run {index}")),
+            None => Err(format!("the campaign has no run {index}")),
         }
     }
 
-    /// Difference between the header of a file (`self`) and that of new results. `None`: they are equal.
+    /// Difference between the header of a file (`self`) and the header of new results. `None`: they are equal.
     pub(crate) fn differs(&self, here: &Self) -> Option<String> {
         if self == here {
             return None;
@@ -379,7 +382,7 @@ impl Campaign {
     }
 }
 
-/// Most differences in a message; the rest is a number.
+/// Largest number of differences in a message; the others are counted.
 const MAX_LISTED: usize = 6;
 
 /// The first value that differs, as its path and both values.

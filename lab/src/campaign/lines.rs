@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{BufReader, ErrorKind};
 use std::path::{Path, PathBuf};
 
-/// No line of results comes near this length, bytes.
+/// Largest length of a line, bytes: lines of results are much shorter.
 const MAX_LINE_BYTES: u64 = 16 << 20;
 
 /// A line without its end.
@@ -43,7 +43,7 @@ impl Lines {
         }
     }
 
-    /// Bytes of the lines with an end that were read.
+    /// Number of bytes of complete lines that were read.
     pub(crate) fn whole_bytes(&self) -> u64 {
         self.whole_bytes
     }
@@ -56,8 +56,8 @@ impl Lines {
             Ok(true) => {}
             Ok(false) => return Ok(None),
             Err(e) if e.kind() == ErrorKind::InvalidData => {
-                let help = "a file that only monorig has written to";
-                return Err(self.wrong("this line is longer than any result", help));
+                let help = "use a file that only monorig has written";
+                return Err(self.wrong("this line is too long for a result", help));
             }
             Err(e) => return Err(Error::at(&self.path)(e)),
         }
@@ -67,7 +67,7 @@ impl Lines {
         Ok(Some(RawLine { bytes, torn }))
     }
 
-    /// An error in the line that was read last.
+    /// Makes an error in the line that was read last.
     pub(crate) fn wrong(&self, message: impl Into<String>, help: impl Into<String>) -> Error {
         wrong(&self.path, Some(self.number), message, help)
     }

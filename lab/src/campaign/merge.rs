@@ -1,4 +1,4 @@
-//! Shards of a campaign put together: the same rows as if it had been run whole.
+//! Joined shards of a campaign: the same rows as if it had been run whole.
 
 use crate::campaign::store::to_line;
 use crate::campaign::wrong;
@@ -26,9 +26,9 @@ impl<R: CampaignRow> Shards<R> {
             let first = whole.get_or_insert_with(|| own.clone());
             if let Some(what) = own.differs(first) {
                 let message = format!(
-                    "these are other results than in the first file: {what} (here: the first file)"
+                    "these results do not belong to the first file: {what} (here: the first file)"
                 );
-                let help = "name the shards of one campaign, made by one program on machines that compute alike";
+                let help = "name the shards of one campaign, made by one program on machines with equal arithmetic";
                 return Err(wrong(path, Some(1), message, help));
             }
             let rows = Rows::open(path, &[kind])?;
@@ -40,7 +40,7 @@ impl<R: CampaignRow> Shards<R> {
         let (Some(campaign), true) = (whole, numbers.eq((1..=of).map(|part| (part, of)))) else {
             let there = parts.iter().map(|(s, _)| format!("{}/{}", s.part, s.of));
             let there: Vec<String> = there.collect();
-            let message = format!("these shards do not make a whole: {}", there.join(", "));
+            let message = format!("these shards are not complete: {}", there.join(", "));
             let path = paths.first().map_or(Path::new(""), PathBuf::as_path);
             let help = "name every shard of the campaign once, 1/n to n/n";
             return Err(wrong(path, None, message, help));

@@ -1,4 +1,4 @@
-//! The rows of a campaign, read back and held against its list of runs: a line that was edited, or is of another
+//! The rows of a campaign, read back and checked against its list of runs: a line that was edited, or is of another
 //! campaign, is found.
 
 use crate::campaign::lines::{Lines, RawLine};
@@ -12,13 +12,13 @@ use std::path::Path;
 
 /// Result of a run: a line of JSON.
 pub trait CampaignRow: Serialize + DeserializeOwned {
-    /// Values of the campaign that rows are checked by.
+    /// Values of the campaign for checking rows.
     type Plan;
 
     /// Reads these values. The error says what of the campaign does not fit.
     fn plan(campaign: &Campaign) -> Result<Self::Plan, String>;
 
-    /// Checks that it can be the row of this run of the campaign.
+    /// Checks that the row can belong to this run of the campaign.
     fn check(&self, campaign: &Campaign, plan: &Self::Plan, index: u64) -> Result<(), String>;
 }
 
@@ -45,7 +45,7 @@ impl<R: CampaignRow> Rows<R> {
         Self::behind(campaign, lines)
     }
 
-    /// Reads the rows behind a header that was read.
+    /// Reads the rows after the header.
     pub(crate) fn behind(campaign: Campaign, lines: Lines) -> Result<Self, Error> {
         let plan = campaign.check().and_then(|()| R::plan(&campaign));
         let plan = plan.map_err(|message| lines.wrong(message, campaign.kind.again()))?;
@@ -69,23 +69,23 @@ impl<R: CampaignRow> Rows<R> {
         self.read
     }
 
-    /// Bytes of the whole lines that were read.
+    /// Number of bytes of the complete lines that were read.
     pub(crate) fn whole_bytes(&self) -> u64 {
         self.lines.whole_bytes()
     }
 
-    /// An error in the line that was read last.
+    /// Makes an error in the line that was read last.
     pub(crate) fn wrong(&self, message: impl Into<String>) -> Error {
         self.lines.wrong(message, self.campaign.kind.again())
     }
 
-    /// The next row, which must be there.
+    /// Returns the next row, which must exist.
     pub(crate) fn must(&mut self) -> Result<(String, R), Error> {
         let index = self.campaign.index(self.read);
         self.next().unwrap_or_else(|| {
             Err(self.wrong(match self.torn {
-                true => format!("this is not the result of run {index}: the line breaks off"),
-                false => format!("these results stop before run {index}"),
+                true => format!("this is not the result of run {index}: the line is incomplete"),
+                false => format!("these results end before run {index}"),
             }))
         })
     }
@@ -93,7 +93,7 @@ impl<R: CampaignRow> Rows<R> {
     fn row(&self, line: String) -> Result<(String, R), String> {
         let index = self.campaign.index(self.read);
         if index >= self.campaign.runs() {
-            return Err("there are more results than the campaign has runs".into());
+            return Err("the file has more results than the campaign has runs".into());
         }
         let row = serde_json::from_str::<R>(&line);
         let row = row.map_err(|e| format!("this is not the result of run {index}: {e}"))?;

@@ -15,12 +15,12 @@ impl Shard {
     /// All runs.
     pub const WHOLE: Self = Self { part: 1, of: 1 };
 
-    /// The index of its run number `n`, from 0.
+    /// Index of this part's run number `n`, from 0.
     pub fn index(self, n: u64) -> u64 {
         n * self.of + (self.part - 1)
     }
 
-    /// Number of the study's runs that it has.
+    /// Number of runs in this part.
     pub fn runs(self, all: u64) -> u64 {
         (all + self.of - self.part) / self.of
     }

@@ -1,4 +1,4 @@
-//! The file of a campaign while its runs are made: it grows by a row as soon as there is one.
+//! The file of a campaign during its runs: it grows by a row as soon as there is one.
 //!
 //! A kill can tear the last line only. That line is cut off when the file is opened again.
 
@@ -24,8 +24,8 @@ pub struct Store<R> {
 }
 
 impl<R: CampaignRow> Store<R> {
-    /// Opens the file of a campaign to add rows, or begins it; `take` gets each row that is there. A file of another
-    /// campaign is refused and left as it is.
+    /// Opens the file of a campaign to add rows, or makes it; `take` gets each existing row. A file of another campaign
+    /// is refused and left as it is.
     pub fn resume(
         path: &Path,
         campaign: &Campaign,
@@ -44,9 +44,9 @@ impl<R: CampaignRow> Store<R> {
                 let found = serde_json::from_slice::<Campaign>(bytes).ok();
                 let what = found.and_then(|found| found.differs(campaign));
                 let what = what.unwrap_or_else(|| {
-                    "its first line is not one that this version of monorig writes".into()
+                    "this version of monorig does not write such a first line".into()
                 });
-                let message = format!("these results were made from something else: {what}");
+                let message = format!("these results were made from other inputs: {what}");
                 let anew = campaign.kind.anew();
                 let help = format!("name another folder with --out, or {anew}");
                 return Err(wrong(path, Some(1), message, help));
@@ -66,7 +66,7 @@ impl<R: CampaignRow> Store<R> {
         Ok(store)
     }
 
-    /// Begins a file, in place of an older one.
+    /// Makes a new file, which replaces an older file.
     pub fn replace(path: &Path, campaign: &Campaign) -> Result<Self, Error> {
         whole::replaceable(path)?;
         let mut store = Self::locked(path)?;
@@ -92,8 +92,8 @@ impl<R: CampaignRow> Store<R> {
             Err(TryLockError::WouldBlock) => Err(wrong(
                 path,
                 None,
-                "another monorig is writing these results",
-                "wait for it, or name another folder with --out",
+                "another monorig process is writing these results",
+                "wait for this process, or name another folder with --out",
             )),
             Err(TryLockError::Error(e)) => Err(Error::at(path)(e)),
         }
@@ -111,7 +111,7 @@ impl<R: CampaignRow> Store<R> {
         Ok(())
     }
 
-    /// Leaves the first bytes only, and goes to their end.
+    /// Keeps only the first bytes, and goes to their end.
     fn cut(&mut self, end: u64) -> Result<(), Error> {
         let cut = self.file.set_len(end);
         let moved = cut.and_then(|()| self.file.seek(SeekFrom::Start(end)));

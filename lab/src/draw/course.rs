@@ -13,17 +13,17 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
-/// Share of the motors' force and power that the steepest climb takes at most.
+/// Largest share of the motors' force and power on the steepest climb.
 const SHARE: f64 = 0.7;
-/// Way left at both ends of the track beside what the train covers, m.
+/// Free distance at both ends of the track beside the train's length, m.
 const ROOM_M: f64 = 3.0;
-/// Share of the free way that a drive covers by its speed reference. A reference by time fixes speeds, not places:
+/// Share of the free distance that a drive covers by its speed reference. A reference by time fixes speeds, not places:
 /// what the controller lags in a grade it does not make up for.
 const COVERED: f64 = 0.9;
 /// Time from the end of the drive to the end of the run, s.
 const AFTER_S: f64 = 2.0;
 const GRAVITY_MPS2: f64 = 9.81;
-/// Folder beside the scenarios for what they are made of.
+/// Folder beside the scenarios for their parts.
 const PARTS: &str = "parts";
 
 /// A course: what is to be written.
@@ -31,7 +31,7 @@ const PARTS: &str = "parts";
 pub struct Course {
     /// Name of the scenario.
     pub name: String,
-    /// Its files, the scenario last.
+    /// Files of the course, the scenario last.
     pub files: Vec<DrawnFile>,
     /// End of the run, s.
     pub(crate) over_s: f64,
@@ -41,7 +41,7 @@ pub struct Course {
     pub(crate) instruments: Vec<&'static str>,
 }
 
-/// A file that was drawn.
+/// A drawn file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnFile {
     /// Relative to the folder of the scenarios.
@@ -122,7 +122,7 @@ pub fn course(ranges: &RangesFile, file: &Path, folder: &Path, seed: u64) -> Res
     })
 }
 
-/// The file `to`, named from the folder `from`.
+/// Path of the file `to`, relative to the folder `from`.
 fn relative(from: &Path, to: &Path) -> Result<String, Error> {
     let whole = |path: &Path| std::fs::canonicalize(path).map_err(Error::at(path));
     let (from, to) = (whole(from)?, whole(to)?);

@@ -7,7 +7,7 @@ use serde::Serialize;
 /// Limits of a drive: its way and what the motors can do.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach {
-    /// Way there is, m.
+    /// Available distance, m.
     pub(crate) way_m: f64,
     /// Speed that the motors hold on the steepest climb, m/s.
     pub(crate) speed_mps: f64,
@@ -18,7 +18,7 @@ pub(crate) struct Reach {
 pub(crate) struct Drive {
     /// Its points by time.
     pub(crate) speed: Vec<Point>,
-    /// When it is over, s.
+    /// End of the drive, s.
     #[serde(skip)]
     pub(crate) over_s: f64,
 }
@@ -31,7 +31,7 @@ pub(crate) struct Point {
     pub(crate) mps: f64,
 }
 
-/// A drive over the whole way.
+/// Draws a drive over the whole distance.
 pub(crate) fn draw(ranges: &DriveRanges, seed: u64, reach: Reach) -> Drive {
     let mut draws = Draws::new(seed, "drive");
     let stops = (draws.0.uniform() * f64::from(ranges.max_stops + 1)) as u32;
@@ -55,7 +55,7 @@ pub(crate) fn draw(ranges: &DriveRanges, seed: u64, reach: Reach) -> Drive {
 }
 
 impl Drive {
-    /// Stand, start, run, stop.
+    /// Adds the points for standstill, start, run and stop.
     fn leg(
         &mut self,
         ranges: &DriveRanges,

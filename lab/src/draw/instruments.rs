@@ -1,4 +1,4 @@
-//! A sensor sheet with its noise, and its biases, made larger or smaller.
+//! A sensor sheet with scaled noise and biases.
 
 use monorig_sim::config::file::Document;
 use monorig_sim::error::Error;
@@ -18,7 +18,7 @@ const BIASES: [&str; 4] = [
     "misalignment_sd_deg",
 ];
 
-/// The text of a sheet like the one in `path`, with these factors on its noise and its bias.
+/// Text of the sheet in `path`, with these factors on its noise and its bias.
 pub(crate) fn scaled(path: &Path, noise: f64, bias: f64) -> Result<String, Error> {
     let document = Document::read(path)?;
     let mut sheet: Value = document.parse()?;
@@ -56,7 +56,7 @@ fn multiply(value: &mut Value, factor: f64) {
     }
 }
 
-/// A number as a person would write it.
+/// A number with few digits.
 pub(crate) fn four_digits(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
 }

@@ -19,7 +19,7 @@ pub(crate) use track::round;
 use monorig_sim::config::checked::Positive;
 use monorig_sim::sensors::stream::Stream;
 
-/// Random numbers of one kind of value.
+/// Random numbers for one kind of value.
 pub(crate) struct Draws(Stream);
 
 impl Draws {
@@ -27,13 +27,13 @@ impl Draws {
         Self(Stream::new(seed, &format!("draw/{what}")))
     }
 
-    /// Evenly between the two.
+    /// Draws uniformly between two numbers.
     pub(crate) fn within<T: Into<f64> + Copy>(&mut self, [low, high]: [T; 2]) -> f64 {
         let (low, high) = (low.into(), high.into());
         low + (high - low) * self.0.uniform()
     }
 
-    /// Between the two with an even logarithm.
+    /// Draws between two numbers, uniformly in the logarithm.
     fn log_within(&mut self, [low, high]: [Positive; 2]) -> f64 {
         let ends = [low, high].map(|x| libm::log(x.get()));
         libm::exp(self.within(ends))
@@ -43,7 +43,7 @@ impl Draws {
         self.0.uniform() < share
     }
 
-    /// Draws a place in a list, each as often as its weight.
+    /// Draws a place in a list, with probabilities in proportion to the weights.
     pub(crate) fn place(&mut self, weights: &[f64]) -> usize {
         let mut left = self.0.uniform() * weights.iter().sum::<f64>();
         for (i, weight) in weights.iter().enumerate() {

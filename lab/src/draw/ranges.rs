@@ -20,23 +20,23 @@ use std::path::Path;
 pub struct RangesFile {
     /// Format version, 1.
     pub(crate) version: Version1,
-    /// What the courses are for.
+    /// Purpose of the courses.
     pub(crate) why: String,
     /// Rail profile file, relative to this file.
     pub(crate) profile: String,
     /// Trains to choose from.
     pub(crate) trains: Vec<TrainRange>,
-    /// Sensor sheets to choose from, each as often as the others; relative to this file.
+    /// Sensor sheets to choose from, with equal probability; relative to this file.
     pub(crate) sensors: Vec<String>,
-    /// Factor on every noise of the sheet; even in its logarithm.
+    /// Factor on every noise of the sheet; uniform in its logarithm.
     pub(crate) noise_factor: [Positive; 2],
-    /// Factor on every bias, drift and scale error of the sheet; even in its logarithm.
+    /// Factor on every bias, drift and scale error of the sheet; uniform in its logarithm.
     pub(crate) bias_factor: [Positive; 2],
     /// The track.
     pub track: TrackRanges,
     /// The drive.
     pub(crate) drive: DriveRanges,
-    /// Estimators of every scenario, as there.
+    /// Estimators of every scenario, written as in a scenario.
     pub(crate) estimators: BTreeMap<String, Settings>,
     /// The estimator in the loop, as in a scenario.
     #[serde(default)]
@@ -49,29 +49,29 @@ pub struct RangesFile {
 pub(crate) struct TrainRange {
     /// Train file, relative to this file.
     pub(crate) train: String,
-    /// How often it is chosen, beside the others.
+    /// Weight with which this train is chosen.
     pub(crate) weight: Positive,
     /// Load on the hook, kg.
     pub(crate) load_kg: [NonNegative; 2],
 }
 
-/// What tracks are drawn from.
+/// Ranges for tracks.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TrackRanges {
     /// Length, m.
     pub(crate) length_m: [Positive; 2],
-    /// Grades, degrees; less where the motors could not climb it with 70 % of their force.
+    /// Grades, degrees; limited to grades that the motors can climb with 70 % of their force.
     pub grade_deg: [Finite; 2],
     /// Length of stretches of constant grade, m.
     pub(crate) grade_length_m: [Positive; 2],
-    /// Radii of crests and sags, the least where they are transitions, m; even in their logarithm.
+    /// Radii of crests and sags, of transitions the least radius, m; uniform in their logarithm.
     pub(crate) vertical_radius_m: [Positive; 2],
     /// Share of the tracks that are straight in plan.
     pub(crate) straight_share: Fraction,
     /// Straights between bends, m.
     pub(crate) straight_m: [Positive; 2],
-    /// Radii of bends, m; even in their logarithm.
+    /// Radii of bends, m; uniform in their logarithm.
     pub(crate) radius_m: [Positive; 2],
     /// Turn of a bend, degrees, to the left or to the right.
     pub(crate) bend_deg: [Positive; 2],
@@ -87,29 +87,29 @@ pub struct TrackRanges {
     pub(crate) joint_step_m: [NonNegative; 2],
 }
 
-/// What drives are drawn from.
+/// Ranges for drives.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct DriveRanges {
-    /// Standing before the first start, and at every stop, s.
+    /// Time at standstill before the first start and at every stop, s.
     pub(crate) stand_s: [Positive; 2],
-    /// Speed, m/s; less where the motors could not climb with 70 % of their power.
+    /// Speed, m/s; limited to speeds at which the motors can climb with 70 % of their power.
     pub(crate) speed_mps: [Positive; 2],
     /// Acceleration, m/s².
     pub(crate) acceleration_mps2: [Positive; 2],
-    /// Most stops on the way; as many as none are as likely.
+    /// Largest number of stops; every number from 0 to it is equally likely.
     pub(crate) max_stops: u32,
-    /// Share of the drives that come back at last, over some of the way.
+    /// Share of the drives that end with a return over a part of the distance.
     pub(crate) reversal_share: Fraction,
 }
 
-/// Longest track that is drawn, m.
+/// Length of the longest drawn track, m.
 const MAX_TRACK_M: f64 = 50_000.0;
-/// Most stretches of a drawn track.
+/// Largest number of stretches of a drawn track.
 const MAX_PIECES: f64 = 20_000.0;
-/// Most joints of a drawn track.
+/// Largest number of joints of a drawn track.
 const MAX_JOINTS: f64 = 100_000.0;
-/// Most stops of a drawn drive.
+/// Largest number of stops of a drawn drive.
 const MAX_STOPS: f64 = 1_000.0;
 
 impl RangesFile {
@@ -122,7 +122,7 @@ impl RangesFile {
                 return Err(document.error(
                     key,
                     format!("this range goes from {low} to {high}"),
-                    "the smaller number first",
+                    "write the smaller number first",
                 ));
             }
         }
@@ -164,19 +164,19 @@ impl RangesFile {
             } else {
                 "sensors"
             };
-            return Err(document.error(key, "there is none to choose from", "one at least"));
+            return Err(document.error(key, "this list has no entry", "one at least"));
         }
         if let Some((name, _)) = file.estimators.iter().find(|(_, e)| e.from.is_some()) {
             return Err(document.error(
                 format!("estimators.{name}.from"),
-                "a drawn scenario names no parameter file",
-                "the parameters themselves",
+                "a drawn scenario cannot name a parameter file",
+                "write the parameters themselves",
             ));
         }
         Ok(file)
     }
 
-    /// Read every file that is named, and look up every estimator.
+    /// Reads every named file, and looks up every estimator.
     pub fn check(&self, path: &Path, registry: &Registry) -> Result<(), Error> {
         for (i, train) in self.trains.iter().enumerate() {
             Train::load(&named(path, &format!("trains[{i}].train"), &train.train)?)?;

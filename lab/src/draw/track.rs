@@ -3,9 +3,9 @@
 use super::{Draws, TrackRanges};
 use std::f64::consts::PI;
 
-/// Two grades that follow one another differ by this at least, degrees.
+/// Least difference between two consecutive grades, degrees.
 const LEAST_CHANGE_DEG: f64 = 0.5;
-/// Share of a bend's turn that its easements take at most.
+/// Largest share of a bend's turn in its easements.
 const EASED: f64 = 0.8;
 
 /// A drawn track: the text of its lists, and how long it is.
@@ -110,7 +110,7 @@ fn joints(ranges: &TrackRanges, draws: &mut Draws) -> String {
     }
 }
 
-/// The drawn easement, shorter where the arc has no room for it.
+/// The drawn easement, shortened if the arc has no room for it.
 fn easement(ranges: &TrackRanges, draws: &mut Draws, radius_m: f64, turn_deg: f64) -> f64 {
     let room = EASED * radius_m * turn_deg * PI / 180.0;
     let drawn = draws.within(ranges.easement_m);

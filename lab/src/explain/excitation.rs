@@ -11,11 +11,11 @@ const RIPPLE: f64 = 0.2;
 const PERIOD_S: f64 = 10.0;
 /// Points of the reference in a period.
 const POINTS: f64 = 8.0;
-/// A drive with more points would be no drive to look at.
+/// Largest number of points of a drive with ripple.
 const MAX_POINTS: usize = 20_000;
 
-/// The speed reference with the ripple, as YAML; none of a reference by chainage, of one that starts over, or of one
-/// that is standstill.
+/// The speed reference with the ripple, as YAML; `None` for a reference by chainage, a repeated reference or
+/// standstill.
 pub(crate) fn excited(drive: &DriveCycle) -> Option<String> {
     if drive.every_s.is_some() {
         return None;

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 /// Name of the file in the folder of a run.
 pub const NAME: &str = "explain.json";
-/// The errors that are explained, all samples.
+/// Explained errors, over all samples.
 pub const METRICS: [&str; 3] = ["mass_rmse_kg", "slope_rmse_deg", "effective_slope_rmse_deg"];
 
 /// The error budget of the estimators of a scenario.
@@ -49,7 +49,7 @@ pub struct SwitchedOff {
     pub name: String,
     /// Description of the source.
     pub(crate) what: String,
-    /// Why there is no error without it: the first of its runs that broke down.
+    /// Reason why there is no error without the source: the first of its runs that broke down.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub failed: Option<String>,
 }
@@ -61,18 +61,18 @@ pub struct ErrorOf {
     pub estimator: String,
     /// Metric.
     pub metric: String,
-    /// With everything as it is: root mean square over the seeds; null if it could not be measured.
+    /// Value with all sources: root mean square over the seeds; null if it could not be measured.
     pub with_all: Option<f64>,
     /// Without each of the sources.
     pub without: Vec<Option<f64>>,
-    /// 95 % intervals of the shares of the sources, over the seeds; null of a single one.
+    /// 95 % intervals of the shares of the sources, over the seeds; null for a single seed.
     #[serde(default)]
     pub intervals: Vec<Option<[f64; 2]>>,
 }
 
 impl ErrorOf {
-    /// Share of the mean square error that is gone without a source, 1 at most; none if one of the two could not be
-    /// measured.
+    /// Share of the mean square error that disappears without a source, at most 1; `None` if one of the two errors
+    /// could not be measured.
     pub fn share(&self, source: usize) -> Option<f64> {
         let without = self.without.get(source).copied().flatten()?;
         let with_all = self.with_all.filter(|x| *x > 0.0)?;
@@ -99,8 +99,8 @@ impl ErrorOf {
 }
 
 impl Budget {
-    /// From the runs with everything, then those without each of the sources, the seeds of each in a row. Sources
-    /// without a change have no runs and are left out by the caller.
+    /// Makes the budget from the runs with all sources, followed by the runs without each of the sources, with the
+    /// seeds of each in a row. Sources without a change have no runs and are left out by the caller.
     pub fn new(
         monorig: String,
         scenario: String,
@@ -154,14 +154,14 @@ impl Budget {
         }
     }
 
-    /// The estimator that the short form is about: this one if it has errors, else the first.
+    /// Estimator of the short form: this one if it has errors, else the first.
     fn shown<'a>(&'a self, wanted: Option<&'a str>) -> &'a str {
         let mut names = self.errors.iter().map(|e| e.estimator.as_str());
         let first = names.clone().next().unwrap_or_default();
         names.find(|name| wanted == Some(name)).unwrap_or(first)
     }
 
-    /// The sources that make most of the errors of an estimator, three at most: places of single sources.
+    /// The largest sources of an estimator's errors, three at most: places of single sources.
     pub fn greatest(&self, estimator: &str) -> Vec<usize> {
         let share = |source: usize| {
             let of = self.errors.iter().filter(|e| e.estimator == estimator);
@@ -190,14 +190,14 @@ impl Budget {
             let source = &self.sources.get(*most)?.name;
             let words = error.share_words(*most);
             Some(match error.share(*most).filter(|share| *share > 0.0) {
-                Some(_) => format!("the {what} of {name} comes to {words} from {source}"),
-                None => format!("the {what} of {name} comes from no single source"),
+                Some(_) => format!("{source} makes {words} of the {what} of {name}"),
+                None => format!("no single source explains the {what} of {name}"),
             })
         };
         let parts = [(METRICS[1], "slope error"), (METRICS[0], "mass error")];
         let parts: Vec<String> = parts.into_iter().filter_map(part).collect();
         let (said, seeds) = (parts.join("; "), self.seeds.len());
-        (name, format!("Over {seeds} seeds {said}."))
+        (name, format!("Over {seeds} seeds: {said}."))
     }
 
     /// The errors of one metric.
@@ -206,7 +206,8 @@ impl Budget {
     }
 }
 
-/// Interval of the share of the mean square error that is gone in the first runs; none unless all were measured.
+/// Interval of the share of the mean square error that disappears in the first runs; `None` unless all runs were
+/// measured.
 fn interval(runs: [&[RunResult]; 2], estimator: &str, metric: &str) -> Option<[f64; 2]> {
     let [without, with] = runs.map(|runs| values(runs, estimator, metric));
     let pairs = without?.into_iter().zip(with?);
@@ -215,7 +216,7 @@ fn interval(runs: [&[RunResult]; 2], estimator: &str, metric: &str) -> Option<[f
     Some([1.0 - ratio.high, 1.0 - ratio.low])
 }
 
-/// A metric in each of the runs; none unless it was measured in all.
+/// A metric in each of the runs; `None` unless it was measured in all runs.
 fn values(runs: &[RunResult], estimator: &str, metric: &str) -> Option<Vec<f64>> {
     let value = |run: &RunResult| {
         let summary = run.summary.as_ref().filter(|s| s.finished)?;
@@ -225,7 +226,7 @@ fn values(runs: &[RunResult], estimator: &str, metric: &str) -> Option<Vec<f64>>
     runs.iter().map(value).collect()
 }
 
-/// Over the runs; none unless it was measured in all of them.
+/// Value over the runs; `None` unless it was measured in all runs.
 fn root_mean_square(runs: &[RunResult], estimator: &str, metric: &str) -> Option<f64> {
     let values = values(runs, estimator, metric)?;
     let n = values.len();

@@ -11,7 +11,7 @@ pub struct Source {
     pub(crate) name: &'static str,
     /// Description of the source.
     pub(crate) what: String,
-    /// Changes to the scenario that do it, as `--set` makes them.
+    /// Changes to the scenario that switch the source off, in the form of `--set`.
     pub changes: Vec<(String, String)>,
 }
 
@@ -59,7 +59,7 @@ const DELIVERY: &[Off] = &[
 ];
 const THREE_AXES: [&str; 2] = ["accelerometer", "gyro"];
 
-/// Names of the sources that are no single ones.
+/// Names of the sources that combine others.
 pub(super) const ALL: &str = "all of these";
 pub(super) const EXCITATION: &str = "excitation";
 
@@ -112,7 +112,7 @@ pub fn sources(scenario: &Scenario) -> Result<Vec<Source>, Error> {
     let together = all.iter().flat_map(|s| s.changes.clone()).collect();
     all.push(source(
         ALL,
-        "all of the above at once: what is left is the method's own",
+        "all of the above at once: the remaining error is the method's own",
         together,
     ));
     if let Some(speed) = excitation::excited(&scenario.file.drive) {
@@ -128,7 +128,7 @@ fn model(scenario: &Scenario) -> Source {
         "vehicle".to_owned(),
         "{exact: {all: nothing is drawn}}".to_owned(),
     )];
-    let mut what = "what estimators are told of the vehicle is true of it".to_owned();
+    let mut what = "the nominal values for estimators are the true values".to_owned();
     if scenario.file.plant() == PlantKind::Rapier {
         changes.push(("physics.plant".into(), "point-mass".into()));
         what += "; the train is a point on the rail: no sway, no slack, no length";

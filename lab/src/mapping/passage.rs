@@ -17,7 +17,7 @@ const INTERNALS: [&str; 8] = [
     "heading_sd_rad",
 ];
 
-/// One estimator along a run, a number a row.
+/// One estimator along a run, with a number for each row.
 #[derive(Clone, Debug, Default)]
 pub struct Passage {
     pub(crate) t_s: Vec<f64>,
@@ -25,7 +25,7 @@ pub struct Passage {
     pub(crate) speed_mps: Vec<f64>,
     /// Standard deviation of that speed, m/s.
     pub(crate) speed_sd_mps: Vec<f64>,
-    /// True where its grade is marked valid.
+    /// True where the grade is marked valid.
     pub(crate) valid: Vec<bool>,
     /// Pitch of the unit, nose up, rad.
     pub(crate) pitch_rad: Vec<f64>,
@@ -33,7 +33,7 @@ pub struct Passage {
     pub(crate) bias_mps2: Vec<f64>,
     /// Standard deviation of that bias, m/s².
     pub(crate) bias_sd_mps2: Vec<f64>,
-    /// Standard deviation of sin θ + b/g, with that of the IMU's mounting.
+    /// Standard deviation of sin θ + b/g, including the IMU's mounting.
     pub(crate) read_sd: Vec<f64>,
     /// Standard deviation of the scale of the wheel speeds.
     pub(crate) scale_sd: Vec<f64>,
@@ -59,8 +59,8 @@ impl Passage {
         let missing = |of: String, help: &str| input_error(folder, "", of, help);
         if columns.find(&format!("estimates/{name}/grade")).is_none() {
             return Err(missing(
-                format!("no estimator `{name}` has run here"),
-                "the name of one of this run, with --estimator",
+                format!("this run has no estimator `{name}`"),
+                "name an estimator of this run with --estimator",
             ));
         }
         let estimate = |of: &str| columns.get(&format!("estimates/{name}/{of}"));
@@ -68,8 +68,8 @@ impl Passage {
             let column = columns.find(&format!("internals/{name}/{of}"));
             column.ok_or_else(|| {
                 missing(
-                    format!("`{name}` does not tell its {of}, which a map is made of"),
-                    "rail_fusion or attitude, with --estimator",
+                    format!("`{name}` does not report its {of}, which a map needs"),
+                    "use rail_fusion or attitude, with --estimator",
                 )
             })
         };

@@ -1,13 +1,13 @@
-//! From what was read along the way to a profile: cells of rail, bias of the end, standard deviations.
+//! A profile from the grades read along the track: cells of rail, bias of the end, standard deviations.
 
 use super::Passage;
 use std::fmt::Write;
 
 /// g, m/s².
 const GRAVITY: f64 = monorig_estimators::api::real::GRAVITY;
-/// Standard deviation of the grade of rail that was not read, rad: as that of the rail behind a train in the estimator.
+/// Standard deviation of the grade of unread rail, rad: as that of the rail behind a train in the estimator.
 const UNREAD_SD_RAD: f64 = 0.02;
-/// A row counts up to these standard deviations of sin θ + b/g and of the speed, m/s.
+/// Largest standard deviations of sin θ + b/g and of the speed, m/s, of a row that is used.
 const MAX_READ_SD: f64 = 0.003;
 const MAX_SPEED_SD_MPS: f64 = 0.1;
 /// Creep of the wheels under traction, as a standard deviation of their scale.
@@ -18,11 +18,11 @@ const START_SD_M: f64 = 0.05;
 const CHORD_M2: f64 = 0.015;
 /// Heading of a unit against the rail, rad: play of its guide wheels, and sideslip of a car.
 const PLAY_RAD: f64 = 0.003;
-/// Sharpest bend of rail that was not read, 1/m: a radius of 4 m.
+/// Sharpest bend of unread rail, 1/m: a radius of 4 m.
 const MAX_BEND_PER_M: f64 = 0.25;
-/// Rail added beyond the last place that was read, for what is ahead of the unit's middle, m.
+/// Length of rail added beyond the last read place, for the part of the train ahead of the unit's middle, m.
 const BEYOND_M: f64 = 10.0;
-/// Cells that must have been read.
+/// Least number of cells that were read.
 const MIN_CELLS: usize = 4;
 
 /// A place of the map.
@@ -33,7 +33,7 @@ pub struct MapPoint {
     pub(crate) grade_rad: f64,
     /// Its standard deviation, rad.
     pub sd_rad: f64,
-    /// Heading against that of the first place that was read, + left, rad.
+    /// Heading relative to the first read place, + left, rad.
     pub(crate) heading_rad: f64,
     /// Its standard deviation, rad.
     pub heading_sd_rad: f64,
@@ -41,7 +41,7 @@ pub struct MapPoint {
     pub read: bool,
 }
 
-/// Sums over the rows of a cell, weighed by way.
+/// Sums over the rows of a cell, weighted by distance.
 #[derive(Clone, Copy, Debug, Default)]
 struct MapCell {
     way: f64,
@@ -59,7 +59,7 @@ impl MapCell {
     }
 }
 
-/// A place that was read: chainage, grade and heading, their variances.
+/// A read place: chainage, grade and heading, their variances.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
     s: f64,
@@ -77,7 +77,7 @@ pub fn profile(p: &Passage, start_m: f64, every_m: f64) -> Result<Vec<MapPoint>,
     let read = cells.iter().filter(|cell| cell.way > 0.0).count();
     if read < MIN_CELLS {
         return Err(format!(
-            "only {read} places of rail were read with a grade marked valid; a map needs {MIN_CELLS}"
+            "the run read only {read} places of rail with a grade marked valid; a map needs {MIN_CELLS}"
         ));
     }
     let (bias, bias_sd) = end_bias(p).ok_or("the grade is never marked valid")?;
@@ -103,7 +103,7 @@ pub fn profile(p: &Passage, start_m: f64, every_m: f64) -> Result<Vec<MapPoint>,
         .collect())
 }
 
-/// The point at `s`, linear between the places that were read.
+/// The point at `s`, linear between the read places.
 fn point(s: f64, known: &[Known], every_m: f64) -> MapPoint {
     let behind = known.partition_point(|k| k.s <= s);
     let (before, after) = (
@@ -201,7 +201,7 @@ fn cells(p: &Passage, middle_m: f64, every_m: f64) -> Result<Vec<MapCell>, Strin
         }
         let at = (s / every_m) as usize;
         if at > MAX_CELLS {
-            return Err(format!("the way is longer than {MAX_CELLS} places"));
+            return Err(format!("the track has more than {MAX_CELLS} places"));
         }
         if at >= cells.len() {
             cells.resize(at + 1, MapCell::default());
@@ -228,7 +228,7 @@ fn wrapped(angle: f64) -> f64 {
     angle - turn * (angle / turn).round()
 }
 
-/// Most places of a map.
+/// Largest number of places of a map.
 const MAX_CELLS: usize = 1_000_000;
 
 /// The bias of the last row whose grade is valid, and its standard deviation.
@@ -260,7 +260,7 @@ pub fn to_csv(map: &[MapPoint], about: &str, bends: bool) -> String {
 /// Smoothing of the headings, degrees: the yawing of a unit in its play is no bend.
 const HEADING_NOISE_DEG: f64 = 0.05;
 
-/// The track file that names it.
+/// Track file that names the map.
 pub fn to_track(name: &str, about: &str, section: &str, csv: &str, bends: bool) -> String {
     // words of others are written as JSON strings, which YAML reads
     let quoted = |text: &str| serde_json::Value::from(text).to_string();

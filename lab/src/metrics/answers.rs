@@ -4,7 +4,7 @@ use crate::metrics::series::ErrorSample;
 use crate::metrics::statistics::{Accumulator, Running};
 use monorig_sim::closed_loop::AnswerCounts;
 
-/// The share of the steps of a window that a count has counted.
+/// Share of the steps of a window that a counter has counted.
 pub(crate) fn share_of_asked(count: fn(&AnswerCounts) -> u64) -> Running<ErrorSample> {
     Box::new(Share {
         count,

@@ -23,7 +23,8 @@ impl GradeAtMiddle {
         }
     }
 
-    /// With the IMU at this chainage, m: rad. Not a number where the chainage is not known, as in a recorded drive.
+    /// Grade with the IMU at this chainage, m: rad. Not a number where the chainage is not known, as in a recorded
+    /// drive.
     pub(crate) fn at(&mut self, chainage_m: f64) -> f64 {
         if !chainage_m.is_finite() {
             return f64::NAN;

@@ -18,21 +18,21 @@ pub(crate) enum Marks {
     Availability,
     /// Share of the valid samples that is misleading.
     Integrity,
-    /// Share of the valid samples that is beyond the protection level, whatever the size of the error.
+    /// Share of the valid samples beyond the protection level, for any size of the error.
     Overconfidence,
-    /// Share of the valid samples that is beyond the alert limit, whatever the standard deviation.
+    /// Share of the valid samples beyond the alert limit, for any standard deviation.
     BeyondLimit,
-    /// Time from which every valid value is right to the end.
+    /// Time from which on every valid value is right until the end.
     Convergence,
-    /// Time of the first valid value from which on none misleads.
+    /// Time of the first valid value after which no value misleads.
     Recovery,
     /// Losses of validity per hour.
     Continuity,
-    /// Share of samples that have a reference, whatever their marks.
+    /// Share of samples that have a reference, with any marks.
     Referenced,
 }
 
-/// One of them.
+/// A figure of the quality of marks.
 pub(super) fn start(
     kind: Marks,
     quantity: Quantity,
@@ -71,7 +71,7 @@ pub(super) fn start(
     }
 }
 
-/// The share of the samples, or of those that can be judged, of which something is true.
+/// Share of the samples, or of the samples that can be judged, for which a condition is true.
 struct MarkShare {
     quantity: Quantity,
     limits: IntegrityLimits,
@@ -94,7 +94,7 @@ impl Accumulator<ErrorSample> for MarkShare {
     }
 }
 
-/// Time of the first valid value from which on every valid value is right, in a sense. NaN where the last one is not.
+/// Time of the first valid value from which on every valid value fulfils a condition. NaN where the last one is not.
 struct RightSince {
     quantity: Quantity,
     limits: IntegrityLimits,

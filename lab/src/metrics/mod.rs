@@ -65,10 +65,10 @@ pub(crate) enum Of {
     Marks {
         /// The quantity.
         quantity: Quantity,
-        /// One of the four.
+        /// Figure of the quality of marks.
         kind: Marks,
     },
-    /// Something else of an estimator, from all samples.
+    /// Another value of an estimator, from all samples.
     Estimator(fn() -> Running<ErrorSample>),
     /// Train and controller.
     Run(fn() -> Running<Tracking>),
@@ -114,7 +114,7 @@ impl Best {
 /// End of the names of metrics over valid samples.
 pub const VALID: &str = "_valid";
 
-/// The metric that is the mean standard deviation told beside this error, in its unit; none of what is no error.
+/// Metric with the mean reported standard deviation for this error, in its unit; `None` if the metric is not an error.
 pub fn told_sd(metric: &str) -> Option<&'static str> {
     let is_error = ["_rmse", "_mae", "_error", "_bias", "_scatter"];
     let is_error = |m: &&Metric| {
@@ -137,7 +137,7 @@ impl Metric {
         !matches!(self.of, Of::Run(_))
     }
 
-    /// The quantity whose error it is; none if it is not an error.
+    /// Quantity of this error; `None` if the metric is not an error.
     pub(crate) fn error_of(&self) -> Option<Quantity> {
         match self.of {
             Of::Error { quantity, .. } => Some(quantity),
@@ -156,7 +156,7 @@ impl Metric {
         )
     }
 
-    /// The quantity whose availability it is; none if it is not one.
+    /// Quantity of this availability; `None` if the metric is not an availability.
     pub(crate) fn availability_of(&self) -> Option<Quantity> {
         match self.of {
             Of::Marks {
@@ -185,8 +185,7 @@ impl Metric {
             )
     }
 
-    /// A bound from above of so much holds whatever an estimator does: the range of the quantity. None where it has no
-    /// end.
+    /// Upper bound that holds for every estimator: the range of the quantity. None where it has no end.
     pub(crate) fn range(&self) -> Option<f64> {
         match (self.error_of(), self.unit) {
             _ if self.is_share() => Some(1.0),
@@ -210,8 +209,8 @@ impl Metric {
         )
     }
 
-    /// Begins to measure it of an estimator, over the samples that it is given; it chooses from them itself. None if
-    /// it is of train and controller.
+    /// Begins to measure the metric for an estimator; the measurement itself chooses from the samples. None if it is of
+    /// train and controller.
     pub(crate) fn of_estimator(&self, limits: &IntegrityLimits) -> Option<Running<ErrorSample>> {
         let (which, running) = self.of_chosen(limits)?;
         Some(match which {
@@ -223,7 +222,7 @@ impl Metric {
         })
     }
 
-    /// The samples that count, and what begins to measure it of them; none where all count.
+    /// The samples that count, and the measurement over these; `None` if all samples count.
     fn of_chosen(&self, limits: &IntegrityLimits) -> Option<(Option<Which>, Running<ErrorSample>)> {
         Some(match self.of {
             Of::Error {
@@ -245,7 +244,7 @@ impl Metric {
         })
     }
 
-    /// Begins to measure it of train and controller; none if it is of an estimator.
+    /// Begins to measure the metric for train and controller; `None` for a metric of an estimator.
     pub(crate) fn of_run(&self) -> Option<Running<Tracking>> {
         match self.of {
             Of::Run(start) => Some(start()),
@@ -256,7 +255,7 @@ impl Metric {
 
 /// Passes on only the samples that count, to every metric of the same samples.
 struct OfSome {
-    /// None where all count.
+    /// `None` if all samples count.
     which: Option<Which>,
     all: Vec<Running<ErrorSample>>,
 }
@@ -289,7 +288,7 @@ impl Accumulator<ErrorSample> for OfSome {
         }
     }
 
-    /// Passes on each stretch of samples that count in one piece.
+    /// Passes on each stretch of samples that count as one piece.
     fn add_all(&mut self, all: &[ErrorSample]) {
         let which = self.which;
         let counts = |x: &ErrorSample| which.is_none_or(|which| which.counts(x));
@@ -341,7 +340,7 @@ pub(crate) fn misleading_share(quantity: Quantity) -> &'static str {
     METRICS.iter().find(of).map_or("", |m| m.name)
 }
 
-/// A metric of one estimator over the time from `after_s` to `until_s`; none if there is no such metric or estimator.
+/// A metric of one estimator over the time from `after_s` to `until_s`; `None` for an unknown metric or estimator.
 pub fn measure(
     series: &ErrorSeries,
     estimator: &str,
@@ -354,7 +353,7 @@ pub fn measure(
     Some(over(samples, running, &Window::new(after_s, until_s)))
 }
 
-/// A metric of the train or the controller over the time from `after_s` to `until_s`; none if there is no such metric.
+/// A metric of the train or the controller over the time from `after_s` to `until_s`; `None` for an unknown metric.
 pub fn measure_run(series: &ErrorSeries, metric: &str, after_s: f64, until_s: f64) -> Option<f64> {
     let running = find(metric)?.of_run()?;
     let window = Window::new(after_s, until_s);
@@ -369,7 +368,7 @@ pub(crate) struct InWindow {
 }
 
 impl InWindow {
-    /// None if there is no metric of this name.
+    /// `None` if no metric has this name.
     pub(crate) fn new(
         metric: &str,
         limits: &IntegrityLimits,
@@ -385,7 +384,7 @@ impl InWindow {
         })
     }
 
-    /// The next samples, in the order of time.
+    /// Adds the next samples, in the order of time.
     pub(crate) fn add(&mut self, batch: &[ErrorSample]) {
         if let Some(windowed) = &mut self.of_estimator {
             windowed.add_all(&[], batch);
@@ -399,17 +398,17 @@ impl InWindow {
     }
 }
 
-/// The unit of a metric of either kind; none if there is no such metric.
+/// Unit of a metric of either kind; `None` for an unknown metric.
 pub fn unit(metric: &str) -> Option<&'static str> {
     find(metric).map(|m| m.unit)
 }
 
-/// Advice where a name is none of these metrics: the nearest of them, and their list.
+/// Advice for a name that is not one of these metrics: the nearest of them, and their list.
 pub fn advice(name: &str, known: &[&str]) -> String {
     suggestion(name, known.iter().copied(), "known metrics")
 }
 
-/// Its name, with the unit if it has one.
+/// Name of the metric, with its unit if it has one.
 pub fn with_unit(metric: &str) -> String {
     crate::text::with_unit(metric, unit(metric).unwrap_or("1"))
 }

@@ -4,9 +4,9 @@ use crate::metrics::series::ErrorSample;
 use crate::metrics::statistics::{Accumulator, Mean, Running};
 use std::collections::VecDeque;
 
-/// Mass counts as converged when its error stays within this share.
+/// Share within which the error of the mass must stay to count as converged.
 pub(super) const CONVERGED: f64 = 0.02;
-/// Errors *after convergence* count from where the error has first stayed within that share for so long, s.
+/// Time for which the error must first stay within this share; errors *after convergence* count from its begin, s.
 const SETTLED_S: f64 = 1.0;
 /// rad.
 pub(super) const DEGREE: f64 = std::f64::consts::PI / 180.0;

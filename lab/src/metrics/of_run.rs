@@ -11,7 +11,7 @@ pub(super) fn energy() -> Running<Tracking> {
     Box::new(Energy::default())
 }
 
-/// [`energy`] over the way gone, J/m.
+/// [`energy`] over the distance covered, J/m.
 pub(super) fn energy_per_metre() -> Running<Tracking> {
     Box::new(EnergyPerMetre::default())
 }

@@ -1,19 +1,19 @@
-//! Steps of a run at which errors are taken.
+//! Steps of a run at which errors are computed.
 
 use monorig_sim::closed_loop::run::StepFrame;
 
-/// Errors are taken in silence, too, once no sample has arrived for so long, s.
+/// Time without a sample after which errors are computed without new samples, s.
 const SILENT_S: f64 = 0.5;
 
-/// The pace is known once samples have come for so long, s.
+/// Time with samples after which the pace is known, s.
 const KNOWN_S: f64 = 1.0;
 
-/// Decides at which steps errors are taken: wherever a sample arrived, so that the estimators made a step. While none
-/// arrives the last estimates stand, marked as they were, and errors are taken at the mean pace of the steps before:
-/// who uses an estimate then is misled by it as at any other time.
+/// Decides at which steps errors are computed: wherever a sample arrived, so that the estimators made a step. While
+/// none arrives the last estimates stand, marked as they were, and errors are taken at the mean pace of the steps
+/// before: who uses an estimate then is misled by it as at any other time.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pace {
-    /// Steps with a sample, the instants of the first and last of them, and the last instant taken, s.
+    /// Number of steps with a sample, first and last instant of these, and the last instant used, s.
     steps: f64,
     first_s: f64,
     last_s: f64,
@@ -21,7 +21,7 @@ pub(crate) struct Pace {
 }
 
 impl Pace {
-    /// True if errors are taken at this step.
+    /// True if errors are computed at this step.
     pub(crate) fn takes(&mut self, f: &StepFrame<'_>) -> bool {
         self.takes_at(f.truth.t_s, f.sampled)
     }

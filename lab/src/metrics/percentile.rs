@@ -7,7 +7,7 @@
 
 use crate::metrics::statistics::{Accumulator, Running};
 
-/// So many values are kept as they are: 22 minutes at 100 Hz.
+/// Largest number of values that are kept unchanged: 22 minutes at 100 Hz.
 const EXACT: usize = 1 << 17;
 /// Bits of the mantissa that make the cells of a power of two.
 const CELL_BITS: u32 = 10;
@@ -58,7 +58,7 @@ impl<T, F: Fn(&T) -> f64> Accumulator<T> for Percentile<F> {
     }
 }
 
-/// Magnitudes, as they are or as a histogram.
+/// Magnitudes, unchanged or as a histogram.
 enum Magnitudes {
     Exact(Vec<f64>),
     Buckets(Buckets),
@@ -83,7 +83,7 @@ impl Magnitudes {
         }
     }
 
-    /// The value below which the share `p` (0…1) lies; not a number of none.
+    /// Value below which the share `p` (0…1) lies; NaN without values.
     fn percentile(&self, p: f64) -> f64 {
         let place = |n: f64| ((n - 1.0) * p).round();
         match self {
@@ -123,7 +123,7 @@ impl Buckets {
         }
     }
 
-    /// The cells that hold something, in the order of the numbers.
+    /// Cells that are not empty, in the order of the numbers.
     fn iter(&self) -> impl Iterator<Item = (u32, u64)> {
         let powers = self.0.iter().zip(0u32..);
         let cells = powers.flat_map(|(cells, power)| {

@@ -1,11 +1,11 @@
-//! The quantities that an estimator marks valid or not, each by itself.
+//! The quantities that an estimator marks valid or not, independently.
 
 use crate::metrics::of_estimator::DEGREE;
 use crate::metrics::series::ErrorSample;
 use monorig_sim::config::scenario::IntegrityLimits;
 use serde::{Deserialize, Serialize};
 
-/// A quantity that an estimator estimates, with a validity of its own.
+/// A quantity that an estimator estimates, with its own validity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Quantity {
@@ -18,10 +18,10 @@ pub(crate) enum Quantity {
 }
 
 impl Quantity {
-    /// All of them.
+    /// All quantities.
     pub(crate) const ALL: [Self; 3] = [Self::Mass, Self::Slope, Self::EffectiveSlope];
 
-    /// As names of metrics begin.
+    /// Beginning of the names of metrics.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Mass => "mass",
@@ -30,7 +30,7 @@ impl Quantity {
         }
     }
 
-    /// In a sentence.
+    /// Name in a sentence.
     pub(crate) fn words(self) -> &'static str {
         match self {
             Self::Mass => "mass",
@@ -65,7 +65,7 @@ impl Quantity {
         }
     }
 
-    /// As a title begins.
+    /// Beginning of a title.
     pub(crate) fn title(self) -> &'static str {
         match self {
             Self::Mass => "Mass",
@@ -74,7 +74,7 @@ impl Quantity {
         }
     }
 
-    /// True where the estimator marks it valid.
+    /// True where the estimator marks the quantity valid.
     pub(crate) fn is_valid(self, x: &ErrorSample) -> bool {
         match self {
             Self::Mass => x.mass_valid,
@@ -140,8 +140,8 @@ impl Quantity {
         }
     }
 
-    /// True for a sample that is of use: marked valid, with a protection level that is credited. Without a reference of
-    /// the mass its level is not known.
+    /// True for a sample that can be used: marked valid, with a protection level that is credited. Without a reference
+    /// of the mass its level is not known.
     pub(crate) fn is_available(self, x: &ErrorSample, k: f64) -> bool {
         let told = k * self.sd(x) <= self.max_protection();
         self.is_valid(x) && (told || self == Self::Mass && !self.has_reference(x))
@@ -164,7 +164,7 @@ impl Quantity {
     }
 
     /// True for an overconfident sample: marked valid, and its error exceeds k standard deviations (with that of the
-    /// reference), whatever its size; also without a standard deviation.
+    /// reference), for any size; also without a standard deviation.
     pub(crate) fn is_overconfident(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
         let nees = self.nees(x);
         self.is_judged(x) && (nees.is_nan() || nees > limits.k * limits.k)

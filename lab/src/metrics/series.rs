@@ -12,7 +12,7 @@ use monorig_sim::error::Error;
 use monorig_sim::plant::Truth;
 use monorig_sim::rail::Place;
 
-/// The part of the truth that an estimate is held against.
+/// The part of the truth with which an estimate is compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Target {
     /// s.
@@ -30,14 +30,14 @@ pub struct Target {
     /// Standard deviation of the mass, kg, and of the grades, rad, where they are references of a recorded drive;
     /// else 0. Its square adds to the reported variance in the normalised square of an error.
     pub mass_sd_kg: f64,
-    /// Standard deviation of the grades, rad, as that of the mass.
+    /// Standard deviation of the grades, rad, under the same condition.
     pub grade_sd_rad: f64,
-    /// The Cramér-Rao bound now; none where there is none, as of a recorded drive.
+    /// Present Cramér-Rao bound; `None` without a bound, as for a recorded drive.
     pub bound: Option<BoundSample>,
 }
 
 impl Target {
-    /// Takes the truth, the bound of the run and the grade under the middle of the unit, rad.
+    /// Makes the truth from the plant's truth, the bound of the run and the grade under the middle of the unit, rad.
     pub(crate) fn of(truth: &Truth, bound: Option<BoundSample>, grade_at_middle_rad: f64) -> Self {
         Self {
             bound,
@@ -74,7 +74,7 @@ pub struct ErrorSample {
     pub mass_nees: f64,
     /// True where the estimator marks the mass valid.
     pub mass_valid: bool,
-    /// True once the mass has become another than it was at the start: the value at the start is no estimate.
+    /// True after the mass has changed from its value at the start: the value at the start is no estimate.
     pub(crate) mass_estimated: bool,
     /// Estimate minus grade at the IMU, rad.
     pub slope: f64,
@@ -94,18 +94,17 @@ pub struct ErrorSample {
     pub(crate) effective_nees: f64,
     /// True where the estimator marks the effective slope valid.
     pub(crate) effective_valid: bool,
-    /// Lagged grade minus the grade of the place it belongs to, rad; NaN from estimators that report
-    /// none.
+    /// Lagged grade minus the grade at its place, rad; NaN for estimators without a lagged grade.
     pub(crate) lagged: f64,
-    /// Its normalised square.
+    /// Normalised square of this error.
     pub(crate) lagged_nees: f64,
     /// Normalised innovation squared.
     pub nis: f64,
-    /// Estimate minus truth, running-resistance coefficient; not a number from estimators that do not identify it.
+    /// Estimate minus truth of the running-resistance coefficient; NaN for estimators that do not identify it.
     pub(crate) running_resistance: f64,
     /// Answers of an external estimator in real time.
     pub(crate) answers: Option<AnswerCounts>,
-    /// Cramér-Rao bound of the mass, as a share of it; not a number where there is none. Likewise the next two.
+    /// Cramér-Rao bound of the mass, as a share of the mass; NaN without a bound. Likewise the next two.
     pub(crate) mass_bound: f64,
     /// Bound of the slope, rad.
     pub(crate) slope_bound: f64,
@@ -179,7 +178,7 @@ pub(crate) struct ErrorSampler {
     internals: Vec<f64>,
     /// The mass at the start, kg.
     start_kg: Option<f64>,
-    /// True once it has become another.
+    /// True after the mass has changed.
     pub(crate) mass_estimated: bool,
 }
 
@@ -223,7 +222,7 @@ pub(crate) struct Tracking {
     pub(crate) traction_w: f64,
     /// Acceleration along the rail, m/s².
     pub(crate) accel: f64,
-    /// Off the rail's line, m.
+    /// Distance from the rail's line, m.
     pub(crate) off_rail: f64,
     /// Chainage of the IMU, m.
     pub(crate) chainage: f64,
@@ -245,12 +244,12 @@ impl Tracking {
     }
 }
 
-/// Places of the track, and where on the vehicle front and rear are.
+/// Places of the track, and the positions of the vehicle's front and rear.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Geometry {
     /// Named places.
     pub(crate) places: Vec<Place>,
-    /// Chainage of the IMU minus that of the front, m.
+    /// Chainage of the IMU minus chainage of the front, m.
     pub(crate) imu_offset_m: f64,
     /// Length of the vehicle, m.
     pub(crate) length_m: f64,
@@ -273,22 +272,22 @@ impl Geometry {
 pub struct ErrorSeries {
     /// Per estimator, in their order in the run: name and samples.
     pub estimators: Vec<(String, Vec<ErrorSample>)>,
-    /// Makes their samples.
+    /// Makes the samples of the estimators.
     pub(crate) samplers: Vec<ErrorSampler>,
     /// The closed loop.
     pub(crate) tracking: Vec<Tracking>,
-    /// When a valid sample is misleading.
+    /// Limits beyond which a valid sample is misleading.
     pub(crate) limits: IntegrityLimits,
     /// The Cramér-Rao bound of the run, if there is one.
     pub(crate) bound: Option<RunningBound>,
     /// Grade under the middle of the unit.
     pub(crate) middle: Option<GradeAtMiddle>,
-    /// Steps at which errors are taken.
+    /// Steps at which errors are computed.
     pub(crate) pace: Pace,
 }
 
 impl ErrorSeries {
-    /// The samples of an estimator; none if there is no such estimator.
+    /// The samples of an estimator; `None` for an unknown estimator.
     pub(crate) fn of(&self, estimator: &str) -> Option<&[ErrorSample]> {
         let mut all = self.estimators.iter();
         let (_, samples) = all.find(|(name, _)| name == estimator)?;
@@ -296,8 +295,8 @@ impl ErrorSeries {
     }
 }
 
-/// An error over its standard deviation, squared; that of the reference counts too. Bit for bit the plain quotient
-/// where the reference is the truth.
+/// An error over its standard deviation, squared, including the standard deviation of the reference. Bit for bit the
+/// plain quotient where the reference is the truth.
 fn normalised(error: f64, sd: f64, reference_sd: f64) -> f64 {
     let sd = if reference_sd == 0.0 {
         sd

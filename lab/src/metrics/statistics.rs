@@ -1,11 +1,11 @@
 //! Means, extremes and shares, taken sample by sample: their memory does not grow with the samples. Of nothing they
 //! are not a number.
 
-/// A number made of samples that are given one after the other, in the order of time.
+/// A number computed from samples that come one after the other, in the order of time.
 pub(crate) trait Accumulator<T> {
-    /// One sample more.
+    /// Adds a sample.
     fn add(&mut self, x: &T);
-    /// Some samples more, in their order: one call through the trait for all of them.
+    /// Adds some samples, in their order: one call through the trait for all of them.
     fn add_all(&mut self, all: &[T]) {
         all.iter().for_each(|x| self.add(x));
     }
@@ -13,7 +13,7 @@ pub(crate) trait Accumulator<T> {
     fn value(&self) -> f64;
 }
 
-/// An accumulator over samples `T`, whatever it is.
+/// Any accumulator over samples `T`.
 pub(crate) type Running<T> = Box<dyn Accumulator<T>>;
 
 impl<T> Accumulator<T> for Running<T> {
@@ -38,18 +38,18 @@ pub(crate) struct Mean {
 }
 
 impl Mean {
-    /// One number more.
+    /// Adds a number.
     pub(crate) fn add(&mut self, x: f64) {
         self.sum += x;
         self.n += 1.0;
     }
 
-    /// One yes or no more: the mean is the share of yes.
+    /// Adds a yes or no: the mean is the share of yes.
     pub(crate) fn add_bool(&mut self, yes: bool) {
         self.add(if yes { 1.0 } else { 0.0 });
     }
 
-    /// The mean; not a number of none.
+    /// The mean; NaN without a number.
     pub(crate) fn value(&self) -> f64 {
         match self.n > 0.0 {
             true => self.sum / self.n,
@@ -58,7 +58,7 @@ impl Mean {
     }
 }
 
-/// An accumulator of one value of each sample.
+/// Makes an accumulator of one value of each sample.
 struct Folded<A, F, G, H> {
     of: F,
     add: G,
@@ -119,7 +119,8 @@ pub(crate) fn scatter<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T
     })
 }
 
-/// Root mean square of an error over that of its bound, of samples that have a bound, from the first valid one on.
+/// Root mean square of an error over the root mean square of its bound, of samples with a bound, from the first valid
+/// sample on.
 pub(crate) fn rms_over<T: 'static>(
     pair: impl Fn(&T) -> [f64; 2] + 'static,
     valid: impl Fn(&T) -> bool + 'static,
@@ -170,8 +171,7 @@ pub(crate) fn max<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
 /// The 95 % point of χ² with one degree of freedom.
 const CHI2_95: f64 = 3.841_458_820_694_124;
 
-/// Share of normalised squares within the 95 % bound of χ² with one degree of freedom; not a number if one of them is
-/// not.
+/// Share of normalised squares within the 95 % bound of χ² with one degree of freedom; NaN if a square is NaN.
 pub(crate) fn share_in_band<T: 'static>(of: impl Fn(&T) -> f64 + 'static) -> Running<T> {
     Box::new(Folded {
         of,

@@ -8,7 +8,8 @@ use crate::metrics::series::{ErrorSample, Tracking};
 use crate::metrics::statistics::{max, mean, rms, rms_over, scatter, share_in_band};
 use crate::metrics::{Best, Marks, Metric, Of, Quantity};
 
-/// From one list of errors, each of all samples and of those marked valid, and the lists of the others: the table.
+/// Makes the table from one list of errors, each over all samples and over valid samples, and the lists of the others:
+/// the table.
 macro_rules! table {
     (
         errors: { $($quantity:ident $name:literal [$unit:literal, $best:ident] $doc:literal = $value:expr;)* }
@@ -80,7 +81,7 @@ table! {
             = max(|x: &ErrorSample| x.mass_rel);
         Mass "mass_error_rel_p95" ["1", Least] "95th percentile of the absolute error of the total mass over the total mass"
             = p95(|x: &ErrorSample| x.mass_rel);
-        Mass "mass_error_converged_max_kg" ["kg", Least] "largest error of the total mass after convergence: from where it has first been valid and within 2 % for 1 s"
+        Mass "mass_error_converged_max_kg" ["kg", Least] "largest error of the total mass after convergence: after it has first been valid and within 2 % for 1 s"
             = converged_max(|x: &ErrorSample| x.mass_kg);
         Mass "mass_error_converged_rel_max" ["1", Least] "largest error of the total mass after convergence, over the total mass"
             = converged_max(|x: &ErrorSample| x.mass_rel);
@@ -114,9 +115,9 @@ table! {
             = max(|x: &ErrorSample| x.slope / DEGREE);
         Slope "slope_error_p95_deg" ["°", Least] "95th percentile of the absolute error of the slope"
             = p95(|x: &ErrorSample| x.slope / DEGREE);
-        Slope "slope_rmse_percent" ["%", Least] "root mean square error of the slope as roads state it, 100 tan θ"
+        Slope "slope_rmse_percent" ["%", Least] "root mean square error of the slope in per cent, 100 tan θ, as for roads"
             = rms(|x: &ErrorSample| x.slope_percent());
-        Slope "slope_error_max_percent" ["%", Least] "largest error of the slope as roads state it"
+        Slope "slope_error_max_percent" ["%", Least] "largest error of the slope in per cent, as for roads"
             = max(|x: &ErrorSample| x.slope_percent());
         Slope "slope_sd_mean_deg" ["°", Least] "mean reported standard deviation of the slope"
             = mean(|x: &ErrorSample| x.slope_sd / DEGREE);
@@ -165,49 +166,49 @@ table! {
         Mass Integrity "mass_misleading_share" ["1", Least]
             "integrity: share of the valid samples with a reference whose error of the mass exceeds k standard deviations and the alert limit";
         Mass Overconfidence "mass_overconfident_share" ["1", Least]
-            "overconfidence: share of the valid samples with a reference whose error of the mass exceeds k standard deviations, whatever its size";
+            "overconfidence: share of the valid samples with a reference whose error of the mass exceeds k standard deviations, for any size of the error";
         Mass BeyondLimit "mass_beyond_limit_share" ["1", Least]
-            "share of the valid samples with a reference whose error of the mass exceeds the alert limit, whatever the standard deviation";
+            "share of the valid samples with a reference whose error of the mass exceeds the alert limit, for any standard deviation";
         Mass Convergence "mass_convergence_s" ["s", Least]
-            "convergence: time of the first valid mass from which every valid mass is within 2 % to the end; the value at the start is none";
+            "convergence: time of the first valid mass from which on every valid mass is within 2 % until the end; the value at the start does not count";
         Mass Recovery "mass_recovered_s" ["s", Least]
-            "recovery: time of the first valid mass from which on none misleads";
+            "recovery: time of the first valid mass after which no mass misleads";
         Mass Continuity "mass_losses_per_h" ["1/h", Least]
             "continuity: losses of the mass's validity per hour";
         Mass Referenced "mass_reference_share" ["1", One]
-            "share of samples with a reference of the mass: errors and integrity are over these; 1 of a simulation";
+            "share of samples with a reference of the mass, which errors and integrity use; 1 in a simulation";
         Slope Availability "slope_availability" ["1", One]
             "availability: share of samples whose slope is valid and credited";
         Slope Integrity "slope_misleading_share" ["1", Least]
             "integrity: share of the valid samples with a reference whose error of the slope exceeds k standard deviations and the alert limit";
         Slope Overconfidence "slope_overconfident_share" ["1", Least]
-            "overconfidence: share of the valid samples with a reference whose error of the slope exceeds k standard deviations, whatever its size";
+            "overconfidence: share of the valid samples with a reference whose error of the slope exceeds k standard deviations, for any size of the error";
         Slope BeyondLimit "slope_beyond_limit_share" ["1", Least]
-            "share of the valid samples with a reference whose error of the slope exceeds the alert limit, whatever the standard deviation";
+            "share of the valid samples with a reference whose error of the slope exceeds the alert limit, for any standard deviation";
         Slope Recovery "slope_recovered_s" ["s", Least]
-            "recovery: time of the first valid slope from which on none misleads";
+            "recovery: time of the first valid slope after which no slope misleads";
         Slope Continuity "slope_losses_per_h" ["1/h", Least]
             "continuity: losses of the slope's validity per hour";
         Slope Referenced "slope_reference_share" ["1", One]
-            "share of samples with a reference of the slope: errors and integrity are over these; 1 of a simulation";
+            "share of samples with a reference of the slope, which errors and integrity use; 1 in a simulation";
         EffectiveSlope Availability "effective_slope_availability" ["1", One]
             "availability: share of samples whose effective slope is valid and credited";
         EffectiveSlope Integrity "effective_slope_misleading_share" ["1", Least]
             "integrity: share of the valid samples with a reference whose error of the effective slope exceeds k standard deviations and the alert limit";
         EffectiveSlope Overconfidence "effective_slope_overconfident_share" ["1", Least]
-            "overconfidence: share of the valid samples with a reference whose error of the effective slope exceeds k standard deviations, whatever its size";
+            "overconfidence: share of the valid samples with a reference whose error of the effective slope exceeds k standard deviations, for any size of the error";
         EffectiveSlope BeyondLimit "effective_slope_beyond_limit_share" ["1", Least]
-            "share of the valid samples with a reference whose error of the effective slope exceeds the alert limit, whatever the standard deviation";
+            "share of the valid samples with a reference whose error of the effective slope exceeds the alert limit, for any standard deviation";
         EffectiveSlope Recovery "effective_slope_recovered_s" ["s", Least]
-            "recovery: time of the first valid effective slope from which on none misleads";
+            "recovery: time of the first valid effective slope after which no effective slope misleads";
         EffectiveSlope Continuity "effective_slope_losses_per_h" ["1/h", Least]
             "continuity: losses of the effective slope's validity per hour";
         EffectiveSlope Referenced "effective_slope_reference_share" ["1", One]
-            "share of samples with a reference of the effective slope: errors and integrity are over these; 1 of a simulation";
+            "share of samples with a reference of the effective slope, which errors and integrity use; 1 in a simulation";
     }
     others: {
         "running_resistance_rmse" ["1", Least]
-            "root mean square error of the running-resistance coefficient, of estimators that identify it (internal `running_resistance`); all samples"
+            "root mean square error of the running-resistance coefficient, for estimators that identify it (internal `running_resistance`); all samples"
             = Estimator(rms(|x: &ErrorSample| x.running_resistance));
         "answer_latency_ms_p99" ["ms", Least]
             "99th percentile of the time from the sending of a step to its answer, of an external estimator in real time"
@@ -219,7 +220,7 @@ table! {
             "share of the steps without an answer, of an external estimator in real time"
             = Estimator(share_of_asked(|a| a.lost));
         "rig_late_share" ["1", Least]
-            "share of the steps that monorig itself sent too late, in real time: the run is then no verdict"
+            "share of the steps that monorig itself sent too late, in real time: the run then judges nothing"
             = Estimator(share_of_asked(|a| a.rig_late));
         "speed_rmse_mps" ["m/s", Least]
             "root mean square of speed minus reference"
@@ -228,16 +229,16 @@ table! {
             "root mean square acceleration along the track: comfort"
             = Run(rms(|x: &Tracking| x.accel));
         "jerk_rms_mps3" ["m/s³", Least]
-            "root mean square change of the acceleration, both taken over steps of 0.1 s: comfort"
+            "root mean square change of the acceleration, both over steps of 0.1 s: comfort"
             = Run(jerk());
         "traction_energy_j" ["J", Least]
             "work that the wheels do on the vehicle while they drive it, ∫ max(F v, 0) dt; energy from braking is not subtracted"
             = Run(energy());
         "traction_energy_jpm" ["J/m", Least]
-            "traction energy over the way gone, ∫ |v| dt"
+            "traction energy over the distance covered, ∫ |v| dt"
             = Run(energy_per_metre());
         "off_rail_max_m" ["m", Least]
-            "largest distance of a wheel from its place on the rail; of a car from the middle of its lane"
+            "largest distance of a wheel from its place on the rail; for a car from the middle of its lane"
             = Run(max(|x: &Tracking| x.off_rail));
     }
 }

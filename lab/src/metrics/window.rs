@@ -1,4 +1,4 @@
-//! Windows of time whose ends may be moments that are known only when the run comes to them.
+//! Windows of time whose ends may be moments that are known only when the run reaches them.
 
 use crate::metrics::series::{ErrorSample, Geometry, Tracking};
 use crate::metrics::statistics::{Accumulator, Running};
@@ -27,7 +27,7 @@ pub(crate) enum End {
 }
 
 impl End {
-    /// A moment of the scenario; one that is not to be found is never come to.
+    /// Makes the end from a moment of the scenario; a moment that is not found is never reached.
     pub(crate) fn of(moment: &Moment, file: &ScenarioFile, geometry: &Geometry) -> Self {
         match moment.find(file, &geometry.places) {
             Err(_) => Self::At(f64::INFINITY),
@@ -47,7 +47,7 @@ impl End {
         }
     }
 
-    /// s; infinite if the run has not come to it.
+    /// Instant, s; infinite if the run has not reached it.
     pub(crate) fn instant_s(self) -> f64 {
         match self {
             Self::At(t_s) => t_s,
@@ -69,7 +69,7 @@ impl End {
         }
     }
 
-    /// Delay until an instant is known to be before or behind this end, s.
+    /// Delay until an instant is known to be before or after this end, s.
     fn known_after_s(self) -> f64 {
         match self {
             Self::At(_) => 0.0,
@@ -79,12 +79,12 @@ impl End {
 }
 
 impl Window {
-    /// From one instant to another, s.
+    /// Makes a window from one instant to another, s.
     pub(crate) fn new(after_s: f64, until_s: f64) -> Self {
         Self::between(End::At(after_s), End::At(until_s))
     }
 
-    /// From one end to the other.
+    /// Makes a window between two ends.
     pub(crate) fn between(after: End, until: End) -> Self {
         Self { after, until }
     }
@@ -99,12 +99,12 @@ impl Window {
         self.until.instant_s()
     }
 
-    /// True if this instant (s) is inside, by the ends that are known so far.
+    /// True if this instant (s) is inside the window, by the ends known so far.
     pub(crate) fn holds(&self, t_s: f64) -> bool {
         t_s >= self.after_s() && t_s <= self.until_s()
     }
 
-    /// Looks whether the run has come to one of its ends.
+    /// Checks if the run has reached an end of the window.
     pub(crate) fn see(&mut self, x: &Tracking) {
         self.after.see(x);
         self.until.see(x);
@@ -128,8 +128,8 @@ impl Timed for Tracking {
     }
 }
 
-/// A number made of the samples in a window, or several. Samples wait where an end may turn out to have been before
-/// them (`plus_s: -3`).
+/// Numbers computed from the samples in a window. Samples wait where an end may turn out to have been before them
+/// (`plus_s: -3`).
 pub(super) struct Windowed<T, A = Running<T>> {
     pub(crate) window: Window,
     pub(super) running: A,

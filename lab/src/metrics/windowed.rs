@@ -1,4 +1,4 @@
-//! Metrics over windows of a run, measured while it goes on, in memory that does not grow with the run.
+//! Metrics over windows of a run, measured during the run, in constant memory.
 
 use crate::metrics::series::{ErrorSample, Tracking};
 use crate::metrics::window::{Window, Windowed};
@@ -44,7 +44,7 @@ struct SampleGroup {
 }
 
 impl WindowedMetrics {
-    /// Begins to measure what is wanted of a run with these estimators.
+    /// Begins to measure the wanted metrics of a run with these estimators.
     pub(crate) fn new(
         estimators: &[String],
         wanted: &[WantedMetric],
@@ -130,7 +130,7 @@ impl WindowedMetrics {
         }
     }
 
-    /// The values of a run that is over, each with its window; none where there is nothing to measure.
+    /// Values of a finished run, each with its window; `None` if there is nothing to measure.
     pub(crate) fn values(&self) -> impl Iterator<Item = (Option<f64>, Window)> {
         self.all.iter().filter_map(|measured| {
             Some(match measured {

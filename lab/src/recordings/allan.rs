@@ -46,7 +46,7 @@ pub fn overlapping(pieces: &[&[f64]], period_s: f64) -> Vec<AllanPoint> {
     }
 }
 
-/// The deviation at m samples; `None` where no piece is long enough.
+/// The deviation at m samples; `None` if no piece is long enough.
 fn at(sums: &[Vec<f64>], m: usize, period_s: f64) -> Option<AllanPoint> {
     let tau_s = m as f64 * period_s;
     let (mut squares, mut terms, mut samples) = (0.0, 0, 0);
@@ -65,7 +65,7 @@ fn at(sums: &[Vec<f64>], m: usize, period_s: f64) -> Option<AllanPoint> {
     })
 }
 
-/// Sum of the samples less their mean, times the period: a constant does not show in the deviation, but takes digits.
+/// Sum of the samples minus their mean, times the period: a constant does not show in the deviation, but takes digits.
 fn running_sum(x: &[f64], period_s: f64) -> Vec<f64> {
     let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
     let mut theta = Vec::with_capacity(x.len() + 1);

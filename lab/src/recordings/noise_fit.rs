@@ -10,7 +10,7 @@ use super::allan::AllanPoint;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::{LN_2, PI};
 
-/// A further term must lower χ² by so much.
+/// Least decrease of χ² by a further term.
 const SIGNIFICANT: f64 = 16.0;
 
 /// Number of neighbouring points that carry the same information, as neighbouring averaging times share their samples:
@@ -22,11 +22,11 @@ const SHARED: f64 = 2.4;
 pub struct NoiseFit {
     /// White noise N, u·√s: the sheet's `random_walk_of_integral`.
     pub white: f64,
-    /// Bias instability B, u; `None` where it does not show.
+    /// Bias instability B, u; `None` if it is not visible.
     pub instability: Option<f64>,
     /// Averaging time at which the fitted deviation is least, s; of an instability only.
     pub instability_s: Option<f64>,
-    /// Random walk K of the bias, u/√s; `None` where it does not show.
+    /// Random walk K of the bias, u/√s; `None` if it is not visible.
     pub(crate) random_walk: Option<f64>,
     /// Root mean square of the relative error of the fitted deviation: below some 0.1 the three terms describe the
     /// recording.
@@ -98,7 +98,7 @@ pub fn fit(points: &[AllanPoint]) -> Option<NoiseFit> {
     Some(found)
 }
 
-/// Squares of the coefficients of these columns, the columns, and χ²; `None` where one is below zero.
+/// Squares of the coefficients of these columns, the columns, and χ²; `None` if a square is below zero.
 fn solve(points: &[&AllanPoint], columns: &[usize]) -> Option<([f64; 3], Vec<usize>, f64)> {
     // Relative variance of σ² of about `averages` independent squares: 2/averages.
     let weight = |p: &AllanPoint| (0.5 * p.averages).sqrt();

@@ -22,7 +22,7 @@ pub const FIGURES: [&str; 11] = [
     "rms > 2 Hz",
 ];
 
-/// The figures of a column in that order; a dash for what is not there.
+/// The figures of a column in this order; a dash for a missing figure.
 pub fn figures(fit: &ColumnFit) -> Vec<String> {
     let or_dash = |x: Option<f64>| match x.filter(|x| x.is_finite()) {
         Some(x) => short(x),
@@ -47,8 +47,8 @@ pub fn figures(fit: &ColumnFit) -> Vec<String> {
 /// The page.
 pub fn page(title: &str, fits: &[ColumnFit]) -> Page {
     let mut page = Page::new(format!("Instruments in {title}"));
-    page.subtitle = "Overlapping Allan deviation, and what a sensor sheet needs of it. The recording holds the instrument and what it was \
-        mounted on: noise is that of the instrument only where it stood still."
+    page.subtitle = "Overlapping Allan deviation, and keys for a sensor sheet. The recording contains the instrument and the motion of its mount: \
+        only at standstill is the noise the noise of the instrument."
         .into();
     let mut table = Table::new(&["column", "unit"], &FIGURES[1..]);
     for fit in fits {
@@ -62,8 +62,8 @@ pub fn page(title: &str, fits: &[ColumnFit]) -> Page {
     page.sections.push(all);
     page.sections.push(vibrations(fits));
     let mut keys = Section::new("Keys for a sensor sheet").text(
-        "To be pasted below `errors:` of an instrument. `noise_density` is the same white noise in the other convention: give one of the two. \
-         A mean is a bias only of what should read zero; of an accelerometer, gravity and tilt are in it.",
+        "Paste these keys below `errors:` of an instrument. `noise_density` is the same white noise in the other convention: give one of the two. \
+         A mean is a bias only if the signal should be zero; the mean of an accelerometer includes gravity and tilt.",
     );
     for fit in fits {
         let block = Block::Folded(fit.name.clone(), fit.sheet_keys());
@@ -96,7 +96,7 @@ fn chart(fit: &ColumnFit) -> LineChart {
             "White noise falls with the root of τ. The fit is off by {:.0} % (root mean square){}",
             100.0 * noise.misfit,
             match noise.misfit {
-                m if m > 0.2 => ": there is more in the recording than noise of an instrument.",
+                m if m > 0.2 => ": the recording contains more than noise of an instrument.",
                 _ => ".",
             }
         );
@@ -141,8 +141,8 @@ fn vibrations(fits: &[ColumnFit]) -> Section {
     }
     Section::new("Above 2 Hz")
         .text(
-            "Root mean square, 1.4826 times the median magnitude (which rare hits leave as it is), the band that holds the middle 80 % of the \
-             power, and peaks above five such deviations.",
+            "Root mean square, 1.4826 times the median magnitude (which rare hits hardly change), the band with the middle 80 % of the power, and peaks \
+             above five such deviations.",
         )
         .table(table)
 }

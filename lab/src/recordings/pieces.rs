@@ -1,6 +1,6 @@
 //! A recording: columns of numbers over time, in pieces without gap.
 
-/// A step of time this many times the median begins a new piece.
+/// Multiple of the median time step that begins a new piece.
 const GAP: f64 = 5.0;
 /// Fewest samples of a piece.
 const MIN_PIECE: usize = 16;
@@ -8,7 +8,7 @@ const MIN_PIECE: usize = 16;
 /// A sample of all columns.
 #[derive(Clone, Debug)]
 pub struct RecordedRow {
-    /// Number of the run that it is of, where there are several.
+    /// Number of its run, if there are several runs.
     pub run: u32,
     /// Time, s.
     pub t_s: f64,

@@ -10,12 +10,12 @@ use std::f64::consts::PI;
 const FROM_HZ: f64 = 2.0;
 /// Quality factors of the two halves of a Butterworth filter of fourth order.
 const QUALITIES: [f64; 2] = [0.541_196_100_146_197, 1.306_562_964_876_376_5];
-/// A peak is one above so many robust deviations.
+/// Least height of a peak, robust deviations.
 const PEAK: f64 = 5.0;
 /// Least time between two peaks, s.
 const APART_S: f64 = 0.2;
 
-/// Level and band of what is above 2 Hz, in the unit of the samples.
+/// Level and band of the signal above 2 Hz, in the unit of the samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vibration {
     /// Root mean square above 2 Hz.
@@ -24,7 +24,7 @@ pub struct Vibration {
     pub robust_sd: f64,
     /// Frequencies below which 10 % and 90 % of the power above 2 Hz lie, Hz.
     pub band_hz: [f64; 2],
-    /// Highest frequency there is, Hz: half the sampling rate.
+    /// Highest frequency in the recording, Hz: half the sampling rate.
     pub(crate) nyquist_hz: f64,
     /// Hits per second.
     pub(crate) hits_per_s: f64,
@@ -86,7 +86,7 @@ pub(crate) fn find(pieces: &[&[f64]], rate_hz: f64) -> Option<Vibration> {
     })
 }
 
-/// The frequency above which so much of the power is, by bisection.
+/// Frequency above which this share of the power lies, by bisection.
 fn crossing(share: &impl Fn(f64) -> f64, wanted: f64, nyquist_hz: f64) -> f64 {
     let (mut low, mut high) = (FROM_HZ, 0.98 * nyquist_hz);
     for _ in 0..12 {
@@ -100,8 +100,8 @@ fn crossing(share: &impl Fn(f64) -> f64, wanted: f64, nyquist_hz: f64) -> f64 {
     (low * high).sqrt()
 }
 
-/// The samples behind a high-pass at `corner` (share of the sampling rate), without what it needs to settle at both
-/// ends: half a second of 2 Hz, at most an eighth of the samples each.
+/// The samples after a high-pass at `corner` (share of the sampling rate), without its settling time at both ends: half
+/// a second of 2 Hz, at most an eighth of the samples each.
 fn high_passed(x: &[f64], corner: f64) -> Vec<f64> {
     let settle = ((1.0 / corner.max(1e-9)) as usize).min(x.len() / 8);
     let mean = x.iter().sum::<f64>() / x.len() as f64;

@@ -27,7 +27,7 @@ pub struct Cache {
 }
 
 impl Cache {
-    /// In this folder, which is made when it is needed; recordings of this program only.
+    /// Makes a cache in this folder, which is made when needed; only for recordings of this program.
     pub fn new(folder: impl Into<PathBuf>, monorig: &Identity) -> Self {
         Self {
             folder: folder.into(),
@@ -78,7 +78,7 @@ pub fn save(place: &Path, columns: &ReplayData) -> Result<(), Error> {
     whole::write(place, &encode(columns))
 }
 
-/// Read a recording; none if there is no file, or if it is not whole.
+/// Reads a recording; `None` if the file is missing or not complete.
 pub fn load(place: &Path) -> Option<ReplayData> {
     decode(&read_large(place).ok()?)
 }
@@ -159,7 +159,7 @@ fn decode(file: &[u8]) -> Option<ReplayData> {
     (lengths == [steps, values, stamps]).then_some(columns)
 }
 
-/// Numbers of a bound; not numbers where there is none.
+/// Numbers of a bound; NaN without a bound.
 fn numbers_of(bound: Option<BoundSample>) -> [f64; 4] {
     bound.map_or([f64::NAN; 4], |b| {
         [b.t_s, b.slope_rad, b.effective_rad, b.mass_rel]
@@ -175,7 +175,7 @@ fn bound_of([t_s, slope_rad, effective_rad, mass_rel]: [f64; 4]) -> Option<Bound
     })
 }
 
-/// Number of a standard deviation that is not known.
+/// Number that stands for an unknown standard deviation.
 const NOT_KNOWN: f64 = -1.0;
 
 fn known(number: f64) -> Option<f64> {

@@ -4,10 +4,10 @@ use crate::metrics::series::Target;
 use monorig_estimators::Time;
 use monorig_estimators::api::signals::{Command, Measurements, Sample, Slot, Vehicle};
 
-/// Everything an estimator is given in a run, step by step, and the truth beside it.
+/// All inputs of an estimator in a run, step by step, and the truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReplayData {
-    /// The vehicle as the estimators are given it.
+    /// Nominal vehicle for the estimators.
     pub vehicle: Vehicle,
     /// Per step: the samples it has, one bit each; see [`COMMAND`].
     pub(super) masks: Vec<u128>,
@@ -25,7 +25,7 @@ const COMMAND: usize = 127;
 const _: () = assert!(Slot::COUNT <= COMMAND, "a mask has too few bits");
 
 impl ReplayData {
-    /// Nothing recorded yet.
+    /// Makes an empty recording.
     pub fn new(vehicle: Vehicle) -> Self {
         Self {
             vehicle,
@@ -89,7 +89,7 @@ pub struct Steps<'a> {
     stamps: std::slice::Iter<'a, Time>,
     /// The slot of each bit.
     slots: Vec<Slot>,
-    /// Samples of the step before, one bit each.
+    /// Samples of the previous step, one bit each.
     there: u128,
     z: Measurements,
     command: Command,

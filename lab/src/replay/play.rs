@@ -6,11 +6,11 @@ use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::registry::BoxedEstimator;
 use monorig_sim::error::Error;
 
-/// Samples handed on at once: few enough to stay in the cache of the processor.
+/// Number of samples passed on at once: few enough to stay in the cache of the processor.
 const BATCH: usize = 64;
 
-/// Gives an estimator what it would have been given in the run, and hands its errors on, one per step, in batches.
-/// They are bit for bit those of the run, because the same code makes them. `name` is the estimator's in messages.
+/// Gives an estimator its inputs of the run, and passes on its errors, one per step, in batches. They are bit for bit
+/// those of the run, because the same code makes them. `name` is the estimator's in messages.
 pub fn play(
     columns: &ReplayData,
     name: &str,

@@ -12,7 +12,7 @@ use monorig_sim::closed_loop::run::{Observer, StepFrame};
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
 
-/// Keeps what the estimators are given.
+/// Keeps the inputs of the estimators.
 pub struct ReplayRecorder {
     /// The recording so far.
     pub columns: ReplayData,
@@ -22,7 +22,7 @@ pub struct ReplayRecorder {
 }
 
 impl ReplayRecorder {
-    /// For a run of this simulation.
+    /// Makes the recorder for a run of this simulation.
     pub fn new(simulation: &Simulation) -> Self {
         Self {
             columns: ReplayData::new(simulation.vehicle),
@@ -50,7 +50,7 @@ impl Observer for ReplayRecorder {
     }
 }
 
-/// The scenario without the estimators that change nothing: only that in the loop stays.
+/// The scenario without the estimators that do not influence the run: only that in the loop stays.
 pub(crate) fn bare(scenario: &Scenario) -> Scenario {
     let mut bare = scenario.clone();
     let in_loop = bare.file.in_loop.clone();

@@ -7,8 +7,8 @@ use crate::verdicts::findings::Finding;
 use crate::verdicts::integrity::{Integrity, Outcome};
 use crate::verdicts::summary::Summary;
 
-/// Findings about misleading estimates, worst first, those of baselines folded; `None` without any. Each may begin with
-/// a name, such as that of its scenario.
+/// Findings about misleading estimates, worst first, with findings about baselines folded; `None` without findings.
+/// Each may begin with a name, such as that of its scenario.
 pub(crate) fn section(all: &[(String, Finding)]) -> Option<Section> {
     if all.is_empty() {
         return None;
@@ -50,7 +50,7 @@ pub(crate) fn of_one(all: Vec<Finding>) -> Option<Section> {
     section(&named.collect::<Vec<_>>())
 }
 
-/// The numbers of misleading estimates in words; `None` without any.
+/// Numbers of misleading estimates in words; `None` without misleading estimates.
 pub(crate) fn told(all: &[Finding]) -> Option<String> {
     let count = |which: fn(&&Finding) -> bool| all.iter().filter(which).count();
     let (fails, reference) = (count(|f| f.fails), count(|f| f.for_reference));
@@ -65,7 +65,7 @@ pub(crate) fn told(all: &[Finding]) -> Option<String> {
     (!all.is_empty()).then(|| all.join("; "))
 }
 
-/// Availability, integrity and continuity of every estimator and quantity over runs of one scenario; none without an
+/// Availability, integrity and continuity of every estimator and quantity over runs of one scenario; `None` without an
 /// estimator.
 pub(crate) fn integrity<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Option<Table> {
     let mut sums: Vec<Integrity> = Vec::new();
@@ -94,7 +94,7 @@ pub(crate) fn integrity<'a>(runs: impl IntoIterator<Item = &'a Summary>) -> Opti
         let share = Cell::number(100.0 * i.share());
         let (share, judged) = match i.outcome() {
             Outcome::ForReference => (share, "for reference only"),
-            Outcome::NoReference => (share, "no: there is no reference"),
+            Outcome::NoReference => (share, "no: the log has no reference"),
             Outcome::NothingValid => (share, "yes"),
             Outcome::KnownFailure => (share.judged(false), "known failure"),
             Outcome::Holds => (share.judged(true), "yes"),

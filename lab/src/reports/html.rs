@@ -13,7 +13,7 @@ pub(crate) fn link(to: &str) -> String {
     }
 }
 
-/// Text as it may stand between tags, and in attributes in double quotes.
+/// Text escaped for the content of tags and for attributes in double quotes.
 pub fn escape(text: &str) -> String {
     html! { (marked(text)) }.into_string()
 }

@@ -26,9 +26,9 @@ pub mod stress;
 pub mod study;
 pub mod table;
 
-/// Help for a user who named something that has no report.
+/// Help for a user who named a file or folder without a report.
 const TAKES: &str = "name one of these:
     the folder of a run, such as runs/minimal/1, or two of them
-    a file that `monorig test --json FILE` or `monorig compare --json FILE` has written
+    a file that `monorig test --json FILE` or `monorig compare --json FILE` wrote
     the results of a study, such as runs/vehicle_test_spread/results.jsonl
-  `monorig tune` writes its report by itself: report.html beside its results";
+  `monorig tune` writes its own report: report.html beside its results";

@@ -21,7 +21,7 @@ const META: &str = r#"<meta charset="utf-8"/>
 pub struct Page {
     /// Title.
     pub title: String,
-    /// A line or two below it.
+    /// Text below the title.
     pub subtitle: String,
     /// The outcome in a sentence, and its grade; shown first.
     pub banner: Option<(String, Grade)>,
@@ -38,7 +38,7 @@ pub struct Section {
     pub(crate) blocks: Vec<Block>,
 }
 
-/// Something in a section.
+/// Block of a section.
 #[derive(Clone, Debug)]
 pub(crate) enum Block {
     /// A paragraph of plain text.
@@ -49,9 +49,9 @@ pub(crate) enum Block {
     Figures(Vec<Figure>),
     /// A link: text and address, relative to the report.
     Link(String, String),
-    /// Long text that is folded away: what it is, and the text as it is.
+    /// Long text that is folded away: its description, and the unchanged text.
     Folded(String, String),
-    /// A long table that is folded away: what it is, and the table. In print it is open.
+    /// A long table that is folded away: its description, and the table. In print it is unfolded.
     FoldedTable(String, Table),
     /// Figures that are folded away.
     FoldedFigures(String, Vec<Figure>),
@@ -106,7 +106,7 @@ impl Page {
 }
 
 impl Section {
-    /// Takes out figures in which nothing is drawn.
+    /// Removes empty figures.
     pub(crate) fn drop_empty_figures(&mut self) {
         for block in &mut self.blocks {
             if let Block::Figures(figures) = block {
@@ -125,31 +125,31 @@ impl Section {
         }
     }
 
-    /// With a paragraph.
+    /// Adds a paragraph.
     pub fn text(mut self, text: impl Into<String>) -> Self {
         self.blocks.push(Block::Text(text.into()));
         self
     }
 
-    /// With a table.
+    /// Adds a table.
     pub fn table(mut self, table: impl Into<Option<Table>>) -> Self {
         self.blocks.extend(table.into().map(Block::Table));
         self
     }
 
-    /// With a table that is folded away.
+    /// Adds a folded table.
     pub(crate) fn folded(mut self, what: impl Into<String>, table: Table) -> Self {
         self.blocks.push(Block::FoldedTable(what.into(), table));
         self
     }
 
-    /// With figures that are folded away.
+    /// Adds folded figures.
     pub(crate) fn folded_figures(mut self, what: impl Into<String>, all: Vec<Figure>) -> Self {
         self.blocks.push(Block::FoldedFigures(what.into(), all));
         self
     }
 
-    /// With a figure, beside the last one if that was one too.
+    /// Adds a figure, beside the last block if this is a figure too.
     pub fn figure(mut self, figure: Figure) -> Self {
         match self.blocks.last_mut() {
             Some(Block::Figures(all)) => all.push(figure),
@@ -158,7 +158,7 @@ impl Section {
         self
     }
 
-    /// With figures.
+    /// Adds figures.
     pub(crate) fn figures(self, figures: impl IntoIterator<Item = Figure>) -> Self {
         figures.into_iter().fold(self, Self::figure)
     }

@@ -10,7 +10,7 @@ pub(crate) fn table(estimators: &BTreeMap<String, Settings>) -> Option<Table> {
         return None;
     }
     let mut table = Table::new(&["estimator", "type", "parameters"], &[]);
-    table.caption = "Estimators and the parameters that they were given".into();
+    table.caption = "Estimators and their parameters".into();
     for (name, settings) in estimators {
         let values = settings.named();
         let values = values.iter().map(|(key, x)| format!("{key} = {x}"));

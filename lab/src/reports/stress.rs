@@ -104,14 +104,14 @@ fn conditions(file: &StressFile) -> Vec<&str> {
 }
 
 fn glance(file: &StressFile, most: f64) -> Section {
-    let mut titles = vec!["condition", "what it is"];
+    let mut titles = vec!["condition", "description"];
     titles.extend(file.estimators.iter().map(String::as_str));
     let mut table = Table::new(&titles, &[]);
-    table.caption = "Misleading share of the valid samples, %: mass / slope / effective slope; – where nothing is valid".into();
+    table.caption = "Misleading share of the valid samples, %: mass / slope / effective slope; – if no sample is valid".into();
     let idle = file.idle();
     for condition in conditions(file) {
         let words = match idle.contains(&condition) {
-            true => "not judged: it changes nothing that an estimator is given",
+            true => "not judged: the condition changes no input of an estimator",
             false => file.row(condition).map_or("", |r| r.words.as_str()),
         };
         let mut row: Vec<Cell> = vec![condition.into(), words.into()];
@@ -147,7 +147,7 @@ fn percent(share: Option<f64>) -> String {
     share.map_or("–".into(), |x| format!("{:.1}", 100.0 * x))
 }
 
-/// One quantity of all cells, and the unit it is shown in.
+/// One quantity of all cells, and its shown unit.
 struct QuantityTable {
     of: fn(&MatrixCell) -> &Figures,
     factor: f64,

@@ -6,7 +6,7 @@ use crate::text::number;
 use crate::verdicts::judgement::Grade;
 use maud::{Markup, PreEscaped, html};
 
-/// A table. Columns of numbers stand to the right.
+/// A table. Aligns columns of numbers to the right.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
     /// Caption above the table; may be empty.
@@ -17,23 +17,23 @@ pub struct Table {
     pub(crate) rows: Vec<Vec<Cell>>,
 }
 
-/// A cell and how it is meant.
+/// A cell and its meaning.
 #[derive(Clone, Debug, Default)]
 pub struct Cell {
     pub(crate) text: String,
-    /// The grade of a cell that says how something ended.
+    /// Grade of a cell with an outcome.
     pub(crate) grade: Option<Grade>,
-    /// Address of a page about it, relative to the report.
+    /// Address of a linked page, relative to the report.
     link: Option<String>,
 }
 
 impl Cell {
-    /// A number; a dash if there is none or it is not finite.
+    /// A number; a dash if it is missing or not finite.
     pub fn number(x: impl Into<Option<f64>>) -> Self {
         number(x.into().unwrap_or(f64::NAN)).into()
     }
 
-    /// A difference of a metric between these ends, judged where zero is not between them.
+    /// A difference of a metric with its interval, judged if the interval does not contain zero.
     pub(crate) fn difference(metric: &str, mean: f64, low: f64, high: f64) -> Self {
         let cell = Self::number(mean);
         let less = match (low > 0.0, high < 0.0) {
@@ -65,7 +65,7 @@ impl Cell {
         })
     }
 
-    /// Leads to another page.
+    /// Adds a link to another page.
     pub(crate) fn linked(self, to: &str) -> Self {
         Self {
             link: Some(to.to_owned()),

@@ -1,14 +1,14 @@
-//! A matrix held against an earlier one.
+//! Comparison of a matrix with an earlier matrix.
 
 use crate::stress::{Figures, MatrixCell, StressFile};
 
-/// A share that changes by more than this is another one.
+/// Largest change of a share that is tolerated.
 pub const SHARE_TOLERANCE: f64 = 0.01;
 
-/// A recovery that changes by less is the same one, s.
+/// Largest change of a recovery that is tolerated, s.
 const RECOVERY_S: f64 = 1.0;
 
-/// A figure of a cell that is not what it was.
+/// A changed figure of a cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
     /// Condition.
@@ -21,11 +21,11 @@ pub struct Difference {
     pub old: Option<f64>,
     /// Now.
     pub new: Option<f64>,
-    /// True if it became worse.
+    /// True if the figure became worse.
     pub worse: bool,
 }
 
-/// Figures that have changed by more than is tolerated, the worse ones first: errors by more than the share
+/// Figures that have changed by more than the tolerance, worse figures first: errors by more than the share
 /// `tolerance`, shares by more than [`SHARE_TOLERANCE`]. With them the number of cells that are not in the old matrix
 /// and are not compared. The error says why nothing can be compared.
 pub fn differences(
@@ -34,7 +34,7 @@ pub fn differences(
     tolerance: f64,
 ) -> Result<(Vec<Difference>, usize), String> {
     if old.scenarios != new.scenarios {
-        return Err("it is of other scenarios or seeds".to_owned());
+        return Err("it has other scenarios or seeds".to_owned());
     }
     let (mut all, mut alone) = (Vec::new(), 0);
     for now in &new.cells {
@@ -71,7 +71,7 @@ pub fn differences(
     }
     all.sort_by_key(|d| !d.worse);
     match alone == new.cells.len() {
-        true => Err("it has no cell with an estimator and a condition of this one".to_owned()),
+        true => Err("it has no cell with an estimator and a condition of this matrix".to_owned()),
         false => Ok((all, alone)),
     }
 }

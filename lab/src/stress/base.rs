@@ -1,4 +1,4 @@
-//! A scenario that conditions are applied to, with its estimators side by side.
+//! A scenario to which conditions are applied, with its estimators side by side.
 
 use crate::stress::Condition;
 use crate::verdicts::expected;
@@ -11,17 +11,17 @@ use monorig_sim::error::Error;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// An estimator that is wanted: its name and, if it was given, its type.
+/// A wanted estimator: its name and, if it was given, its type.
 pub type WantedEstimator = (String, Option<String>);
 
-/// A scenario that conditions are applied to.
+/// A scenario to which conditions are applied.
 pub(super) struct Base {
     pub(super) path: PathBuf,
     pub(super) name: String,
-    /// Changes that all of its runs have.
+    /// Changes that all runs of the scenario have.
     changes: Vec<(String, String)>,
     pub(super) seeds: Vec<u64>,
-    /// The vehicle that estimators are told without a condition.
+    /// Nominal vehicle for the estimators without a condition.
     vehicle: VehicleData,
     pub(super) resolved: Value,
 }
@@ -36,11 +36,11 @@ impl Base {
     ) -> Result<Self, Error> {
         let plain = Scenario::load(path, sets)?;
         if plain.file.estimators.is_empty() && estimators.is_empty() {
-            let help = "name some with --estimators, or in the scenario";
+            let help = "name estimators with --estimators or in the scenario";
             return Err(input_error(
                 path,
                 "estimators",
-                "there is no estimator to try",
+                "no estimator is given to try",
                 help,
             ));
         }
@@ -56,7 +56,7 @@ impl Base {
         let mut exactly = changes.clone();
         exactly.push((
             "vehicle.exact.all".into(),
-            "a factor is of the truth".into(),
+            "a factor applies to the true value".into(),
         ));
         let exactly = Scenario::load_with(path, &Sets::new(&exactly).written_in("monorig stress"))?;
         let simulation = Simulation::build(exactly, registry, seeds.first().copied().unwrap_or(1))?;

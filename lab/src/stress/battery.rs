@@ -14,12 +14,12 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Scenarios that a condition is applied to.
+/// Scenarios to which a condition is applied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pairing {
-    /// All of them, which are also run without a condition.
+    /// All scenarios, which are also run without a condition.
     Every,
-    /// The one of the same place in its list.
+    /// The scenario at the same place in its list.
     OneByOne,
 }
 
@@ -115,7 +115,7 @@ impl Battery {
         &self.left_out
     }
 
-    /// Names of the estimators, in the order of the alphabet.
+    /// Names of the estimators, in alphabetical order.
     pub fn estimators(&self) -> &[String] {
         &self.estimators
     }
@@ -125,7 +125,7 @@ impl Battery {
         let nominal = ConditionRow {
             condition: NOMINAL.into(),
             group: None,
-            words: "nothing is wrong".into(),
+            words: "no condition".into(),
             classes: Classes::new(),
             over_s: 0.0,
         };
@@ -170,7 +170,7 @@ impl Battery {
         Ok(Some(StressRun::of(name, print.text(), result)))
     }
 
-    /// The campaign of these runs, made by this program.
+    /// Campaign of these runs, with this program as its maker.
     pub fn campaign(&self, monorig: &Identity) -> Campaign {
         let conditions = self.conditions.iter();
         let conditions: BTreeMap<&str, Value> = conditions
@@ -199,7 +199,7 @@ impl Battery {
         )
     }
 
-    /// The files of scenarios and conditions, as they were when they were read.
+    /// Files of scenarios and conditions with the content that was read.
     pub fn inputs(&self) -> &InputFiles {
         &self.inputs
     }

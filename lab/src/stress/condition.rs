@@ -19,27 +19,27 @@ pub struct ConditionFile {
     pub(crate) version: Version1,
     /// The condition in a line.
     pub(crate) condition: String,
-    /// Part of the drive that is not as it should be.
+    /// Part of the drive that the condition changes.
     pub(crate) group: Group,
-    /// Classes by which a summary sums up its results, such as `kind: [bias]`.
+    /// Classes for the summary of results, such as `kind: [bias]`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(crate) classes: Classes,
     /// Changes to the scenario, by path as in `--set`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(crate) set: BTreeMap<String, serde_json::Value>,
-    /// Values that estimators and controller are told of the vehicle, as factors of the true ones.
+    /// Nominal values of the vehicle for estimators and controller, as factors of the true values.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(crate) told_factor: BTreeMap<ToldValue, Positive>,
-    /// Events that are added to those of the scenario.
+    /// Events that are added to the events of the scenario.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) events: Vec<Event>,
 }
 
-/// Classes of a condition, by what they are of.
+/// Classes of a condition, by their kind.
 pub type Classes = BTreeMap<String, BTreeSet<String>>;
 
 impl ConditionFile {
-    /// As it stands in a file.
+    /// Name in a file.
     pub fn to_yaml(&self) -> String {
         // numbers and strings: nothing in here can fail to serialise
         serde_yaml::to_string(self).unwrap_or_default()
@@ -52,7 +52,7 @@ impl ConditionFile {
 )]
 #[serde(rename_all = "snake_case")]
 pub enum Group {
-    /// Values told of the vehicle.
+    /// Nominal values of the vehicle.
     Told,
     /// Instruments.
     Instruments,
@@ -64,7 +64,7 @@ pub enum Group {
     Train,
 }
 
-/// A value told of the vehicle.
+/// A nominal value of the vehicle.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]
@@ -83,7 +83,7 @@ pub(crate) enum ToldValue {
 }
 
 impl ToldValue {
-    /// The key under `vehicle`, and the value that is told without a condition; none if it is not told.
+    /// Key under `vehicle`, and the nominal value without a condition; `None` if the vehicle does not have the value.
     fn value(self, v: &VehicleData) -> (&'static str, Option<f64>) {
         match self {
             Self::TareKg => ("tare_kg", Some(v.tare_kg)),
@@ -95,7 +95,7 @@ impl ToldValue {
     }
 }
 
-/// A condition and the file it is from.
+/// A condition and its file.
 #[derive(Clone, Debug)]
 pub struct Condition {
     /// Name: that of the file.
@@ -104,7 +104,7 @@ pub struct Condition {
     document: Document,
 }
 
-/// Keys of a scenario that are no part of a drive.
+/// Keys of a scenario that do not belong to a drive.
 const OF_JUDGE: [&str; 7] = [
     "availability",
     "estimators",
@@ -121,12 +121,12 @@ impl Condition {
         let document = Document::read(path)?;
         let file: ConditionFile = document.parse()?;
         if file.condition.trim().is_empty() {
-            let help = "a line, such as `the wheels are worn by 3 %`";
-            return Err(document.error("condition", "a condition says what it is", help));
+            let help = "write a line, such as `the wheels are worn by 3 %`";
+            return Err(document.error("condition", "a condition needs a description", help));
         }
         let name = name_of(path)?;
         if name == NOMINAL {
-            let help = "another name for the file";
+            let help = "give the file another name";
             let message = format!("`{NOMINAL}` is the name of the row without a condition");
             return Err(document.error("", message, help));
         }
@@ -135,8 +135,8 @@ impl Condition {
             OF_JUDGE.contains(&key)
         };
         if let Some(path) = file.set.keys().find(of_judge) {
-            let message = format!("`{path}` changes an estimator or its judge, and not its drive");
-            let help = "a change of track, train, drive, sensors, events or the nominal vehicle";
+            let message = format!("`{path}` changes an estimator or the judgement, not the drive");
+            let help = "change track, train, drive, sensors, events or the nominal vehicle";
             return Err(document.error(format!("set.{path}"), message, help));
         }
         for (i, event) in file.events.iter().enumerate() {
@@ -164,14 +164,21 @@ impl Condition {
             }
             files.sort();
             if files.is_empty() {
-                let help = "a folder with files *.yaml; see `monorig check --schema condition`";
-                return Err(input_error(folder, "", "there is no condition in it", help));
+                let help = "use a folder with files *.yaml; see `monorig check --schema condition`";
+                return Err(input_error(
+                    folder,
+                    "",
+                    "this folder has no condition",
+                    help,
+                ));
             }
             for path in files {
                 let new = Self::load(&path)?;
                 if let Some(there) = all.iter().find(|c| c.name == new.name) {
-                    let message = format!("{} has this name too", there.document.path().display());
-                    return Err(new.document.error("", message, "another name for the file"));
+                    let message = format!("{} also has this name", there.document.path().display());
+                    return Err(new
+                        .document
+                        .error("", message, "give the file another name"));
                 }
                 all.push(new);
             }
@@ -185,17 +192,17 @@ impl Condition {
         self.file.condition.trim()
     }
 
-    /// Part of the drive that is not as it should be.
+    /// Part of the drive that the condition changes.
     pub fn group(&self) -> Group {
         self.file.group
     }
 
-    /// Classes by which a summary sums up its results.
+    /// Classes for the summary of results.
     pub(crate) fn classes(&self) -> &Classes {
         &self.file.classes
     }
 
-    /// True if this text is in its name, or is its group.
+    /// True if this text is a part of its name, or is its group.
     pub fn is_called(&self, text: &str) -> bool {
         let group = serde_json::to_value(self.file.group);
         self.name.contains(text) || group.is_ok_and(|g| g == text)
@@ -207,13 +214,13 @@ impl Condition {
         name.to_string_lossy().into_owned()
     }
 
-    /// Time from which on nothing new happens: the last begin or end of its events, s; 0 without any.
+    /// Time after the last change: the last begin or end of its events, s; 0 without any.
     pub fn over_s(&self) -> f64 {
         let times = self.file.events.iter().filter_map(Event::times_s);
         times.fold(0.0, |last: f64, (from, to)| last.max(to.unwrap_or(from)))
     }
 
-    /// Its changes to a scenario whose estimators are told this vehicle.
+    /// Changes of the condition to a scenario with this nominal vehicle.
     pub(crate) fn changes(&self, vehicle: &VehicleData) -> Vec<(String, String)> {
         let set = self.file.set.iter();
         let mut all: Vec<_> = set.map(|(path, v)| (path.clone(), v.to_string())).collect();
@@ -231,11 +238,15 @@ impl Condition {
         all
     }
 
-    /// An error of a scenario under this condition, at the key of the file that it is about.
+    /// Error of a scenario under this condition, at its key in the condition's file.
     pub(crate) fn refused(&self, scenario: &str, e: &Error) -> Error {
         let (key, said, help) = match e {
             Error::Input(e) => (e.key.as_str(), e.message.clone(), e.help.clone()),
-            e => ("", e.to_string(), "what the scenario can have".to_owned()),
+            e => (
+                "",
+                e.to_string(),
+                "use values that the scenario can have".to_owned(),
+            ),
         };
         let place = match key {
             _ if key.starts_with("events") => "events",

@@ -12,19 +12,19 @@ use std::collections::BTreeMap;
 pub struct ConditionRow {
     /// Name.
     pub condition: String,
-    /// Part of the drive that is not as it should be; none of the nominal row.
+    /// Part of the drive that the condition changes; none for the nominal row.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<Group>,
     /// The condition in a line.
     pub words: String,
-    /// Classes by which results are summed up.
+    /// Classes for the summary of results.
     #[serde(default, skip_serializing_if = "Classes::is_empty")]
     pub classes: Classes,
-    /// Time from which on nothing new happens, s.
+    /// Time after the last change, s.
     pub over_s: f64,
 }
 
-/// Figures of a quantity, over valid samples from 5 s on; what misleads counts from the start.
+/// Figures of a quantity, over valid samples from 5 s on; misleading samples count from the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
     /// Root mean square error: a share of the mass, or degrees; none where nothing is valid.
@@ -37,11 +37,11 @@ pub struct Figures {
     pub misleading: Option<f64>,
     /// Share of the valid samples beyond k standard deviations.
     pub overconfident: Option<f64>,
-    /// Share of the valid samples beyond the alert limit, whatever standard deviation is told.
+    /// Share of the valid samples beyond the alert limit, for any standard deviation.
     #[serde(default)]
     pub beyond: Option<f64>,
-    /// Time from the end of the condition's events until valid and within the alert limit for good, s: the longest of
-    /// all runs; none where one of them never comes there.
+    /// Time from the end of the condition's events until the estimate stays valid and within the alert limit, s: the
+    /// longest of all runs; none where one of them never comes there.
     pub recovery_s: Option<f64>,
 }
 
@@ -52,11 +52,11 @@ pub struct MatrixCell {
     pub condition: String,
     /// Estimator.
     pub estimator: String,
-    /// Runs that came to their end.
+    /// Number of runs that finished.
     pub runs: usize,
-    /// Runs that did not.
+    /// Number of runs that did not finish.
     pub broken: usize,
-    /// Runs in which the estimators were given something else than without the condition.
+    /// Number of runs in which the condition changed the inputs of the estimators.
     pub changed: usize,
     /// Mass.
     pub mass: Figures,
@@ -72,30 +72,30 @@ impl MatrixCell {
         [&self.mass, &self.slope, &self.effective_slope]
     }
 
-    /// The largest of a figure of the three quantities; none where it could not be measured.
+    /// Largest value of a figure over the three quantities; `None` if it could not be measured.
     pub fn largest(&self, of: impl Fn(&Figures) -> Option<f64>) -> Option<f64> {
         let all = self.quantities().into_iter().filter_map(of);
         all.reduce(f64::max)
     }
 
-    /// Largest share of the valid samples of a quantity that misleads; none where nothing is valid.
+    /// Largest share of misleading samples among the valid samples of a quantity; `None` if no sample is valid.
     pub fn misled(&self) -> Option<f64> {
         self.largest(|f| f.misleading)
     }
 
-    /// Least share of the samples that is marked valid, of the three quantities.
+    /// Least share of valid samples over the three quantities.
     pub fn least_valid(&self) -> Option<f64> {
         let all = self.quantities().into_iter().filter_map(|f| f.valid);
         all.reduce(f64::min)
     }
 
-    /// Time until all quantities have recovered, s; none where one never does.
+    /// Time until all quantities have recovered, s; `None` if one never recovers.
     pub fn recovery_s(&self) -> Option<f64> {
         let all: Option<Vec<f64>> = self.quantities().iter().map(|f| f.recovery_s).collect();
         all?.into_iter().reduce(f64::max)
     }
 
-    /// Makes the cell of an estimator over these rows together; `runs` has those of other rows too.
+    /// Makes the cell of an estimator over these rows together; `runs` also has the runs of other rows.
     pub(crate) fn over(
         name: &str,
         rows: &[ConditionRow],
@@ -189,8 +189,8 @@ impl Matrix {
     }
 }
 
-/// Figures over runs, each with the time from which on nothing new happens. Those over valid samples are weighted
-/// with the valid share: over samples if the runs are equally long.
+/// Figures over runs, each with the time after its last change. Those over valid samples are weighted with the valid
+/// share: over samples if the runs are equally long.
 fn figures(estimator: &str, metrics: &[String; 7], runs: &[(&StressRun, f64)]) -> Figures {
     let [
         error,

@@ -1,4 +1,5 @@
-//! Fingerprint of what estimators were given in a run: two runs differ in it if a condition changed anything for them.
+//! Fingerprint of the inputs of the estimators in a run: two runs differ in it if a condition changed anything for
+//! them.
 
 use monorig_estimators::api::signals::Slot;
 use monorig_sim::closed_loop::Simulation;
@@ -6,7 +7,7 @@ use monorig_sim::closed_loop::run::{Observer, StepFrame};
 use monorig_sim::error::Error;
 use std::hash::{DefaultHasher, Hasher};
 
-/// Observer of the measurements, the commands' instants and the vehicle that estimators are told.
+/// Observer of the measurements, the commands' instants and the nominal vehicle.
 #[derive(Default)]
 pub(crate) struct Print {
     hasher: DefaultHasher,

@@ -11,7 +11,7 @@ use std::path::Path;
 /// Kind of the file.
 const KIND: &str = "stress";
 
-/// A matrix with what it was made from.
+/// A matrix with its program and inputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StressFile {
     version: u32,
@@ -36,7 +36,7 @@ pub struct StressFile {
 }
 
 impl StressFile {
-    /// Makes it of all runs of a battery.
+    /// Makes the matrix of all runs of a battery.
     pub fn new(campaign: &Campaign, runs: Vec<StressRun>) -> Self {
         let BatteryPlan { estimators, rows } = BatteryPlan::of(campaign).unwrap_or_default();
         let cells = Matrix::of(&rows, &estimators, &runs).cells;
@@ -56,23 +56,23 @@ impl StressFile {
         }
     }
 
-    /// Reads a file that was written before.
+    /// Reads an earlier file.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let file = serde_json::from_str::<Self>(&read_result(path)?);
         file.ok().filter(|file| file.kind == KIND).ok_or_else(|| {
-            let message = "this is no matrix of a stress battery";
-            let help = "a file that `monorig stress --json FILE` has written, not a shard";
+            let message = "this is not the matrix of a stress battery";
+            let help = "use a file that `monorig stress --json FILE` wrote, not a shard";
             input_error(path, "", message, help)
         })
     }
 
-    /// As it stands in the file.
+    /// Content of the file.
     pub fn to_json(&self) -> String {
         // Strings and finite numbers: nothing in here can fail to serialise.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
-    /// Conditions under which no estimator was given anything else than without them.
+    /// Conditions that changed no input of an estimator.
     pub fn idle(&self) -> Vec<&str> {
         let of = |row: &&ConditionRow| {
             let cells = || self.cells.iter().filter(|c| c.condition == row.condition);
@@ -91,7 +91,7 @@ impl StressFile {
     }
 }
 
-/// Values of a battery that stand in the header of its results.
+/// Values of a battery in the header of its results.
 #[derive(Default, Deserialize)]
 struct BatteryPlan {
     /// Names of the estimators.
@@ -104,7 +104,7 @@ impl BatteryPlan {
     /// Reads them.
     fn of(campaign: &Campaign) -> Result<Self, String> {
         let plan = serde_json::from_value(campaign.resolved.clone());
-        plan.map_err(|e| format!("its header has no battery of ours: {e}"))
+        plan.map_err(|e| format!("its header has no battery of monorig: {e}"))
     }
 }
 

@@ -27,20 +27,20 @@ pub struct StressRun {
     pub(crate) scenario: String,
     /// Seed.
     pub(crate) seed: u64,
-    /// Fingerprint of what the estimators were given.
+    /// Fingerprint of the inputs of the estimators.
     pub(crate) given: String,
     /// Metrics of every estimator; null = could not be measured.
     pub(crate) estimators: BTreeMap<String, BTreeMap<String, Option<f64>>>,
-    /// Why the run broke down, if it did.
+    /// Reason why the run broke down, if it did.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
 }
 
 impl StressRun {
-    /// Takes from a result what a matrix needs.
+    /// Extracts the values for a matrix from a result.
     pub(crate) fn of(condition: &str, given: String, result: RunResult) -> Self {
         let unfinished = !result.finished() && result.error.is_none();
-        let unfinished = unfinished.then(|| "it did not come to its end".to_owned());
+        let unfinished = unfinished.then(|| "the run did not finish".to_owned());
         let all = result.summary.into_iter().flat_map(|s| s.estimators);
         let wanted = Quantity::ALL.map(metrics).concat();
         let figures = |all: BTreeMap<String, Option<f64>>| {
@@ -58,7 +58,7 @@ impl StressRun {
         }
     }
 
-    /// A metric of an estimator; none where it could not be measured.
+    /// A metric of an estimator; `None` if it could not be measured.
     pub(crate) fn figure(&self, estimator: &str, metric: &str) -> Option<f64> {
         *self.estimators.get(estimator)?.get(metric)?
     }

@@ -4,7 +4,7 @@ use crate::stress::{ConditionRow, MatrixCell, NOMINAL, StressRun};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Share of the valid samples beyond which a condition counts as one that misleads an estimator.
+/// Share of misleading valid samples above which a condition counts as misleading for an estimator.
 pub const MISLED: f64 = 0.005;
 
 /// Results over all conditions, and over those of a class.
@@ -12,7 +12,7 @@ pub const MISLED: f64 = 0.005;
 pub struct DrawnSummary {
     /// Results of each estimator over all conditions.
     pub estimators: Vec<EstimatorSummary>,
-    /// Classes by what they are of, the worst first.
+    /// Classes by kind, the worst first.
     pub classes: BTreeMap<String, Vec<ClassRow>>,
 }
 
@@ -27,7 +27,7 @@ pub struct EstimatorSummary {
     pub misled_in: usize,
     /// Median over the conditions of the time until all quantities have recovered, s; none = never.
     pub recovery_median_s: Option<f64>,
-    /// Time within which they have recovered in 90 % of the conditions, s; none = never.
+    /// Time within which all quantities have recovered in 90 % of the conditions, s; none = never.
     pub recovery_90_s: Option<f64>,
 }
 
@@ -36,9 +36,9 @@ pub struct EstimatorSummary {
 pub struct ClassRow {
     /// Class.
     pub class: String,
-    /// Conditions in it; one with two faults is in the classes of both.
+    /// Number of conditions; a condition with two faults is in the classes of both.
     pub conditions: usize,
-    /// Largest share of the valid samples of a quantity that misleads, of each estimator.
+    /// Largest share of misleading samples among the valid samples of a quantity, for each estimator.
     pub misled: Vec<Option<f64>>,
 }
 
@@ -90,7 +90,7 @@ impl DrawnSummary {
     }
 }
 
-/// The classes of this kind, in the order of the alphabet.
+/// The classes of this kind, in alphabetical order.
 fn classes(
     of: &str,
     rows: &[ConditionRow],

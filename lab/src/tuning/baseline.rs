@@ -10,7 +10,7 @@ use monorig_sim::error::Error;
 /// The defaults over some runs.
 #[derive(Clone, Debug)]
 pub(crate) struct Baseline {
-    /// Judges trials by them.
+    /// Judges trials by the results of the defaults.
     pub(crate) judge: Judge,
     /// Metrics of the defaults, run by run.
     pub(crate) defaults: Vec<RunMetrics>,
@@ -30,11 +30,11 @@ impl Baseline {
             let wrong = |what: String| {
                 let refusal = Refusal {
                     message: format!(
-                        "the defaults give nothing to measure trials by: seed {}: {what}",
+                        "the results of the defaults cannot scale the loss of trials: seed {}: {what}",
                         measured.seed
                     ),
                     help:
-                        "another window of time for the metric, another metric, or another scenario"
+                        "use another window of time for the metric, another metric, or another scenario"
                             .into(),
                 };
                 study.error(format!("{key}[{}].scenario", measured.group), refusal)
@@ -51,7 +51,7 @@ impl Baseline {
         Ok(Self { judge, defaults })
     }
 
-    /// The trial of these parameters, with what was measured of them.
+    /// Trial of these parameters, with its measured values.
     pub(crate) fn trial(
         &self,
         index: usize,

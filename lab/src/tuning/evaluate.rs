@@ -18,7 +18,7 @@ use monorig_sim::error::Error;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Who evaluates, and with what.
+/// Evaluator of trials, with its folder and threads.
 #[derive(Clone, Copy)]
 pub struct Means<'a> {
     /// Folder of the recordings.
@@ -27,7 +27,7 @@ pub struct Means<'a> {
     pub jobs: usize,
 }
 
-/// Runs ready to be evaluated.
+/// Runs that are ready for evaluation.
 pub struct Evaluator<'a> {
     study: &'a TuningStudy,
     runs: Vec<OneRun>,
@@ -35,7 +35,7 @@ pub struct Evaluator<'a> {
     jobs: usize,
 }
 
-/// A scenario and seed, and where its samples come from.
+/// A scenario and seed, and the source of its samples.
 struct OneRun {
     group: usize,
     seed: u64,
@@ -49,7 +49,7 @@ enum SampleSource {
 }
 
 impl OneRun {
-    /// Records what is to be replayed, or finds it in the cache. None if `go_on` stopped it.
+    /// Records the runs to replay, or finds them in the cache. None if `go_on` stopped it.
     fn prepare(
         study: &TuningStudy,
         stage: Stage,
@@ -147,7 +147,7 @@ impl<'a> Evaluator<'a> {
     fn started(&self, run: &OneRun) -> Result<Vec<InWindow>, String> {
         let of_window = |w: &MetricWindow| {
             InWindow::new(&w.metric, &run.limits, w.after_s, w.until_s)
-                .ok_or_else(|| format!("there is no metric {}", w.metric))
+                .ok_or_else(|| format!("no metric is called {}", w.metric))
         };
         self.windows.iter().map(of_window).collect()
     }
@@ -163,7 +163,7 @@ impl<'a> Evaluator<'a> {
     pub(crate) fn trace(&self, group: usize, values: &Values) -> Result<Vec<ErrorSample>, String> {
         match self.runs.iter().find(|run| run.group == group) {
             Some(run) => self.samples(self.series(run, values)?),
-            None => Err("there is no such run".into()),
+            None => Err("this run does not exist".into()),
         }
     }
 
@@ -186,7 +186,7 @@ impl<'a> Evaluator<'a> {
                 w.until_s,
             )
             .or_else(|| metrics::measure_run(series, &w.metric, w.after_s, w.until_s))
-            .ok_or_else(|| format!("there is no metric {}", w.metric))
+            .ok_or_else(|| format!("no metric is called {}", w.metric))
         };
         windows.iter().map(one).collect()
     }

@@ -1,4 +1,4 @@
-//! From the metrics of all runs to the loss of a trial: 1 is as good as the defaults, less is better.
+//! The loss of a trial from the metrics of all runs: 1 is as good as the defaults, less is better.
 //!
 //! A metric's own loss is 0 at its best value ([`crate::metrics::Best::loss`]): the value itself for an error, 1 − x
 //! for a share, |ln x| for a normalised square, the distance from 0.95 for the share in a 95 % band. It is averaged
@@ -10,7 +10,7 @@ use crate::tuning::space::digits;
 use crate::tuning::study::{Combine, RunGroup, TuningFile};
 use monorig_sim::config::checked::Positive;
 
-/// Losses below this are taken for zero when something is divided by them.
+/// Least loss that can be a divisor; a smaller loss counts as zero.
 const MIN_LOSS: f64 = 1e-9;
 
 /// Scores the trials of a study.
@@ -32,9 +32,9 @@ pub(crate) struct Judge {
 pub(crate) struct TrialVerdict {
     /// One loss, or one per metric for a front; empty if the trial failed.
     pub(crate) losses: Vec<f64>,
-    /// Violation of the constraints, in shares of their bounds; 0 = all held.
+    /// Violation of the constraints, as a share of their bounds; 0 = all held.
     pub(crate) violation: f64,
-    /// Why there is no loss.
+    /// Reason why there is no loss.
     pub(crate) failed: Option<String>,
 }
 
@@ -43,13 +43,13 @@ pub(crate) struct TrialVerdict {
 pub(crate) struct MetricWindow {
     /// Its name.
     pub(crate) metric: String,
-    /// From here, s.
+    /// Begin of the window, s.
     pub(crate) after_s: f64,
-    /// To here, s.
+    /// End of the window, s.
     pub(crate) until_s: f64,
 }
 
-/// The metrics of one run, in the order they were asked for, or why there are none.
+/// Metrics of one run in the requested order, or the reason why there are none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunMetrics {
     /// Index of the group.
@@ -59,7 +59,7 @@ pub struct RunMetrics {
     pub values: Result<Vec<f64>, String>,
 }
 
-/// The metrics whose samples count, and those that watch over them.
+/// Metrics whose samples count, and metrics that guard them.
 const VALID: [&str; 2] = ["mass_availability", "slope_availability"];
 
 /// Metrics to measure in every run: those of the objective, those of the constraints, the valid shares.
@@ -79,7 +79,7 @@ pub(crate) fn metric_windows(file: &TuningFile) -> Vec<MetricWindow> {
 }
 
 impl Judge {
-    /// For a study and some of its groups, with what the defaults have measured there.
+    /// Makes the scorer for a study and some of its groups, with the results of the defaults there.
     pub(crate) fn new(file: &TuningFile, groups: &[RunGroup], defaults: &[RunMetrics]) -> Self {
         let mut judge = Self {
             combine: file.objective.combine,
@@ -240,7 +240,7 @@ fn weighted(x: impl Iterator<Item = (f64, f64)>) -> f64 {
     sum / weights
 }
 
-/// Violation of a bound, in shares of it; NaN breaks it by 1.
+/// Violation of a bound, as a share of the bound; NaN violates it by 1.
 fn broken(x: f64, least: Option<f64>, most: Option<f64>) -> f64 {
     if x.is_nan() {
         return 1.0;

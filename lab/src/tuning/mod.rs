@@ -1,4 +1,4 @@
-//! Parameters of an estimator found by search instead of guessed.
+//! Search for the parameters of an estimator.
 //!
 //! A study ([`study`]) names what may vary (`space`), over which runs, and what counts as good (`loss`), measured
 //! by the defaults (`baseline`). [`search`] lets an optimiser ([`optimise`]) propose trials, scores each over all

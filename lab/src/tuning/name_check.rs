@@ -9,8 +9,8 @@ use monorig_sim::config::scenario::ParameterFile;
 use monorig_sim::error::Error;
 use std::path::Path;
 
-/// A parameter that varies must be there, its values must be allowed, and only a number has a range with two ends; the
-/// error names the key below the parameter's.
+/// Checks that a varied parameter exists, that its values are allowed, and that only a number has a range with two
+/// ends; the error names the key below the parameter's key.
 pub(crate) fn range(
     of: &EstimatorType,
     key: &str,
@@ -20,7 +20,7 @@ pub(crate) fn range(
     if range.choices.is_none() && !matches!(found.kind, KeyKind::Number { .. }) {
         let message = format!("`{key}` is {}, not a number with a range", found.kind);
         let help = format!(
-            "the values to try: `{key}: {{choices: [{}]}}`",
+            "give the values to try: `{key}: {{choices: [{}]}}`",
             words(found.kind)
         );
         return Err(("", Refusal { message, help }));
@@ -45,7 +45,7 @@ fn words(kind: KeyKind) -> String {
     }
 }
 
-/// The metric's name must be one of an estimator or, where trials move the train, one of the run.
+/// Checks that the name is a metric of an estimator or, if trials move the train, a metric of the run.
 pub(crate) fn metric(name: &str, trials_move_the_train: bool) -> Result<(), Refusal> {
     let mut names: Vec<&str> = metrics::estimator_metrics().map(|m| m.name).collect();
     if trials_move_the_train {
@@ -53,19 +53,19 @@ pub(crate) fn metric(name: &str, trials_move_the_train: bool) -> Result<(), Refu
     } else if metrics::run_metrics().any(|m| m.name == name) {
         return Err(Refusal {
             message: format!(
-                "`{name}` is a metric of the train and the controller, which a replay does not move"
+                "`{name}` is a metric of train and controller, which do not move in a replay"
             ),
-            help: "`evaluation: closed_loop`, or a metric of the estimator".to_owned(),
+            help: "use `evaluation: closed_loop`, or a metric of the estimator".to_owned(),
         });
     }
     if names.contains(&name) {
         return Ok(());
     }
-    let message = format!("there is no metric `{name}`");
+    let message = format!("no metric is called `{name}`");
     Err(Refusal::new(message, metrics::advice(name, &names)))
 }
 
-/// A parameter file whose estimator and parameters are in the registry.
+/// Reads a parameter file whose estimator and parameters are in the registry.
 pub fn parameter_file(path: &Path, registry: &Registry) -> Result<ParameterFile, Error> {
     let file = ParameterFile::read(path)?;
     let at = |key: &str, w: Refusal| input_error(path, key, w.message, w.help);

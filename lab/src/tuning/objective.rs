@@ -1,4 +1,4 @@
-//! The objective of a study as a plain function of its parameters, for a search of one's own.
+//! The objective of a study as a plain function of its parameters, for your own search.
 
 use crate::tuning::baseline::Baseline;
 use crate::tuning::evaluate::{Evaluator, Means, Stage};
@@ -9,7 +9,7 @@ use monorig_sim::config::scenario::ParameterValue;
 use monorig_sim::error::Error;
 use std::collections::BTreeMap;
 
-/// Scores parameters as the search of the study does, over its tuning runs.
+/// Scores parameters over the tuning runs, as the search of the study does.
 pub struct StudyObjective<'a> {
     study: &'a TuningStudy,
     evaluator: Evaluator<'a>,
@@ -17,8 +17,8 @@ pub struct StudyObjective<'a> {
 }
 
 impl<'a> StudyObjective<'a> {
-    /// Makes the tuning runs ready and measures the defaults, which losses are shares of. None if `progress` stopped
-    /// it.
+    /// Prepares the tuning runs and measures the defaults, whose losses are the unit of all losses. None if `progress`
+    /// stopped it.
     pub fn new(
         study: &'a TuningStudy,
         means: Means<'a>,
@@ -34,7 +34,7 @@ impl<'a> StudyObjective<'a> {
         }))
     }
 
-    /// The score of these parameters; those that are not named have their defaults.
+    /// Score of these parameters; other parameters have their defaults.
     pub fn score(&self, parameters: BTreeMap<String, ParameterValue>) -> Result<Trial, Error> {
         for (key, value) in &parameters {
             let checked = self.study.of.check(key, value.setting());
@@ -46,7 +46,7 @@ impl<'a> StudyObjective<'a> {
 }
 
 impl TuningStudy {
-    /// The ranges of the parameters that vary, as they stand in the file.
+    /// Ranges of the varied parameters, as in the file.
     pub fn ranges(&self) -> serde_json::Value {
         // Strings, flags and finite numbers: nothing in here can fail to serialise.
         serde_json::to_value(&self.file.parameters).unwrap_or_default()

@@ -7,7 +7,7 @@ use crate::tuning::study::Optimiser;
 use heuropt::prelude::*;
 use std::sync::Mutex;
 
-/// The loss of a trial that failed, and of a question after the end of the budget. No other loss is larger.
+/// Loss of a failed trial, and of a question after the end of the budget. No other loss is larger.
 pub(crate) const WORST: f64 = 3.0;
 /// First step of CMA-ES, as a share of each range.
 const STEP: f64 = 0.25;
@@ -124,7 +124,8 @@ pub fn random_point(seed: u64, k: usize, n: usize) -> Vec<f64> {
     (0..n).map(number).collect()
 }
 
-/// A grid of at most so many points, ends included; an axis with few values has no more points than values.
+/// A grid with a limited number of points, including the ends; an axis with few values has at most one point for each
+/// value.
 fn grid(counts: &[Option<usize>], budget: usize) -> Vec<Vec<f64>> {
     let points = |most: usize| -> Vec<usize> {
         let of = |c: &Option<usize>| c.map_or(most, |c| c.min(most)).max(1);

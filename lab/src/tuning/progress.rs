@@ -2,11 +2,11 @@
 
 use crate::tuning::trial_store::Trial;
 
-/// Follows a tuning run and may stop it. Called from several threads.
+/// Observer that follows a tuning run and may stop it. Called from several threads.
 pub trait Progress: Sync {
-    /// A stage has come to this share of its way, 0…1. Returns whether to go on.
+    /// Reports the share of a stage that is done, 0…1. Returns whether to go on.
     fn stage(&self, name: &str, share: f64) -> bool;
-    /// A trial is scored; `best` is the best so far. Returns whether to go on.
+    /// Reports a scored trial; `best` is the best trial so far. Returns whether to go on.
     fn trial(&self, trial: &Trial, best: Option<&Trial>, budget: usize) -> bool;
 }
 

@@ -45,7 +45,7 @@ pub(crate) fn page(study: &TuningStudy, result: &TuningResult) -> String {
     page.sections.push(found(study, result));
     if let Some(v) = &result.validation {
         let mut section = Section::new("Validation").text(
-            "The winner on runs the search has not seen, pair by pair: the same scenario and seed. Differences with 95 % confidence intervals.",
+            "The winner on runs that the search did not use, in pairs with the same scenario and seed. Differences have 95 % confidence intervals.",
         );
         for c in &v.comparisons {
             section = section.table(comparison(c));
@@ -67,7 +67,7 @@ pub(crate) fn page(study: &TuningStudy, result: &TuningResult) -> String {
         .map(|m| map(&space, m, result));
     page.sections.push(
         Section::new("Sensitivity")
-            .text("The loss over the tuning runs around the winner: one parameter at a time, then two. Gaps: the trial fails or breaks a constraint.")
+            .text("The loss over the tuning runs around the winner: one parameter at a time, then two. A gap is a trial that fails or breaks a constraint.")
             .figures(curves)
             .figures(maps),
     );
@@ -309,7 +309,7 @@ impl ParameterAxes<'_> {
         self.scale(name) != Scale::Linear
     }
 
-    /// The values to try, if one of them is not a number: then they stand side by side on the axis.
+    /// Values to try, if a value is not a number: then they stand side by side on the axis.
     fn words(&self, name: &str) -> Option<&[ParameterValue]> {
         let choices = self.0.file.parameters.get(name)?.choices.as_deref()?;
         let numbers = choices.iter().all(|x| as_number(x).is_some());

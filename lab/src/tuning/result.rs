@@ -10,16 +10,16 @@ use crate::tuning::validate::Validation;
 pub struct TuningResult {
     /// The search and its trials.
     pub search: SearchResult,
-    /// The winner on unseen runs; none without a winner.
+    /// The winner on unseen runs; `None` without a winner.
     pub validation: Option<Validation>,
-    /// Its neighbourhood.
+    /// Neighbourhood of the winner.
     pub(crate) sensitivity: Sensitivity,
     /// A validation run of each scenario, with the defaults and with the winner.
     pub(crate) traces: Vec<Trace>,
 }
 
 impl TuningResult {
-    /// The trial that has won, if one has.
+    /// Winning trial, if there is one.
     pub fn best(&self) -> Option<&Trial> {
         self.search.trials.get(self.search.winner?)
     }

@@ -25,17 +25,17 @@ pub struct TuningRun {
     pub cache: PathBuf,
     /// Threads.
     pub jobs: usize,
-    /// Treatment of trials that are there already.
+    /// Treatment of existing trials.
     pub begin: Begin,
-    /// The program that runs it.
+    /// Program that runs the study.
     pub monorig: Identity,
 }
 
 /// End of a study.
 pub enum Ended {
-    /// It was run to its end.
+    /// The study finished.
     Finished(Box<TuningResult>),
-    /// It was stopped with so many trials in its store.
+    /// The study was stopped with this number of trials in its store.
     Interrupted(usize),
 }
 
@@ -48,7 +48,7 @@ pub fn run(study: &TuningStudy, run: &TuningRun, progress: &dyn Progress) -> Res
     }
 }
 
-/// None if it was stopped.
+/// `None` if the run was stopped.
 fn finished(
     study: &TuningStudy,
     run: &TuningRun,

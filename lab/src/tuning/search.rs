@@ -21,15 +21,15 @@ use std::path::Path;
 /// Loss that the optimiser gets for the best trials that break a constraint: no trial that keeps all of them is as bad.
 const BROKEN: f64 = 2.0;
 
-/// Treatment of trials that are there already.
+/// Treatment of existing trials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Begin {
-    /// There must be none.
+    /// No trial may exist.
     #[default]
     New,
-    /// The search goes on behind them.
+    /// The search continues after the existing trials.
     Resume,
-    /// They are dropped.
+    /// Existing trials are dropped.
     Restart,
 }
 
@@ -44,8 +44,8 @@ pub struct SearchResult {
     pub(crate) finished: bool,
 }
 
-/// Search over the tuning runs of `evaluator`, measured by the `baseline` there; trials are kept in the file `store`,
-/// and taken from it by the rule `begin`.
+/// Searches over the tuning runs of `evaluator`, relative to their `baseline`; trials are kept in the file `store`, and
+/// `begin` decides about existing trials.
 pub(crate) fn search(
     study: &TuningStudy,
     evaluator: &Evaluator<'_>,
@@ -111,7 +111,7 @@ pub(crate) fn search(
     })
 }
 
-/// Scores what the optimiser proposes: from the store, from an equal trial before, or by running it.
+/// Scores the proposals of the optimiser: from the store, from an equal trial before, or by running it.
 struct TrialRunner<'a> {
     study: &'a TuningStudy,
     evaluator: &'a Evaluator<'a>,
@@ -129,7 +129,7 @@ struct TrialRunner<'a> {
 }
 
 impl TrialRunner<'_> {
-    /// The losses of a proposed trial; none once the search is over.
+    /// Losses of a proposed trial; `None` after the end of the search.
     fn score(&mut self, origin: &str, parameters: Values) -> Option<Vec<f64>> {
         let index = self.trials.len();
         if self.stopped || self.error.is_some() || index >= self.study.file.budget as usize {

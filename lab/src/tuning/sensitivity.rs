@@ -11,22 +11,22 @@ use serde::Serialize;
 /// Curves and maps.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Sensitivity {
-    /// One per parameter.
+    /// Curves, one for each parameter.
     pub(crate) curves: Vec<Curve>,
-    /// One per pair of those that matter most.
+    /// Maps, one for each pair of the most important parameters.
     pub(crate) maps: Vec<Map>,
 }
 
-/// The loss over one parameter, the others the winner's.
+/// Loss over one parameter, with the others at the winner's values.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Curve {
     pub(crate) parameter: String,
     pub(crate) values: Vec<ParameterValue>,
-    /// Loss at each; none where the trial fails or breaks a constraint.
+    /// Loss at each value; none if the trial fails or breaks a constraint.
     pub(crate) losses: Vec<Option<f64>>,
 }
 
-/// The loss over two parameters, the others the winner's.
+/// Loss over two parameters, with the others at the winner's values.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Map {
     /// Parameter to the right.
@@ -37,7 +37,7 @@ pub(crate) struct Map {
     pub(crate) xs: Vec<ParameterValue>,
     /// Values upwards.
     pub(crate) ys: Vec<ParameterValue>,
-    /// Loss, row by row from the lowest `y`; none where the trial fails or breaks a constraint.
+    /// Loss, row by row from the lowest `y`; none if the trial fails or breaks a constraint.
     pub(crate) losses: Vec<Vec<Option<f64>>>,
 }
 
@@ -146,7 +146,7 @@ impl Curve {
     }
 }
 
-/// Values of a parameter from end to end of its range, each once.
+/// Values of a parameter from end to end of its range, without repetition.
 fn axis(space: &Space, winner: &Values, name: &str, points: u32) -> Vec<ParameterValue> {
     let Some(i) = space.names().position(|n| n == name) else {
         return Vec::new();

@@ -1,11 +1,11 @@
-//! The parameters that vary, as a unit cube: what optimisers see.
+//! The varied parameters, as a unit cube: what optimisers see.
 
 use crate::tuning::study::{Range, Scale, Values, as_number, bend, unbend};
 use monorig_sim::config::checked::Finite;
 use monorig_sim::config::scenario::ParameterValue;
 use std::collections::BTreeMap;
 
-/// The parameters that vary, in the order of their names.
+/// The varied parameters, sorted by name.
 #[derive(Clone, Debug)]
 pub(crate) struct Space {
     axes: Vec<(String, Dimension)>,
@@ -23,7 +23,7 @@ enum Dimension {
 }
 
 impl Space {
-    /// Takes checked ranges.
+    /// Makes the space from checked ranges.
     pub(crate) fn new(ranges: &BTreeMap<String, Range>) -> Self {
         let axis = |r: &Range| match &r.choices {
             Some(choices) => Dimension::Choices(choices.clone()),
@@ -48,14 +48,14 @@ impl Space {
         self.axes.iter().map(|(_, axis)| axis.count()).collect()
     }
 
-    /// The values at a point of the unit cube; points outside count as on its surface.
+    /// Values at a point of the unit cube; a point outside is moved to the surface.
     pub(crate) fn values(&self, point: &[f64]) -> Values {
         let all = self.axes.iter().zip(point);
         all.filter_map(|((name, axis), u)| Some((name.clone(), axis.value(*u)?)))
             .collect()
     }
 
-    /// The point of the unit cube with these values, or the nearest to them; unnamed parameters in the middle.
+    /// Point of the unit cube with these values, or the nearest point; missing parameters are in the middle.
     pub(crate) fn point(&self, values: &Values) -> Vec<f64> {
         let of =
             |(name, axis): &(String, Dimension)| values.get(name).map_or(0.5, |x| axis.share(x));
@@ -135,12 +135,12 @@ impl Dimension {
     }
 }
 
-/// A number as a parameter's value; none if it is not finite.
+/// A number as a parameter's value; `None` if it is not finite.
 fn number(x: f64) -> Option<ParameterValue> {
     Finite::try_from(x).ok().map(ParameterValue::Number)
 }
 
-/// A number rounded to so many significant decimal digits. With 15 or fewer, what is written to a file is what is
+/// A number rounded to a number of significant decimal digits. With 15 or fewer, what is written to a file is what is
 /// read back.
 pub(crate) fn digits(x: f64, n: usize) -> f64 {
     if !x.is_finite() {

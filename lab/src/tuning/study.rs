@@ -28,52 +28,53 @@ pub(crate) type Values = BTreeMap<String, ParameterValue>;
 pub struct TuningFile {
     /// Format version, 1.
     pub(crate) version: Version1,
-    /// Why the study exists.
+    /// Purpose of the study.
     pub(crate) why: String,
     /// The estimator to tune: its name in the scenarios.
     pub(crate) estimator: String,
-    /// Its type, when its name is not that of one.
+    /// Type of the estimator, if its name is not a type.
     pub(crate) is: Option<String>,
-    /// Shared library that it is in, relative to the study.
+    /// Shared library with the estimator, relative to the study.
     pub(crate) library: Option<String>,
-    /// FMU that it is in, relative to the study.
+    /// FMU with the estimator, relative to the study.
     pub(crate) fmu: Option<String>,
-    /// Names that the FMU has in place of ours, and numbers in place of standard deviations that it does not give.
+    /// Names in the FMU that replace monorig's names, and numbers that replace missing standard deviations.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(crate) map: BTreeMap<String, ParameterValue>,
-    /// Which of its parameters vary, and how far.
+    /// Varied parameters and their ranges.
     pub(crate) parameters: BTreeMap<String, Range>,
-    /// Parameters that have another value than their default in every trial.
+    /// Parameters with a fixed value other than their default in every trial.
     #[serde(default)]
     pub(crate) fixed: BTreeMap<String, ParameterValue>,
-    /// Published constants to compare with (those of `parameters` not named here keep their default).
+    /// Published constants to compare with (parameters of `parameters` that are missing here keep their default).
     #[serde(default)]
     pub published: BTreeMap<String, ParameterValue>,
-    /// Runs the optimiser sees.
+    /// Tuning runs, which the optimiser uses.
     pub(crate) tuning: Vec<Runs>,
-    /// Runs it never sees: there the winner is held against the defaults and the published constants.
+    /// Validation runs, which the optimiser never uses: there the winner is held against the defaults and the published
+    /// constants.
     pub(crate) validation: Vec<Runs>,
-    /// What is made small.
+    /// Objective that the search minimises.
     pub(crate) objective: Objective,
-    /// Bounds that each tuning scenario must hold, in the mean over its seeds.
+    /// Bounds that each tuning scenario must hold in the mean over its seeds.
     #[serde(default)]
     pub(crate) constraints: Vec<Constraint>,
-    /// The share of the defaults' valid samples that must stay valid: errors count valid samples only, so without
-    /// this a trial could win by marking hard samples invalid.
+    /// Share of the defaults' valid samples that must stay valid: errors count valid samples only, so without this a
+    /// trial could win by marking hard samples invalid.
     #[serde(default = "keep_valid")]
     pub(crate) keep_valid: Fraction,
-    /// How trials are chosen.
+    /// Optimiser that chooses the trials.
     #[serde(default, deserialize_with = "optimiser")]
     pub(crate) optimiser: Optimiser,
-    /// Trials to make, the defaults and the published constants among them.
+    /// Number of trials, including the defaults and the published constants.
     pub(crate) budget: u32,
     /// Seed of the optimiser.
     #[serde(default = "one")]
     pub(crate) seed: u64,
-    /// How a trial is run.
+    /// Method of running a trial.
     #[serde(default)]
     pub(crate) evaluation: Evaluation,
-    /// How finely the neighbourhood of the winner is mapped.
+    /// Resolution of the map around the winner.
     #[serde(default)]
     pub(crate) sensitivity: SensitivityPoints,
 }
@@ -86,15 +87,15 @@ pub(crate) struct Range {
     pub(crate) from: Option<Finite>,
     /// Largest value.
     pub(crate) to: Option<Finite>,
-    /// How the values between are spread.
+    /// Scale of the values between the ends.
     pub(crate) scale: Scale,
-    /// Whole numbers only.
+    /// True for whole numbers only.
     pub(crate) integer: bool,
     /// The values to try: numbers, words of a choice, or true and false.
     pub(crate) choices: Option<Vec<ParameterValue>>,
 }
 
-/// How values are spread over a range.
+/// Scale of the values in a range.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Scale {
@@ -144,18 +145,18 @@ pub(crate) struct Runs {
     pub(crate) set: BTreeMap<String, serde_json::Value>,
     /// Seeds.
     pub(crate) seeds: Seeds,
-    /// Its share in the loss.
+    /// Weight in the loss.
     #[serde(default = "weight")]
     pub(crate) weight: Positive,
 }
 
-/// What is made small.
+/// Objective that the search minimises.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Objective {
     /// The metrics.
     pub(crate) metrics: Vec<Term>,
-    /// How metrics and scenarios become one number, or several.
+    /// Combination of metrics and scenarios to one number, or to several.
     #[serde(default)]
     pub(crate) combine: Combine,
 }
@@ -176,18 +177,18 @@ impl Objective {
 pub(crate) struct Term {
     /// Its name.
     pub(crate) metric: String,
-    /// Measured from here, s.
+    /// Begin of the window, s.
     #[serde(default = "after_s")]
     pub(crate) after_s: NonNegative,
-    /// Measured to here, s; none = to the end.
+    /// End of the window, s; none = to the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) until_s: Option<Positive>,
-    /// Its share in the loss.
+    /// Weight in the loss.
     #[serde(default = "weight")]
     pub(crate) weight: Positive,
 }
 
-/// How metrics and scenarios become one number, or several.
+/// Combination of metrics and scenarios to one number, or to several.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Combine {
@@ -207,10 +208,10 @@ pub(crate) enum Combine {
 pub(crate) struct Constraint {
     /// The metric.
     pub(crate) metric: String,
-    /// Measured from here, s.
+    /// Begin of the window, s.
     #[serde(default = "after_s")]
     pub(crate) after_s: NonNegative,
-    /// Measured to here, s; none = to the end.
+    /// End of the window, s; none = to the end.
     pub(crate) until_s: Option<Positive>,
     /// Upper bound.
     pub(crate) at_most: Option<Finite>,
@@ -218,7 +219,7 @@ pub(crate) struct Constraint {
     pub(crate) at_least: Option<Finite>,
 }
 
-/// How trials are chosen.
+/// Optimiser that chooses the trials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Optimiser {
@@ -233,18 +234,18 @@ pub enum Optimiser {
     Nsga2,
 }
 
-/// How a trial is run.
+/// Method of running a trial.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Evaluation {
     /// Over recorded measurements: for estimators beside the loop.
     #[default]
     Replay,
-    /// The whole world again for every trial: for the estimator in the loop.
+    /// The complete simulation again for every trial: for the estimator in the loop.
     ClosedLoop,
 }
 
-/// How finely the neighbourhood of the winner is mapped.
+/// Resolution of the map around the winner.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct SensitivityPoints {
@@ -252,7 +253,7 @@ pub(crate) struct SensitivityPoints {
     pub(crate) curve: u32,
     /// Points along each edge of a map; 0 = no maps.
     pub(crate) map: u32,
-    /// Parameters that the maps are drawn of, in pairs: those that matter most.
+    /// Parameters whose maps are drawn, in pairs: those that matter most.
     pub(crate) map_parameters: u32,
 }
 
@@ -266,7 +267,7 @@ impl Default for SensitivityPoints {
     }
 }
 
-/// Optimisers that were removed, and the ones that do their work.
+/// Removed optimisers and their replacements.
 const REMOVED: [(&str, &str); 4] = [
     ("nelder_mead", "`cma_es`"),
     ("differential_evolution", "`cma_es`"),
@@ -307,7 +308,7 @@ pub(crate) struct RunGroup {
     pub(crate) scenario: Scenario,
     /// Its seeds.
     pub(crate) seeds: Vec<u64>,
-    /// Its share in the loss.
+    /// Weight in the loss.
     pub(crate) weight: f64,
 }
 
@@ -318,22 +319,22 @@ pub struct TuningStudy {
     pub name: String,
     /// Contents of the file.
     pub file: TuningFile,
-    /// Runs the optimiser sees.
+    /// Tuning runs, which the optimiser uses.
     pub(crate) tuning: Vec<RunGroup>,
-    /// Runs it never sees.
+    /// Validation runs, which the optimiser never uses.
     pub(crate) validation: Vec<RunGroup>,
     /// The type of the estimator to tune.
     pub(crate) of: EstimatorType,
-    /// The same as a scenario would name it, with its defaults.
+    /// The estimator in the form of a scenario, with its defaults.
     untuned: Settings,
-    /// The estimators and controllers there are.
+    /// Registry of estimators and controllers.
     pub(crate) registry: Registry,
     document: Document,
     inputs: InputFiles,
 }
 
 impl TuningStudy {
-    /// Read a study and every scenario it names; what is read goes into `inputs`.
+    /// Reads a study and every scenario it names; the files go into `inputs`.
     pub(super) fn read(
         path: &Path,
         registry: &Registry,
@@ -356,13 +357,13 @@ impl TuningStudy {
         if let Some((name, found)) = part("fmu", &file.fmu)? {
             if key == "library" {
                 let why = "an estimator is in a library or in an FMU, not in both";
-                return Err(document.error("fmu", why, "keep one of the two"));
+                return Err(document.error("fmu", why, "keep only one of the two"));
             }
             (key, untuned) = ("fmu", untuned.in_fmu(&name, found));
         }
         if !file.map.is_empty() && file.fmu.is_none() {
-            let why = "`map` gives the names in an FMU, and `fmu` names none";
-            return Err(document.error("map", why, "remove it, or name the FMU"));
+            let why = "`map` needs `fmu`: it gives the names in an FMU";
+            return Err(document.error("map", why, "remove `map`, or name the FMU"));
         }
         untuned.map = file.map.clone();
         let of = registry
@@ -399,7 +400,7 @@ impl TuningStudy {
         })
     }
 
-    /// The campaign of its trials, made by this program.
+    /// Campaign of the trials, with this program as its maker.
     pub(crate) fn campaign(&self, monorig: &Identity) -> Campaign {
         let all = |groups: &[RunGroup]| -> Vec<Value> {
             let each = groups.iter().map(|g| &g.scenario);
@@ -424,7 +425,7 @@ impl TuningStudy {
         )
     }
 
-    /// The files of the study, as they were when it was read.
+    /// Files of the study with the content that was read.
     pub(crate) fn inputs(&self) -> &InputFiles {
         &self.inputs
     }
@@ -444,8 +445,7 @@ impl TuningStudy {
         self.document.error(key, message, help)
     }
 
-    /// The defaults of the parameters that vary; those without one, which the estimator derives from the vehicle, are
-    /// left out.
+    /// Defaults of the varied parameters; parameters whose default the estimator derives from the vehicle are left out.
     pub fn defaults(&self) -> Values {
         let default = |key: &String| {
             let default = self.of.key(key).ok()?.default()?;
@@ -468,7 +468,8 @@ impl TuningStudy {
         near(from) || near(to)
     }
 
-    /// The published constants, the rest at their defaults; none if the study names none.
+    /// The published constants, with other parameters at their defaults; `None` if the study has no published
+    /// constants.
     pub(crate) fn published(&self) -> Option<Values> {
         if self.file.published.is_empty() {
             return None;
@@ -479,7 +480,7 @@ impl TuningStudy {
         Some(all)
     }
 
-    /// The estimator of a trial as a scenario would name it: its type, and `fixed` with the trial's values.
+    /// The estimator of a trial in the form of a scenario: its type, and `fixed` with the trial's values.
     pub(crate) fn settings(&self, values: &Values) -> Settings {
         let mut all = self.file.fixed.clone();
         all.extend(values.iter().map(|(k, x)| (k.clone(), x.clone())));
@@ -489,7 +490,7 @@ impl TuningStudy {
     }
 }
 
-/// A default as a file would have it; none if it is beyond what a file can have.
+/// A default in the form of a file; `None` if a file cannot have this value.
 fn parameter_value(setting: Setting<'_>) -> Option<ParameterValue> {
     Some(match setting {
         Setting::Number(x) => ParameterValue::Number(Finite::try_from(x).ok()?),
@@ -498,12 +499,12 @@ fn parameter_value(setting: Setting<'_>) -> Option<ParameterValue> {
     })
 }
 
-/// The runs for tuning, or those for validation.
+/// The tuning runs or the validation runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// Those the optimiser sees.
+    /// Tuning runs.
     Tuning,
-    /// Those it never sees.
+    /// Validation runs.
     Validation,
 }
 
@@ -516,7 +517,7 @@ impl Stage {
         }
     }
 
-    /// As progress is shown.
+    /// Name for the progress.
     pub(crate) fn label(self) -> &'static str {
         match self {
             Self::Tuning => "tuning runs",

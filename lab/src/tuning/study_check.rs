@@ -13,12 +13,12 @@ use monorig_sim::config::scenario::FeedForward;
 use monorig_sim::error::Error;
 use std::path::Path;
 
-/// More trials than this are taken for a typing error.
+/// Largest number of trials; a larger number counts as a typing error.
 const MAX_TRIALS: u32 = 1_000_000;
 
 impl TuningStudy {
-    /// Read and check a study and every scenario it names, by building the simulation of each; its estimator is one
-    /// of the registry. Every file is read here and never again.
+    /// Reads and checks a study and every scenario it names by building each simulation; its estimator must be in the
+    /// registry. Every file is read here and never again.
     pub fn load(path: &Path, registry: &Registry) -> Result<Self, Error> {
         let inputs = InputFiles::default();
         inputs.during(|| {
@@ -34,13 +34,13 @@ impl TuningStudy {
     }
 }
 
-/// Most trials of the neighbourhood of a winner: a hundred times those of the usual one.
+/// Largest number of trials around a winner: a hundred times those of the usual one.
 const MAX_SENSITIVITY_TRIALS: u64 = 20_000;
 
 fn check(study: &TuningStudy) -> Result<(), Error> {
     let file = &study.file;
     if file.why.trim().is_empty() {
-        return Err(study.wrong("why", "a study says why it exists", "write a sentence"));
+        return Err(study.wrong("why", "a study needs a purpose", "write a sentence"));
     }
     parameters(study)?;
     metrics(study)?;
@@ -49,15 +49,15 @@ fn check(study: &TuningStudy) -> Result<(), Error> {
     if !(least..=MAX_TRIALS).contains(&file.budget) {
         return Err(study.wrong(
             "budget",
-            format!("{} trials make no search", file.budget),
+            format!("{} trials are too few for a search", file.budget),
             format!("a number from {least} to {MAX_TRIALS}"),
         ));
     }
     let trials = sensitivity::trials(file);
     if trials > MAX_SENSITIVITY_TRIALS {
-        return Err(study.wrong("sensitivity", format!("the neighbourhood of the winner would take {trials} trials"),
+        return Err(study.wrong("sensitivity", format!("the map around the winner would need {trials} trials"),
                 format!(
-                    "smaller `curve`, `map` and `map_parameters`, for at most {MAX_SENSITIVITY_TRIALS} trials"
+                    "use smaller `curve`, `map` and `map_parameters`, for at most {MAX_SENSITIVITY_TRIALS} trials"
                 )));
     }
     let pareto = file.objective.combine == Combine::Pareto;
@@ -68,14 +68,14 @@ fn check(study: &TuningStudy) -> Result<(), Error> {
     if pareto && !many {
         return Err(study.wrong(
             "optimiser",
-            "this optimiser cannot look for a front",
+            "this optimiser cannot search for a front",
             "`nsga2`, `grid` or `random` for `combine: pareto`",
         ));
     }
     if file.optimiser == Optimiser::Nsga2 && !pareto {
         return Err(study.wrong(
             "optimiser",
-            "nsga2 looks for a front, and this objective is one number",
+            "nsga2 searches for a front, but this objective is one number",
             "another optimiser, or `combine: pareto`",
         ));
     }
@@ -121,8 +121,8 @@ fn parameters(study: &TuningStudy) -> Result<(), Error> {
         if file.parameters.contains_key(key) {
             return Err(study.wrong(
                 at,
-                format!("`{key}` is among the parameters that vary"),
-                "remove one of the two",
+                format!("`{key}` is also a varied parameter"),
+                "remove one of the two entries",
             ));
         }
     }
@@ -136,13 +136,16 @@ fn range(r: &Range) -> Result<(), (&'static str, Refusal)> {
             return Err((
                 "",
                 wrong(
-                    "`choices` leave no room for `from`, `to`, `scale` or `integer`",
-                    "keep one of the two",
+                    "`choices` cannot be combined with `from`, `to`, `scale` or `integer`",
+                    "keep only one of the two",
                 ),
             ));
         }
         if choices.len() < 2 {
-            return Err((".choices", wrong("this is no choice", "two values or more")));
+            return Err((
+                ".choices",
+                wrong("these choices are too few", "give two values or more"),
+            ));
         }
         return Ok(());
     }
@@ -180,7 +183,7 @@ fn range(r: &Range) -> Result<(), (&'static str, Refusal)> {
         _ if r.integer && (from.fract() != 0.0 || to.fract() != 0.0) => Err((
             ".integer",
             wrong(
-                "the ends of this range are not whole",
+                "the ends of this range are not whole numbers",
                 "whole numbers for `from` and `to`",
             ),
         )),
@@ -193,7 +196,7 @@ fn metrics(study: &TuningStudy) -> Result<(), Error> {
     if file.objective.metrics.is_empty() {
         return Err(study.wrong(
             "objective.metrics",
-            "nothing is made small",
+            "the objective has no metric",
             "for example [{metric: slope_rmse_deg}]",
         ));
     }
@@ -207,7 +210,7 @@ fn metrics(study: &TuningStudy) -> Result<(), Error> {
     let window = |key: &str, after: f64, until: Option<f64>| match until {
         Some(until) if until <= after => Err(study.wrong(
             format!("{key}.until_s"),
-            format!("nothing is left to measure between {after} s and {until} s"),
+            format!("no sample lies between {after} s and {until} s"),
             "a later time",
         )),
         _ => Ok(()),
@@ -231,12 +234,12 @@ fn metrics(study: &TuningStudy) -> Result<(), Error> {
             (None, None) => {
                 return Err(study.wrong(
                     at,
-                    "this bounds nothing",
+                    "this bound has no limit",
                     "`at_most`, `at_least`, or both",
                 ));
             }
             (Some(least), Some(most)) if least > most => {
-                return Err(study.wrong(at, "nothing is between these bounds", "swap the two"));
+                return Err(study.wrong(at, "no value lies between these bounds", "swap the two"));
             }
             _ => {}
         }
@@ -261,11 +264,9 @@ fn accompanied(file: &TuningFile, name: &str) -> Result<(), Refusal> {
         return Ok(());
     }
     Err(wrong(
+        format!("`{name}` counts only samples marked valid, but no bound sets their least share"),
         format!(
-            "`{name}` counts only samples marked valid, and nothing says how many these must be"
-        ),
-        format!(
-            "`{metric}` among the metrics, or `{{metric: {metric}, at_least: 0.9}}` among the constraints"
+            "add `{metric}` to the metrics, or `{{metric: {metric}, at_least: 0.9}}` to the constraints"
         ),
     ))
 }
@@ -276,7 +277,7 @@ fn runs(study: &TuningStudy) -> Result<(), Error> {
         if groups.is_empty() {
             return Err(study.wrong(
                 key,
-                "there are no runs",
+                "the list has no runs",
                 "for example [{scenario: winding.yaml, seeds: 1..4}]",
             ));
         }
@@ -297,7 +298,7 @@ fn runs(study: &TuningStudy) -> Result<(), Error> {
             if let Some(seed) = v.seeds.iter().find(|s| same && t.seeds.contains(s)) {
                 return Err(study.wrong(
                     format!("validation[{i}].seeds"),
-                    format!("seed {seed} of this scenario is tuned on, so it validates nothing"),
+                    format!("seed {seed} of this scenario is a tuning run, so it cannot validate"),
                     "other seeds, or another scenario",
                 ));
             }
@@ -306,7 +307,8 @@ fn runs(study: &TuningStudy) -> Result<(), Error> {
     Ok(())
 }
 
-/// Replay fits estimators beside the loop, the closed loop those in it. A replay has no restarts.
+/// Checks the evaluation: replay is for estimators outside the loop, the closed loop is for estimators in it. A replay
+/// has no restarts.
 fn loop_fits(study: &TuningStudy, group: &RunGroup) -> Result<(), Refusal> {
     let s = &group.scenario.file;
     let drives = s.in_loop.as_ref() == Some(&study.file.estimator)
@@ -314,7 +316,7 @@ fn loop_fits(study: &TuningStudy, group: &RunGroup) -> Result<(), Refusal> {
     if drives && study.file.evaluation == Evaluation::Replay {
         return Err(wrong(
             format!(
-                "here {} is in the loop: with other parameters the train would move otherwise than recorded",
+                "{} is in the loop here: with other parameters the train would not move as recorded",
                 study.file.estimator
             ),
             "`evaluation: closed_loop`, or `set: {drive.controller.feedforward: truth}` for these runs",
@@ -322,7 +324,7 @@ fn loop_fits(study: &TuningStudy, group: &RunGroup) -> Result<(), Refusal> {
     }
     if study.file.evaluation == Evaluation::Replay && s.restarts() {
         return Err(wrong(
-            "here the estimators restart, which a replay of their samples does not show".to_owned(),
+            "the estimators restart here, which a replay of their samples cannot show".to_owned(),
             "`evaluation: closed_loop`, or a scenario without `restart_s`",
         ));
     }

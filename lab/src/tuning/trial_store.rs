@@ -14,19 +14,19 @@ pub struct Trial {
     pub trial: usize,
     /// Who proposed it: `default`, `published` or `search`.
     pub origin: String,
-    /// Its parameters.
+    /// Parameters of the trial.
     pub parameters: Values,
-    /// Its loss (one per metric for a front), the defaults' being 1; empty if it failed.
+    /// Loss (one per metric for a front); the loss of the defaults is 1; empty if the trial failed.
     pub losses: Vec<f64>,
-    /// Violation of the constraints, in shares of their bounds; 0 = all held.
+    /// Violation of the constraints, as a share of their bounds; 0 = all held.
     pub violation: f64,
-    /// Why it failed.
+    /// Reason why the trial failed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub failed: Option<String>,
 }
 
 impl Trial {
-    /// The sum of its losses: what winners have least of. Infinite if it failed or breaks a constraint.
+    /// Sum of the trial's losses: what winners have least of. Infinite if it failed or breaks a constraint.
     pub fn loss(&self) -> f64 {
         if self.losses.is_empty() || self.violation > 0.0 {
             f64::INFINITY
@@ -60,12 +60,12 @@ pub(super) fn vacant(path: &Path) -> Result<(), Error> {
     Err(wrong(
         path,
         Some(1),
-        format!("there are {trials} trials already, and they are not dropped unasked"),
-        "go on with --resume; begin anew with --restart, or in another folder with --out",
+        format!("{trials} trials exist already, and monorig does not drop them by itself"),
+        "continue with --resume, start again with --restart, or use another folder with --out",
     ))
 }
 
-/// Number of whole trials in a file; 0 if there is no file.
+/// Number of complete trials in a file; 0 if the file does not exist.
 pub(super) fn count(path: &Path) -> usize {
     let text = read_result(path).unwrap_or_default();
     let lines = text.bytes().filter(|b| *b == b'\n').count();

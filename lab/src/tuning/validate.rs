@@ -1,4 +1,5 @@
-//! The winner on runs the optimiser has never seen, against the defaults and the published constants, run by run.
+//! The winner on runs that the optimiser did not use, compared with the defaults and the published constants, run by
+//! run.
 
 use crate::tuning::baseline::Baseline;
 use crate::tuning::evaluate::{Evaluator, RunMetrics};
@@ -11,7 +12,7 @@ use serde::Serialize;
 /// Results of the validation.
 #[derive(Clone, Debug, Serialize)]
 pub struct Validation {
-    /// Loss of the winner over the tuning runs, the defaults' being 1; none for a failure.
+    /// Loss of the winner over the tuning runs; the loss of the defaults is 1; none for a failure.
     pub tuning_loss: Option<f64>,
     /// Loss of the winner over the validation runs.
     pub validation_loss: Option<f64>,
@@ -24,7 +25,7 @@ pub struct Validation {
 pub struct PairedComparison {
     /// `default` or `published`.
     pub against: String,
-    /// Loss of the winner minus that of the other, per run, over all runs; the defaults' loss being 1.
+    /// Loss of the winner minus loss of the other, per run, over all runs; the loss of the defaults is 1.
     pub loss: Option<Interval>,
     /// Verdict of the interval.
     pub verdict: ComparisonVerdict,
@@ -53,14 +54,14 @@ pub struct MetricComparison {
 pub enum ComparisonVerdict {
     /// The whole interval is below zero.
     Better,
-    /// Zero is inside, or there is no interval.
+    /// The interval contains zero, or there is no interval.
     NoDifference,
     /// The whole interval is above zero.
     Worse,
 }
 
 impl ComparisonVerdict {
-    /// In words.
+    /// Verdict in words.
     pub fn words(self) -> &'static str {
         match self {
             ComparisonVerdict::Better => "better",
@@ -69,7 +70,7 @@ impl ComparisonVerdict {
         }
     }
 
-    /// Judges an interval of differences of a value that is better when less.
+    /// Judges an interval of differences of a value for which less is better.
     pub(crate) fn of(interval: Option<&Interval>) -> Self {
         match interval {
             Some(i) if i.high < 0.0 => ComparisonVerdict::Better,
@@ -80,16 +81,16 @@ impl ComparisonVerdict {
 }
 
 impl Validation {
-    /// Says what was shown, and on what: runs that the search has not seen may still be of the scenario that it has.
+    /// Sentence with the result and its runs; it says if these have only other seeds of a tuning scenario.
     pub fn sentence(&self, study: &TuningStudy) -> String {
         let on = unseen(study);
         let runs = runs(study);
         let Some(first) = self.comparisons.first() else {
-            return "not shown: nothing was compared".to_owned();
+            return "not shown: no comparison was made".to_owned();
         };
         let interval = first.loss.as_ref().map_or(String::new(), |i| {
             format!(
-                " (loss {:+.3}, 95 % interval {:+.3} to {:+.3}, the defaults' being 1)",
+                " (loss {:+.3}, 95 % interval {:+.3} to {:+.3}; the loss of the defaults is 1)",
                 i.mean, i.low, i.high
             )
         });
@@ -133,16 +134,16 @@ fn unseen(study: &TuningStudy) -> String {
     match (known, scenarios) {
         (1, 1) => format!("{runs} other seeds of the same scenario"),
         (known, all) if known == all => format!("{runs} other seeds of the same {all} scenarios"),
-        (0, 1) => format!("{runs} runs of a scenario the search has not seen"),
-        (0, all) => format!("{runs} runs of {all} scenarios the search has not seen"),
+        (0, 1) => format!("{runs} runs of a scenario that the search did not use"),
+        (0, all) => format!("{runs} runs of {all} scenarios that the search did not use"),
         (known, all) => format!(
-            "{runs} runs of {all} scenarios, {} of which the search has not seen",
+            "{runs} runs of {all} scenarios, {} of which the search did not use",
             all - known
         ),
     }
 }
 
-/// Run the winner and what it is compared with over the validation runs.
+/// Runs the winner and the parameters to compare with over the validation runs.
 pub(crate) fn validate(
     study: &TuningStudy,
     evaluator: &Evaluator<'_>,
@@ -213,7 +214,7 @@ fn name(group: &RunGroup) -> String {
 }
 
 impl Judge {
-    /// Loss of a single run; none if it failed.
+    /// Loss of a single run; `None` if it failed.
     fn run_loss(&self, measured: &RunMetrics) -> Option<f64> {
         let values = measured.values.as_ref().ok()?;
         let reference_losses = self.reference_losses(measured.group)?;

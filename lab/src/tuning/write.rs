@@ -12,7 +12,7 @@ use monorig_sim::record::identity::Identity;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// The winner as a parameter file; none if there is no winner.
+/// The winner as a parameter file; `None` without a winner.
 pub(crate) fn winner(
     study: &TuningStudy,
     search: &SearchResult,

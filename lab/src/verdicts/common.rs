@@ -47,7 +47,7 @@ impl CommonErrorsSoFar {
         }
     }
 
-    /// The samples of one step.
+    /// Adds the samples of one step.
     pub(crate) fn add(&mut self, own: &ErrorSample, reference: &ErrorSample) {
         let both = |q: Quantity| q.is_valid(own) && q.is_valid(reference);
         self.samples += 1;

@@ -8,7 +8,7 @@ use monorig_sim::config::scenario::{Published, Settings};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Metrics that are compared unless others are asked for, and those that join them where the runs have a bound.
+/// Metrics that are compared by default, and further metrics if the runs have a bound.
 const USUAL_METRICS: [&str; 8] = [
     "mass_rmse_kg",
     "mass_error_converged_rel_max",
@@ -32,13 +32,13 @@ pub struct ComparedMetric {
     pub estimator: String,
     /// Metric.
     pub metric: String,
-    /// Runs in which it could be measured.
+    /// Number of runs in which the metric could be measured.
     pub measured: usize,
-    /// All runs.
+    /// Number of all runs.
     pub runs: usize,
-    /// Mean over these; none with fewer than two.
+    /// Mean over these runs; none with fewer than two.
     pub mean: Option<Interval>,
-    /// Median over these.
+    /// Median over these runs.
     pub median: Option<f64>,
     /// An error over the samples that the estimator marks valid; `None` if it is not an error.
     pub valid: Option<OnSamples>,
@@ -57,11 +57,11 @@ pub struct ComparedMetric {
 pub struct OnSamples {
     /// Share of the samples that count, mean over the runs; none without a run.
     pub share: Option<f64>,
-    /// Runs in which there was such a sample.
+    /// Number of runs with such a sample.
     pub(crate) measured: usize,
-    /// Mean over these; none with fewer than two.
+    /// Mean over these runs; none with fewer than two.
     pub mean: Option<Interval>,
-    /// Median over these.
+    /// Median over these runs.
     pub(crate) median: Option<f64>,
 }
 
@@ -92,7 +92,7 @@ pub struct Comparison {
     /// The estimators of the runs with their types and parameters.
     #[serde(default)]
     pub estimators: BTreeMap<String, Settings>,
-    /// Estimator that the others are held against.
+    /// Reference, with which the other estimators are compared.
     pub reference: String,
     /// Every metric of every estimator, metrics outermost.
     pub table: Vec<ComparedMetric>,
@@ -105,14 +105,14 @@ pub struct Comparison {
 pub struct ErrorRatio {
     /// The mean error over the mean error of the reference.
     pub ratio: f64,
-    /// Its interval over the runs; none with fewer than two.
+    /// Interval of the ratio over the runs; none with fewer than two runs.
     pub interval: Option<Interval>,
     /// Share of all samples that both mark valid.
     pub share: f64,
 }
 
 impl ErrorRatio {
-    /// Of a metric; none if it is not an error, or there is no common sample.
+    /// Ratio for a metric; `None` if the metric is not an error, or there is no common sample.
     pub fn of(runs: &[RunResult], estimator: &str, metric: &str) -> Option<Self> {
         let quantity = quantity(metric)?;
         let [own, theirs] = common(runs, estimator, metric);
@@ -143,17 +143,16 @@ impl ErrorRatio {
         }
     }
 
-    /// True if the interval lies below 1; without one, if the ratio does.
+    /// True if the interval or, without an interval, the ratio lies below 1.
     fn is_less(&self) -> bool {
         self.interval.map_or(self.ratio, |i| i.high) < 1.0
     }
 }
 
-/// An estimator is ranked by the samples that it has in common with the reference if they are at least this share of
-/// all.
+/// Least share of common samples with the reference for the ranking of an estimator.
 const RANKED_SHARE: f64 = 0.5;
 
-/// The result of a comparison, a sentence for each of the two main errors that was compared.
+/// Result of a comparison: a sentence for each of the two main errors, if compared.
 pub fn sentences(
     runs: &[RunResult],
     estimators: &[String],
@@ -193,7 +192,7 @@ pub fn sentences(
             }
         );
         let told = match of.interval {
-            Some(i) if i.low <= 1.0 && i.high >= 1.0 => ": the runs do not tell them apart",
+            Some(i) if i.low <= 1.0 && i.high >= 1.0 => ": the runs show no difference",
             _ => "",
         };
         Some(match ratios.len() {
@@ -202,11 +201,11 @@ pub fn sentences(
                 of.words()
             ),
             _ if of.is_less() => format!(
-                "Least {what}: `{name}`, {} times that of `{reference}` {same}.",
+                "Least {what}: `{name}`, {} times the {what} of `{reference}` {same}.",
                 of.words()
             ),
             _ => format!(
-                "No other has a smaller {what} than `{reference}`: the next, `{name}`, has {} times as much {same}{told}.",
+                "No other estimator has a smaller {what} than `{reference}`: the next, `{name}`, has {} times as much {same}{told}.",
                 of.words()
             ),
         })
@@ -217,16 +216,16 @@ pub fn sentences(
         .collect();
     match (all.is_empty(), others.is_empty()) {
         (true, true) => vec![format!(
-            "Only `{reference}` was run: there is nothing to compare."
+            "Only `{reference}` was run: no other estimator can be compared."
         )],
         (true, false) => vec![format!(
-            "No error was compared over samples that are valid in common with `{reference}`."
+            "No estimator has valid samples in common with `{reference}`: no error was compared."
         )],
         _ => all,
     }
 }
 
-/// The metrics that are compared unless others are asked for; those over the bound if any run has one.
+/// Metrics that are compared by default; metrics over the bound only if a run has a bound.
 pub fn usual_metrics(runs: &[RunResult]) -> Vec<String> {
     let summaries = runs.iter().filter_map(|run| run.summary.as_ref());
     let mut values = summaries.flat_map(|s| s.estimators.values());
@@ -290,7 +289,7 @@ pub fn compare(
     cells
 }
 
-/// The quantity of which the metric is the error over all samples; none if it is not one.
+/// Quantity whose error over all samples is the metric; `None` if the metric is not such an error.
 fn quantity(metric: &str) -> Option<Quantity> {
     find(metric).filter(|m| !m.is_of_valid())?.error_of()
 }
@@ -328,7 +327,7 @@ fn common(runs: &[RunResult], estimator: &str, metric: &str) -> [Vec<Option<f64>
     [of(0), of(1)]
 }
 
-/// A metric of an estimator run by run; none where the run did not finish or it could not be measured.
+/// A metric of an estimator run by run; `None` if the run did not finish or the metric could not be measured.
 pub(crate) fn values(runs: &[RunResult], estimator: &str, metric: &str) -> Vec<Option<f64>> {
     let value = |run: &RunResult| {
         let summary = run.whole()?;

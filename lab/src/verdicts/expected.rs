@@ -9,12 +9,12 @@ use monorig_sim::config::checked::{Finite, Fraction};
 use monorig_sim::config::scenario::{Expectation, KnownFailure, Scenario, ScenarioFile};
 use monorig_sim::error::Error;
 
-/// A bound, and why it is known to fail, if it is.
+/// A bound, with its known failure if it has one.
 #[derive(Clone, Debug)]
 pub(crate) struct Bound {
     /// The bound.
     pub(crate) expectation: Expectation,
-    /// The entry by which it is known to fail.
+    /// Entry of its known failure.
     pub(crate) known: Option<KnownFailure>,
 }
 
@@ -55,9 +55,8 @@ pub(crate) fn is_judged(file: &ScenarioFile, estimator: &str) -> bool {
     !reference_only.any(|name| name == estimator)
 }
 
-/// The shares of samples with a reference that the bounds on errors of a recorded drive need beside them: as much of
-/// the time as the quantity must be valid, so that an error over a few samples holds no bound. Of a simulation all
-/// have one.
+/// Bounds on the share of samples with a reference, which errors of a recorded drive need: as much of the time as the
+/// quantity must be valid, so that an error over a few samples holds no bound. Of a simulation all have one.
 pub(crate) fn of_references(file: &ScenarioFile) -> Vec<Bound> {
     let mut all: Vec<Expectation> = Vec::new();
     let needs = |e: &&Expectation| find(&e.metric).is_some_and(Metric::needs_reference);
@@ -91,8 +90,8 @@ pub(crate) fn of_references(file: &ScenarioFile) -> Vec<Bound> {
     all.into_iter().map(bound).collect()
 }
 
-/// The availability over the same time that a bound on an error brings with it: its own, else the scenario's default
-/// unless `expect` bounds that availability by itself.
+/// Bound on the availability over the same time that belongs to a bound on an error: its own, else the scenario's
+/// default unless `expect` bounds that availability by itself.
 fn implied(file: &ScenarioFile, e: &Expectation) -> Option<(&'static str, Fraction)> {
     let quantity = error_of(e)?;
     let own = e.availability;
@@ -119,7 +118,7 @@ fn default_of(file: &ScenarioFile, quantity: Quantity) -> Option<Fraction> {
     }
 }
 
-/// True if an expectation of its own bounds the availability from below, over the same time.
+/// True if a separate expectation bounds the availability from below, over the same time.
 fn bounded_by_itself(file: &ScenarioFile, e: &Expectation, metric: &str) -> bool {
     file.expect.iter().any(|other| {
         other.estimator == e.estimator
@@ -130,8 +129,8 @@ fn bounded_by_itself(file: &ScenarioFile, e: &Expectation, metric: &str) -> bool
     })
 }
 
-/// Every expectation must name a metric there is: one of an estimator if it names an estimator, else one of the train
-/// and the controller. A bound on an error needs one on the availability beside it.
+/// Checks that every expectation names an existing metric: one of an estimator if it names an estimator, else one of
+/// the train and the controller. A bound on an error needs one on the availability beside it.
 pub fn check(scenario: &Scenario) -> Result<(), Error> {
     for (i, e) in scenario.file.expect.iter().enumerate() {
         metric(scenario, i, e)?;
@@ -144,7 +143,7 @@ pub fn check(scenario: &Scenario) -> Result<(), Error> {
         if !of_estimators.contains(&p.metric.as_str()) {
             return Err(scenario.error(
                 format!("published[{i}].metric"),
-                format!("there is no metric `{}` of estimators", p.metric),
+                format!("estimators have no metric `{}`", p.metric),
                 advice(&p.metric, &of_estimators),
             ));
         }
@@ -175,17 +174,18 @@ fn metric(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Error> {
         (true, false) => scenario.error(
             key,
             format!("`{metric}` is a metric of an estimator"),
-            "add `estimator:` with the name of one",
+            "add `estimator:` with the name of an estimator",
         ),
         _ => {
-            let message = format!("there is no metric `{metric}`");
+            let message = format!("no metric is called `{metric}`");
             scenario.error(key, message, advice(metric, known))
         }
     })
 }
 
-/// A bound is within the range of its metric: no metric is negative, and quantities have ends. An availability of 0 is
-/// admitted: it says that an estimator may never mark anything valid, and is shown as a weakened limit.
+/// Checks that a bound is within the range of its metric: no metric is negative, and quantities have ends. An
+/// availability of 0 is admitted: it says that an estimator may never mark anything valid, and is shown as a weakened
+/// limit.
 fn can_fail(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Error> {
     let end = find(&e.metric)
         .and_then(Metric::range)
@@ -203,25 +203,25 @@ fn can_fail(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Error>
     Err(scenario.error(
         format!("expect[{i}].{key}"),
         format!(
-            "no {} {range}, so {} decides nothing",
+            "no {} {range}, so {} always holds or always fails",
             e.metric,
             value.get()
         ),
-        "a bound that a run can hold and can miss",
+        "use a bound that a run can hold and can miss",
     ))
 }
 
-/// A bound on an error has one on the availability beside it; nothing else has an `availability` of its own.
+/// Checks that a bound on an error has a bound on the availability; only such a bound can have its own `availability`.
 fn accompanied(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Error> {
     let Some(quantity) = error_of(e) else {
         return match e.availability {
             Some(_) => Err(scenario.error(
                 format!("expect[{i}].availability"),
                 format!(
-                    "`{}` is not an error of an estimator, so no validity goes with it",
+                    "`{}` is not an error of an estimator, so it has no validity",
                     e.metric
                 ),
-                "leave `availability` out",
+                "leave out `availability`",
             )),
             None => Ok(()),
         };
@@ -238,7 +238,7 @@ fn accompanied(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Err
     Err(scenario.error(
         format!("expect[{i}]"),
         format!(
-            "this bounds an error of {estimator}, and nothing says how much of the time its {} must be valid",
+            "this bounds an error of {estimator}, but no availability says how much of the time its {} must be valid",
             quantity.words()
         ),
         format!(
@@ -249,7 +249,8 @@ fn accompanied(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Err
     ))
 }
 
-/// Every known failure is about a bound, or about an integrity that `expect` does not bound, and can become worse.
+/// Checks that every known failure belongs to a bound, or to an integrity that `expect` does not bound, and can become
+/// worse.
 fn known_failures(scenario: &Scenario) -> Result<(), Error> {
     let bounds = bounds(&scenario.file);
     for known in &scenario.file.known_failures {
@@ -273,8 +274,8 @@ fn known_failures(scenario: &Scenario) -> Result<(), Error> {
         if !integrity && !bounds.iter().any(|b| b.expectation.is_meant_by(known)) {
             return Err(scenario.error(
                 format!("known_failures[{}]", known.entry),
-                format!("nothing bounds `{}` here", known.metric),
-                "`estimator` and `metric` of a bound, or leave it out",
+                format!("the scenario has no bound on `{}`", known.metric),
+                "use `estimator` and `metric` of a bound, or remove this known failure",
             ));
         }
     }

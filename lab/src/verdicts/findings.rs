@@ -11,8 +11,8 @@ pub struct Finding {
     pub text: String,
     /// Error over alert limit.
     pub(crate) severity: f64,
-    /// True if it makes the verdict fail: not for a published method shown for reference, nor a known failure, nor
-    /// one within what is allowed.
+    /// True if the finding makes the verdict fail: not for a published method shown for reference, nor a known failure,
+    /// nor one within what is allowed.
     pub fails: bool,
     /// True for a known failure.
     pub known: bool,

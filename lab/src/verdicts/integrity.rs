@@ -12,29 +12,29 @@ pub struct Integrity {
     pub(crate) quantity: Quantity,
     /// Samples.
     pub(crate) samples: u64,
-    /// Those that are marked valid.
+    /// Samples that are marked valid.
     pub(crate) valid: u64,
-    /// Valid samples for which there is a reference.
+    /// Valid samples with a reference.
     #[serde(default)]
     pub(crate) judged: u64,
-    /// Those of them whose reference is too coarse to show that an estimate is right.
+    /// Valid samples whose reference is too coarse to show that an estimate is right.
     #[serde(default)]
     pub(crate) coarse: u64,
     /// Misleading samples: marked valid, and the error exceeds k reported standard deviations and the alert limit.
     pub(crate) misleading: u64,
-    /// Overconfident samples: marked valid, and the error exceeds k reported standard deviations, whatever its size.
+    /// Overconfident samples: marked valid, and the error exceeds k reported standard deviations, for any size.
     #[serde(default)]
     pub(crate) overconfident: u64,
     /// Alert limit: a share of the mass, or degrees.
     pub(crate) alert: f64,
     /// The misleading sample with the largest error.
     pub(crate) worst: Option<Misleading>,
-    /// Most that may be misleading of the valid samples over all seeds; none for an estimator that is shown for
-    /// reference only.
+    /// Largest share of misleading samples among the valid samples over all seeds; none for an estimator that is shown
+    /// for reference only.
     pub(crate) at_most: Option<f64>,
-    /// Why it is known to be misleading, if it is and `expect` does not bound it.
+    /// Reason of the known failure, if the integrity has one and `expect` does not bound it.
     pub(crate) known_failure: Option<String>,
-    /// Share above which it is worse than what is known.
+    /// Share above which the failure is worse than known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) no_worse_than: Option<f64>,
 }
@@ -42,17 +42,17 @@ pub struct Integrity {
 /// The outcome of an integrity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
-    /// It is shown for reference only.
+    /// The estimator is shown for reference only.
     ForReference,
-    /// Nothing is marked valid, so nothing can mislead.
+    /// No sample is marked valid, so no sample can mislead.
     NothingValid,
-    /// There is no reference for anything that is marked valid.
+    /// No sample marked valid has a reference.
     NoReference,
-    /// No more is misleading than is allowed.
+    /// The misleading share is within the allowed share.
     Holds,
-    /// More is misleading than is allowed, as it is known to be.
+    /// The misleading share exceeds the allowed share, as a known failure.
     KnownFailure,
-    /// More is misleading than is allowed, or than is known.
+    /// The misleading share exceeds the allowed share, or the known failure.
     Fails,
 }
 
@@ -68,7 +68,7 @@ pub(crate) struct Misleading {
 }
 
 impl Integrity {
-    /// True if another is of the same estimator and quantity.
+    /// True if another integrity has the same estimator and quantity.
     pub(crate) fn is_of_same(&self, other: &Self) -> bool {
         (&self.estimator, self.quantity) == (&other.estimator, other.quantity)
     }
@@ -107,7 +107,7 @@ impl Integrity {
         })
     }
 
-    /// One sample more.
+    /// Adds a sample.
     pub(crate) fn count(&mut self, x: &ErrorSample, limits: &IntegrityLimits) {
         let quantity = self.quantity;
         self.samples += 1;
@@ -130,7 +130,7 @@ impl Integrity {
         }
     }
 
-    /// Share of the judged samples that is misleading; not a number if none could be judged.
+    /// Share of misleading samples among the judged samples; NaN if no sample could be judged.
     pub(crate) fn share(&self) -> f64 {
         self.misleading as f64 / self.judged as f64
     }
@@ -154,7 +154,7 @@ impl Integrity {
         }
     }
 
-    /// True if the counts can be those of samples.
+    /// True if the counts are possible.
     pub(crate) fn is_possible(&self) -> bool {
         self.misleading <= self.judged
             && self.overconfident <= self.judged
@@ -164,13 +164,12 @@ impl Integrity {
             && self.worst.is_some() == (self.misleading > 0)
     }
 
-    /// Error of the worst sample in alert limits; 0 if none is misleading.
+    /// Error of the worst sample in alert limits; 0 if no sample is misleading.
     pub(crate) fn severity(&self) -> f64 {
         self.worst.map_or(0.0, |w| w.error.abs() / self.alert)
     }
 
-    /// The share that is misleading in a few words, such as `slope 55 %, known`; none if nothing is valid or could be
-    /// judged.
+    /// Misleading share in a few words, such as `slope 55 %, known`; `None` if no sample is valid or could be judged.
     pub(crate) fn share_words(&self) -> Option<String> {
         let mark = match self.outcome() {
             Outcome::NothingValid | Outcome::NoReference => return None,

@@ -3,7 +3,7 @@
 use monorig_sim::sensors::stream::Stream;
 use serde::{Deserialize, Serialize};
 
-/// A mean and the interval that holds the true one with a confidence of 95 %.
+/// A mean and the interval that contains the true mean with a confidence of 95 %.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
     /// Mean.
@@ -12,7 +12,7 @@ pub struct Interval {
     pub low: f64,
     /// Upper end.
     pub high: f64,
-    /// Values.
+    /// Number of values.
     pub(crate) n: usize,
 }
 
@@ -31,7 +31,7 @@ pub(crate) fn effect_size(differences: &[f64]) -> Option<f64> {
 }
 
 impl Interval {
-    /// After Student, for values that are independent and roughly normal. Of a single value the ends are infinite, of
+    /// Interval after Student, for independent and roughly normal values. Of a single value the ends are infinite, of
     /// none nothing is a number.
     pub(crate) fn student(values: &[f64]) -> Self {
         let n = values.len();
@@ -51,8 +51,8 @@ impl Interval {
         }
     }
 
-    /// Of the ratio of two sums over pairs, with the percentile bootstrap over the pairs. None of fewer than two, or if
-    /// the second sum is 0.
+    /// Interval of the ratio of two sums over pairs, with the percentile bootstrap over the pairs. None of fewer than
+    /// two, or if the second sum is 0.
     pub(crate) fn ratio(pairs: &[(f64, f64)]) -> Option<Self> {
         let of = |pairs: &[(f64, f64)]| {
             let (above, below) = pairs
@@ -71,8 +71,8 @@ impl Interval {
         })
     }
 
-    /// With the percentile bootstrap (Efron & Tibshirani 1993, chapter 13), for values of any distribution; its draws
-    /// are the same every time. None of fewer than two values.
+    /// Interval with the percentile bootstrap (Efron & Tibshirani 1993, chapter 13), for values of any distribution;
+    /// the draws are always the same. None of fewer than two values.
     pub(crate) fn bootstrap(values: &[f64]) -> Option<Self> {
         let n = values.len() as f64;
         let mut stream = Stream::new(1, "bootstrap");
@@ -82,7 +82,7 @@ impl Interval {
         })
     }
 
-    /// The interval between percentiles of what is drawn of `n` values again and again; none of fewer than two.
+    /// Interval between percentiles of repeated draws from `n` values; `None` for fewer than two values.
     fn resampled(mean: f64, n: usize, draw: impl FnMut() -> f64) -> Option<Self> {
         if n < 2 || !mean.is_finite() {
             return None;

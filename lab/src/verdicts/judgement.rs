@@ -1,16 +1,16 @@
-//! Verdicts summed up, counted and in words. Terminal, lists and pages say it with these words, so that none of them
-//! is greener than another.
+//! Sums of verdicts, as counts and in words. Terminal, lists and pages say it with these words, so that none of them is
+//! greener than another.
 
 use crate::verdicts::verdict::{Check, ScenarioVerdict, Tally};
 
 /// The grade of a judgement: the colour in which it is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Grade {
-    /// Something failed: red.
+    /// A check failed: red.
     Failed,
-    /// It held, but for what is known to fail, what nothing could decide, or with limits that are weakened: yellow.
+    /// Held, with known failures, undecided checks or weakened limits: yellow.
     HeldBut,
-    /// Everything held: green.
+    /// All checks held: green.
     Held,
     /// Nothing was expected: grey.
     Unasked,
@@ -21,15 +21,15 @@ pub enum Grade {
 pub struct Judgement {
     /// All checks.
     pub checks: usize,
-    /// Those that fail.
+    /// Checks that fail.
     pub failed: usize,
-    /// Those that fail as they are known to.
+    /// Checks that fail as a known failure.
     pub known: usize,
-    /// Those that nothing could decide.
+    /// Checks that could not be decided.
     pub not_judged: usize,
-    /// Limits that hold more easily than usual.
+    /// Limits that are weaker than usual.
     pub weakened: usize,
-    /// Bounds that the scenario states, or that others have added. Without any, only the checks of every run are there.
+    /// Bounds in the scenario, and checks added by other code. Without any, only the checks of every run are there.
     pub stated: usize,
 }
 
@@ -56,7 +56,7 @@ impl Judgement {
         }
     }
 
-    /// In a few words, such as `held but for 2 known failures`.
+    /// Verdict in a few words, such as `held but for 2 known failures`.
     pub fn word(&self) -> String {
         match self.grade() {
             Grade::Failed => "FAILED".to_owned(),
@@ -75,7 +75,7 @@ impl Judgement {
         }
     }
 
-    /// In a sentence with its counts, such as `FAILED: 1 of 14 checks; 2 known failures`.
+    /// Verdict in a sentence with its counts, such as `FAILED: 1 of 14 checks; 2 known failures`.
     pub fn words(&self) -> String {
         let all = self.checks;
         match self.grade() {
@@ -94,7 +94,7 @@ impl Judgement {
         }
     }
 
-    /// The exceptions of a verdict: known failures, and what was not judged.
+    /// Exceptions of a verdict: known failures and checks that were not judged.
     fn exceptions(&self) -> String {
         let known = match self.known {
             0 => None,
@@ -108,7 +108,7 @@ impl Judgement {
 }
 
 impl ScenarioVerdict {
-    /// Sums it up.
+    /// Sums up a verdict.
     pub fn judgement(&self) -> Judgement {
         let summaries = self.runs.iter().filter_map(|r| r.summary.as_ref());
         let stated = summaries.map(|s| s.expectations.len()).max().unwrap_or(0);
@@ -118,7 +118,7 @@ impl ScenarioVerdict {
 }
 
 impl Tally {
-    /// Sums the runs up.
+    /// Sums up the runs.
     pub fn judgement(&self) -> Judgement {
         Judgement::of(&self.checks(), self.stated(), self.weakened().count())
     }
@@ -129,17 +129,17 @@ impl Tally {
 pub struct Totals {
     /// Scenarios that were judged.
     pub scenarios: usize,
-    /// Those that failed.
+    /// Scenarios that failed.
     pub failed: usize,
-    /// Those of which nothing was expected.
+    /// Scenarios without expectations.
     pub unasked: usize,
-    /// Those with weakened limits.
+    /// Scenarios with weakened limits.
     pub weakened: usize,
-    /// Checks of all of them that nothing could decide.
+    /// Undecided checks of all scenarios.
     pub not_judged: usize,
-    /// Known failures of all of them.
+    /// Known failures of all scenarios.
     pub known: usize,
-    /// Their runs.
+    /// Runs of all scenarios.
     pub runs: usize,
 }
 
@@ -161,7 +161,7 @@ impl Totals {
         all
     }
 
-    /// The grade of all of them together.
+    /// Grade of all scenarios together.
     pub fn grade(&self) -> Grade {
         match self {
             t if t.failed > 0 || t.scenarios == 0 => Grade::Failed,
@@ -171,7 +171,7 @@ impl Totals {
         }
     }
 
-    /// In a sentence, such as `held but for 3 known failures: 2 scenarios, 8 runs`.
+    /// Verdict in a sentence, such as `held but for 3 known failures: 2 scenarios, 8 runs`.
     pub fn words(&self) -> String {
         let counted = |n: usize, thing: &str| match n {
             1 => format!("1 {thing}"),

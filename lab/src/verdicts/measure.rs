@@ -1,4 +1,4 @@
-//! Measures while a run goes on what its [`Summary`] holds, in memory that does not grow with the run.
+//! Measures the [`Summary`] of a run during the run, in constant memory.
 
 use crate::bound::RunningBound;
 use crate::metrics::lagged::GradeAtMiddle;
@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 /// Observer that measures the [`Summary`] of a run.
 #[derive(Default)]
 pub struct SummaryObserver {
-    /// Whose valid samples the others' are held against: name, and place in the run.
+    /// Reference estimator for errors over common valid samples: name, and place in the run.
     reference: Option<String>,
     reference_at: Option<usize>,
     limits: IntegrityLimits,
@@ -34,7 +34,7 @@ pub struct SummaryObserver {
     samples: Vec<ErrorSample>,
     bounds: Vec<Bound>,
     weakened: Vec<String>,
-    /// First and last instant that was sampled, s.
+    /// First and last sampled instant, s.
     times_s: Option<(f64, f64)>,
     /// Start of the metrics, s: [`AFTER_S`] after the start of the run, or of the part of a log that is played.
     after_s: f64,
@@ -51,7 +51,7 @@ struct EstimatorSoFar {
 }
 
 impl SummaryObserver {
-    /// An observer that also holds every estimator against this one, over the samples that both mark valid.
+    /// Makes an observer that also compares every estimator with this one, over the samples that both mark valid.
     pub fn against(reference: &str) -> Self {
         Self {
             reference: Some(reference.to_owned()),
@@ -298,5 +298,5 @@ fn judge(
     verdict
 }
 
-/// The last sample of a run may be so long before its end, s.
+/// Largest time between the last sample and the end of a run, s.
 const LAST_STEP_S: f64 = 0.5;

@@ -1,4 +1,4 @@
-//! Runs in numbers, and their verdicts.
+//! Numbers of runs, and verdicts on them.
 //!
 //! A run's [`summary`] holds its metrics and a verdict for each thing the scenario expects ([`expected`] checks that
 //! these can be measured at all) and the `integrity` of its estimators; [`findings`] are what misleads, worst first;

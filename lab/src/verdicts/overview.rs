@@ -1,4 +1,4 @@
-//! The table of a run that the terminal and the report begin with: a row for each estimator.
+//! The first table of a run on the terminal and in the report: a row for each estimator.
 
 use crate::verdicts::summary::Summary;
 
@@ -12,7 +12,7 @@ pub const OVERVIEW_TITLES: [&str; 6] = [
     "misled\n%",
 ];
 
-/// The rows, a cell for each title; in the order of `names`.
+/// Rows with a cell for each title, in the order of `names`.
 pub fn rows<'a>(
     summary: &Summary,
     names: impl IntoIterator<Item = &'a str>,
@@ -44,7 +44,7 @@ pub fn rows<'a>(
     names.into_iter().map(row).collect()
 }
 
-/// Two digits that count, for a column that must be narrow.
+/// Two significant digits, for a narrow column.
 fn short(x: f64) -> String {
     match x.abs() {
         a if a >= 9.95 => format!("{x:.0}"),
@@ -65,7 +65,7 @@ pub fn marked(summary: &Summary, name: &str, in_loop: Option<&str>) -> String {
     format!("{name}{mark}")
 }
 
-/// The marks that stand behind names; empty without any.
+/// Explanation of the marks after names; empty without marks.
 pub fn legend(summary: &Summary, in_loop: Option<&str>) -> String {
     let names = || summary.estimators.keys();
     let used = names().any(|name| in_loop == Some(name.as_str()));

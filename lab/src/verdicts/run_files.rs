@@ -1,4 +1,4 @@
-//! The files of a run with their manifest, as `monorig run` leaves them.
+//! The files of a run with their manifest, as `monorig run` writes them.
 
 use crate::bound::BoundChannels;
 use crate::verdicts::measure::SummaryObserver;
@@ -16,15 +16,15 @@ use std::path::{Path, PathBuf};
 /// Name of the file with the columns of a run.
 pub const CHANNELS: &str = "channels.parquet";
 
-/// The folder of a run that is being filled, and its manifest.
+/// Folder of a run during writing, and its manifest.
 pub struct RunFiles {
     folder: RunFolder,
     manifest: Manifest,
 }
 
 impl RunFiles {
-    /// The folder `out/NAME/SEED` of this simulation, filled under another name until it is whole. `changes`: those to
-    /// the scenario file, as `path=value`.
+    /// Makes the folder `out/NAME/SEED` of this simulation, under another name until it is complete. `changes`: those
+    /// to the scenario file, as `path=value`.
     pub fn create(
         out: &Path,
         simulation: &Simulation,
@@ -40,7 +40,7 @@ impl RunFiles {
         Ok(Self { folder, manifest })
     }
 
-    /// The place of a file until the run is whole.
+    /// Path of a file until the run is complete.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
@@ -58,9 +58,9 @@ impl RunFiles {
     }
 }
 
-/// Runs a simulation to its end beside observers of one's own, and leaves the folder `out/NAME/SEED` with columns,
-/// metrics and manifest: `monorig report`, `runs` and `export` take it like that of `monorig run`. The registry is the
-/// one that the simulation was built with. Returns the metrics and the folder.
+/// Runs a simulation to its end with your own observers, and writes the folder `out/NAME/SEED` with columns, metrics
+/// and manifest: `monorig report`, `runs` and `export` take it like that of `monorig run`. The registry is the one that
+/// the simulation was built with. Returns the metrics and the folder.
 pub fn record(
     simulation: &mut Simulation,
     registry: &Registry,

@@ -19,7 +19,7 @@ pub struct RunResult {
     pub draws: BTreeMap<String, serde_json::Value>,
     /// Metrics and verdicts; none if the run broke down.
     pub summary: Option<Summary>,
-    /// Why the run broke down, if it did.
+    /// Reason why the run broke down, if it did.
     pub error: Option<String>,
 }
 
@@ -40,7 +40,7 @@ impl RunResult {
         }
     }
 
-    /// Checks that what the result says follows from the numbers in it. The error says what does not.
+    /// Checks that the statements of the result follow from its numbers. The error says what does not.
     pub fn check(&self) -> Result<(), String> {
         let Some(summary) = &self.summary else {
             return match self.error {
@@ -50,19 +50,19 @@ impl RunResult {
         };
         if (&summary.scenario, summary.seed) != (&self.scenario, self.seed) {
             return Err(format!(
-                "this run is of {} seed {}, and its numbers are of {} seed {}",
+                "this run is of {} seed {}, but its numbers are of {} seed {}",
                 self.scenario, self.seed, summary.scenario, summary.seed
             ));
         }
         summary.check()
     }
 
-    /// The summary of a run that came to its end.
+    /// Summary of a finished run.
     pub(crate) fn whole(&self) -> Option<&Summary> {
         self.summary.as_ref().filter(|s| s.finished)
     }
 
-    /// True if the run came to its end.
+    /// True if the run finished.
     pub fn finished(&self) -> bool {
         self.whole().is_some()
     }

@@ -6,14 +6,14 @@ use serde::Serialize;
 use std::ops::Range;
 use std::path::Path;
 
-/// Differences that count as none; a sample passes within `absolute` + `relative` · |value in A|.
+/// Tolerances: a sample passes within `absolute` + `relative` · |value in A|.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct SignalTolerance {
     /// In the unit of the signal.
     pub absolute: f64,
     /// Share of the value in A.
     pub relative: f64,
-    /// A sample may lie so much earlier or later in B, s.
+    /// Largest time by which a sample may come earlier or later in B, s.
     pub time_s: f64,
 }
 
@@ -37,7 +37,7 @@ pub struct DifferentSignal {
 /// Every signal of two runs compared.
 #[derive(Clone, Debug, Serialize)]
 pub struct SignalComparison {
-    /// Differences that count as none.
+    /// Tolerances.
     pub tolerance: SignalTolerance,
     /// Signals that both runs have.
     pub signals: usize,
@@ -45,7 +45,7 @@ pub struct SignalComparison {
     pub samples: usize,
     /// Signals that only A has, and that only B has.
     pub only: [Vec<String>; 2],
-    /// Samples of A, and of B, at a time at which the other run has none.
+    /// Samples of A, and of B, at a time without a sample in the other run.
     pub unpaired: [usize; 2],
     /// Signals that differ, in the order of their first difference.
     pub differ: Vec<DifferentSignal>,
@@ -95,7 +95,7 @@ impl SignalComparison {
         })
     }
 
-    /// True if nothing lies beyond the tolerance, and neither run has a signal or a time that the other lacks.
+    /// True if all samples are within the tolerance, and both runs have the same signals and times.
     pub fn held(&self) -> bool {
         let only = self.only.iter().all(Vec::is_empty);
         self.differ.is_empty() && only && self.unpaired == [0, 0]
@@ -142,7 +142,7 @@ fn near(times: &[f64], other: &[f64], reach_s: f64) -> Vec<Range<usize>> {
     rows.collect()
 }
 
-/// Rows of A, each with those of B that may stand for it.
+/// Rows of A, each with its counterparts in B.
 struct Pairs<'a> {
     times: &'a [f64],
     other: &'a [f64],
@@ -150,7 +150,7 @@ struct Pairs<'a> {
 }
 
 impl Pairs<'_> {
-    /// The samples of a signal beyond the tolerance; `None` without one.
+    /// Samples of a signal beyond the tolerance; `None` without such a sample.
     fn difference(
         &self,
         name: &str,
@@ -193,8 +193,8 @@ impl Pairs<'_> {
     }
 }
 
-/// Distance of a value from those that may stand for it: 0 between the least and the greatest, infinite if only one
-/// side has a value.
+/// Distance of a value from its counterparts: 0 between the least and the greatest, infinite if only one side has a
+/// value.
 fn gap(x: f64, window: &[f64]) -> f64 {
     let (low, high) = range(window);
     match (x.is_nan(), window.iter().any(|y| y.is_nan())) {
@@ -204,7 +204,7 @@ fn gap(x: f64, window: &[f64]) -> f64 {
     }
 }
 
-/// Least and greatest of the values that are there.
+/// Least and greatest of the existing values.
 fn range(values: &[f64]) -> (f64, f64) {
     let start = (f64::INFINITY, f64::NEG_INFINITY);
     let values = values.iter().filter(|x| !x.is_nan());

@@ -7,7 +7,7 @@ use monorig_sim::config::scenario::IntegrityLimits;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Start of the metrics, unless an expectation has its own, s: the transient at the start does not count.
+/// Default start of the metrics, s: the transient at the start does not count.
 pub const AFTER_S: f64 = 5.0;
 /// The metrics shown first.
 pub(crate) const MAIN: &[&str] = &[
@@ -42,7 +42,7 @@ pub struct Summary {
     pub simulated_s: f64,
     /// Steps of the plant.
     pub steps: u64,
-    /// Metrics are taken from here on, s.
+    /// Start of the metrics, s.
     pub after_s: f64,
     /// Per estimator: its metrics; null = could not be measured.
     pub estimators: BTreeMap<String, BTreeMap<String, Option<f64>>>,
@@ -50,15 +50,15 @@ pub struct Summary {
     pub run: BTreeMap<String, Option<f64>>,
     /// Steps refused by an estimator: name, how many, first reason.
     pub refusals: Vec<(String, u64, String)>,
-    /// Expectations of the scenario, and those that follow from them.
+    /// Expectations of the scenario, and expectations that follow from these.
     pub expectations: Vec<ExpectationVerdict>,
-    /// When a valid sample is misleading.
+    /// Limits beyond which a valid sample is misleading.
     #[serde(default)]
     pub limits: IntegrityLimits,
     /// Integrity of every estimator and quantity.
     #[serde(default)]
     pub integrity: Vec<Integrity>,
-    /// Limits of the scenario that hold more easily than usual, in words.
+    /// Limits of the scenario that are weaker than usual, in words.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub weakened: Vec<String>,
     /// Errors of estimators and of the reference of a comparison, over the samples that both mark valid. Empty
@@ -70,15 +70,15 @@ pub struct Summary {
 /// One expectation, judged.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ExpectationVerdict {
-    /// Estimator, if it is about one.
+    /// Estimator, if the expectation is for an estimator.
     pub estimator: Option<String>,
     /// Metric.
     pub metric: String,
-    /// The time it is measured over, in words, such as ` from 5 s`; empty for the whole run.
+    /// Window of the measurement in words, such as ` from 5 s`; empty for the whole run.
     pub window: String,
-    /// Measured from here, s; none = from the start.
+    /// Begin of the window, s; none = from the start.
     pub after_s: Option<f64>,
-    /// Measured to here, s; none = to the end.
+    /// End of the window, s; none = to the end.
     pub until_s: Option<f64>,
     /// Upper bound.
     pub at_most: Option<f64>,
@@ -86,17 +86,17 @@ pub struct ExpectationVerdict {
     pub at_least: Option<f64>,
     /// Share of the seeds that must hold it; none = all.
     pub quantile: Option<f64>,
-    /// True if the mean over the seeds is judged, and no single run.
+    /// True if the mean over the seeds is judged, not each run.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub mean: bool,
     /// Measured value; null = could not be measured, which is a failure.
     pub value: Option<f64>,
-    /// True if it held. A run that did not finish holds nothing.
+    /// True if the expectation held. A run that did not finish holds nothing.
     pub held: bool,
-    /// Why it is known not to hold, if it is.
+    /// Reason of its known failure, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub known_failure: Option<String>,
-    /// A value beyond this is worse than what is known.
+    /// Bound of the known failure: a value beyond it is worse than known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_worse_than: Option<f64>,
 }
@@ -111,7 +111,8 @@ impl ExpectationVerdict {
         }
     }
 
-    /// Why its failure is not the one that is known: it could not be measured, or is worse. None if it is, or holds.
+    /// Reason why the failure differs from the known failure: it could not be measured, or is worse. None if it is, or
+    /// holds.
     pub(crate) fn beyond_known(&self) -> Option<String> {
         self.known_failure.as_ref().filter(|_| !self.held)?;
         let Some(value) = self.value else {
@@ -125,7 +126,7 @@ impl ExpectationVerdict {
         is_worse.then(|| format!("{value:.4} is worse than {worst}"))
     }
 
-    /// In a word: held, known failure or FAILED.
+    /// Outcome in a word: held, known failure or FAILED.
     pub fn word(&self) -> &'static str {
         match (self.held, &self.known_failure) {
             (true, _) => "held",
@@ -144,7 +145,7 @@ impl ExpectationVerdict {
         self.at_most.is_none_or(|m| x <= m) && self.at_least.is_none_or(|l| x >= l)
     }
 
-    /// The bound in words, such as `≤ 0.032`.
+    /// The bound as text, such as `≤ 0.032`.
     pub fn bound(&self) -> String {
         let most = self.at_most.map(|m| format!("≤ {m}"));
         let least = self.at_least.map(|l| format!("≥ {l}"));
@@ -172,13 +173,13 @@ impl ExpectationVerdict {
 }
 
 impl Summary {
-    /// True for an estimator that is shown for reference and not judged.
+    /// True for an estimator that is shown for reference only.
     pub fn is_for_reference(&self, estimator: &str) -> bool {
         let mut of = self.integrity.iter().filter(|i| i.estimator == estimator);
         of.any(|i| i.at_most.is_none())
     }
 
-    /// The misleading share of an estimator's valid samples, in a few words, such as `slope 55 %, known`: that of the
+    /// Misleading share of an estimator's valid samples in a few words, such as `slope 55 %, known`: that of the
     /// quantity that is worst. A dash if nothing is valid.
     pub fn misleading(&self, estimator: &str) -> String {
         let of = self.integrity.iter().filter(|i| i.estimator == estimator);
@@ -215,7 +216,7 @@ impl Summary {
         }
     }
 
-    /// As it stands in the file.
+    /// Content of the file.
     pub fn to_json(&self) -> String {
         // Strings and finite numbers: nothing in here can fail to serialise.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"

@@ -9,62 +9,62 @@ use crate::verdicts::summary::{ExpectationVerdict, Summary};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Runs that must all hold a known failure before it is one no longer: what fails in one run of three holds in all of
-/// ten once in sixty times.
+/// Number of runs without a failure after which a known failure must be removed: what fails in one run of three holds
+/// in all of ten once in sixty times.
 const ENOUGH_RUNS: usize = 10;
 
-/// The floor of a known failure is at most so many times what was measured.
+/// Largest ratio of the floor of a known failure to the measured value.
 const DEEP: f64 = 2.0;
 
-/// A scenario and what became of its runs.
+/// A scenario and the results of its runs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ScenarioVerdict {
     /// Scenario name.
     pub scenario: String,
-    /// True if everything held.
+    /// True if all checks held.
     pub held: bool,
-    /// Everything that was asked of it.
+    /// Checks of the scenario.
     pub checks: Vec<Check>,
-    /// Limits that hold more easily than usual, in words: what held, held with these.
+    /// Limits that are weaker than usual, in words: what held, held with these.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub weakened: Vec<String>,
     /// Its runs, one for each seed.
     pub runs: Vec<RunResult>,
 }
 
-/// One thing asked of all runs of a scenario.
+/// One check of all runs of a scenario.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Check {
     /// Name, such as `dffrls_aekf_robust mass_error_rel_max from 10 s`.
     pub what: String,
-    /// The bound, such as `≤ 0.032`; empty where there is none.
+    /// The bound, such as `≤ 0.032`; empty without a bound.
     pub bound: String,
-    /// Share of the seeds that must hold it.
+    /// Share of the seeds that must hold the check.
     pub(crate) quantile: f64,
-    /// Seeds that hold it.
+    /// Seeds that hold the check.
     pub(crate) holding: usize,
-    /// Seeds that do not.
+    /// Seeds that do not hold the check.
     pub failing: Vec<u64>,
-    /// Description of the worst of these.
+    /// Description of the worst failing seed.
     pub worst: Option<String>,
-    /// The worst of these.
+    /// Worst failing seed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub worst_seed: Option<u64>,
-    /// True if enough seeds hold it, or if it is known that they do not.
+    /// True if enough seeds hold the check, or if its failure is known.
     pub held: bool,
-    /// Why it is known to fail, if it is. A known failure that never fails is not as it should be.
+    /// Reason of its known failure, if it has one. A known failure that never fails is not as it should be.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub known_failure: Option<String>,
     /// True for a check of integrity: a finding covers it too.
     #[serde(default)]
     pub is_finding: bool,
-    /// True if nothing could be decided: there is no reference. It fails nothing, and is shown as such.
+    /// True if the check could not be decided: there is no reference. It fails nothing, and is shown as such.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub not_judged: bool,
-    /// True for a known failure that could not be measured, or is worse than what is known.
+    /// True for a known failure that could not be measured, or is worse than known.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     beyond_known: bool,
-    /// True for a check that others have made, such as one against a baseline.
+    /// True for a check that other code added, such as a comparison with a baseline.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     added: bool,
 }
@@ -104,13 +104,13 @@ impl ScenarioVerdict {
         Self::new(&summary.scenario, vec![run])
     }
 
-    /// Adds a check that others have made, such as one against a baseline.
+    /// Adds a check of other code, such as a comparison with a baseline.
     pub fn add(&mut self, check: Check) {
         self.held &= check.held;
         self.checks.push(check);
     }
 
-    /// Checks that a verdict that was read follows from its runs. The error says what does not.
+    /// Checks that a verdict from a file follows from its runs. The error says what does not.
     pub fn check(&self) -> Result<(), String> {
         for run in &self.runs {
             run.check()?;
@@ -141,7 +141,7 @@ impl ScenarioVerdict {
     }
 }
 
-/// Runs judged one after the other; what it holds does not grow with those that are good.
+/// Runs judged one after the other; its memory does not grow with good runs.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     finishes: Count,
@@ -149,11 +149,11 @@ pub struct Tally {
     valid: BTreeMap<String, Count>,
     /// The expectations of the scenario.
     expected: Vec<Expected>,
-    /// Integrity of the estimators that are judged, over all runs, each with the count of runs within the limit.
+    /// Integrity of the judged estimators over all runs, with the number of runs within the limit.
     integrity: Vec<(Integrity, Count)>,
     /// Seeds of runs that broke down.
     broken: Vec<u64>,
-    /// Limits that hold more easily than usual.
+    /// Limits that are weaker than usual.
     weakened: BTreeSet<String>,
 }
 
@@ -162,16 +162,16 @@ pub struct Tally {
 struct Expected {
     verdict: ExpectationVerdict,
     count: Count,
-    /// Counts the runs that do not fail beyond what is known.
+    /// Count of the runs that do not fail worse than known.
     beyond: Count,
     /// Sum of the measured values.
     sum: f64,
-    /// The measured value that is the worst by the bound.
+    /// The worst measured value by the bound.
     worst: Option<f64>,
 }
 
 impl Expected {
-    /// Its known failure, if its floor is far beyond what was measured.
+    /// Its known failure, if the floor is far beyond the measured value.
     fn deep(&self) -> Option<String> {
         let (v, worst) = (&self.verdict, self.worst?);
         let (floor, from_above) = (v.no_worse_than?, v.at_most.is_some());
@@ -245,7 +245,7 @@ impl Count {
 }
 
 impl Tally {
-    /// Limits that hold more easily than usual, in words: those of the runs, and floors of known failures.
+    /// Limits that are weaker than usual, in words: those of the runs, and floors of known failures.
     pub fn weakened(&self) -> impl Iterator<Item = String> {
         let of_integrity = |(sum, _): &(Integrity, Count)| {
             let (floor, share) = (sum.no_worse_than?, sum.share());
@@ -257,7 +257,7 @@ impl Tally {
         self.weakened.iter().cloned().chain(floors)
     }
 
-    /// Number of bounds that the scenario states, those that follow from them included.
+    /// Number of bounds in the scenario, including bounds that follow from these.
     pub(crate) fn stated(&self) -> usize {
         self.expected.len()
     }
@@ -278,7 +278,7 @@ impl Tally {
         for name in summary.estimators.keys().filter(judged) {
             let never_valid =
                 summary.never_valid.contains(name) && !judged_otherwise(summary, name);
-            let text = "its estimates were invalid all through".to_owned();
+            let text = "all its estimates were invalid".to_owned();
             let count = self.valid.entry(name.clone()).or_default();
             count.add(run.seed, never_valid.then_some((0.0, text)));
         }
@@ -351,7 +351,7 @@ impl Tally {
         checks
     }
 
-    /// The check of an integrity; none of what is never valid.
+    /// The check of an integrity; `None` if no sample is ever valid.
     fn integrity(&self, sum: &Integrity, count: &Count) -> Option<Check> {
         let outcome = sum.outcome();
         if matches!(outcome, Outcome::NothingValid | Outcome::ForReference) {
@@ -364,8 +364,7 @@ impl Tally {
         check.not_judged = outcome == Outcome::NoReference;
         if check.not_judged {
             check.held = true;
-            check.worst =
-                Some("no reference that is fine enough for any of the valid samples".into());
+            check.worst = Some("the reference is too coarse for all valid samples".into());
             return Some(check);
         }
         let fails = outcome != Outcome::Holds;
@@ -384,8 +383,8 @@ impl Tally {
 }
 
 impl Check {
-    /// Turns it into a check of a known failure, which holds unless it is worse than what is known, as `beyond` judges
-    /// by the same quantile, or never fails any more.
+    /// Turns the check into a check of a known failure: it holds unless the failure is worse than known, as `beyond`
+    /// judges by the same quantile, or never happens any more.
     fn known(mut self, why: &str, beyond: Self) -> Self {
         self.known_failure = Some(why.to_owned());
         self.beyond_known = !beyond.held;
@@ -397,12 +396,12 @@ impl Check {
         self
     }
 
-    /// True if every run holds it, and there are enough of them to say so.
+    /// True if every run holds the check, and the number of runs is sufficient.
     fn never_fails(&self) -> bool {
         self.failing.is_empty() && self.holding >= ENOUGH_RUNS
     }
 
-    /// A check that others have made: its name, its bound, the words for its failure if it does not hold.
+    /// A check of other code: its name, its bound, the words for its failure if it does not hold.
     pub fn made_elsewhere(what: String, bound: String, failure: Option<String>) -> Self {
         let count = Count {
             holding: usize::from(failure.is_none()),
@@ -415,12 +414,12 @@ impl Check {
         check
     }
 
-    /// True for a check that others have made.
+    /// True for a check of other code.
     pub(crate) fn is_added(&self) -> bool {
         self.added
     }
 
-    /// True if it fails as it is known to.
+    /// True if the check fails as a known failure.
     pub fn fails_as_known(&self) -> bool {
         self.held && self.known_failure.is_some() && !self.failing.is_empty()
     }
@@ -442,13 +441,13 @@ impl Check {
             && !self.held
         {
             return format!(
-                "{text} {}: holds in {} of {all} seeds, and is listed as a known failure ({why}); take it off `known_failures`",
+                "{text} {}: holds in {} of {all} seeds, but is a known failure ({why}); remove it from `known_failures`",
                 self.bound, self.holding
             );
         }
         match &self.worst {
             Some(worst) => text += &format!(": {worst}"),
-            None => text += ": there is no run",
+            None => text += ": no run",
         }
         if all > 1 {
             text += &format!("; {} of {all} seeds hold", self.holding);
@@ -462,7 +461,7 @@ impl Check {
 
 fn deep_words(what: &str, floor: f64, worst: f64) -> String {
     format!(
-        "{what}: a known failure of {worst:.4} with a floor of {floor}, more than {DEEP} times as far"
+        "{what}: a known failure of {worst:.4} with a floor of {floor}, more than {DEEP} times the failure"
     )
 }
 
@@ -476,13 +475,13 @@ fn unfinished(run: &RunResult) -> Option<(f64, String)> {
         (None, Some(s)) if s.finished => None,
         (None, Some(s)) => Some((
             -s.simulated_s,
-            format!("did not come to its end in {:.1} s", s.simulated_s),
+            format!("did not finish in {:.1} s", s.simulated_s),
         )),
         (None, None) => Some((f64::INFINITY, "has no result".to_owned())),
     }
 }
 
-/// An estimator without a single valid sample fails, unless the scenario asks for an availability of it.
+/// True if the scenario bounds the estimator's availability from below, which replaces the check for a valid sample.
 fn judged_otherwise(summary: &Summary, name: &str) -> bool {
     summary.expectations.iter().any(|v| {
         v.estimator.as_deref() == Some(name)

@@ -1,16 +1,15 @@
-//! Limits of a scenario that hold more easily than usual. They are allowed, and every verdict that they are part of
-//! says so.
+//! Limits of a scenario that are weaker than usual. They are allowed, and every verdict that they are part of says so.
 
 use crate::metrics::Window;
 use crate::verdicts::integrity::Integrity;
 use crate::verdicts::summary::AFTER_S;
 use monorig_sim::config::scenario::{Expectation, IntegrityLimits, ScenarioFile};
 
-/// An availability of no more than this is next to none.
+/// Availability up to which a limit counts as weakened.
 const LOW_AVAILABILITY: f64 = 0.05;
-/// A bound that fewer runs must hold is not that of the median run.
+/// Least share of runs; a bound with a smaller share ignores the median run.
 const LOW_QUANTILE: f64 = 0.5;
-/// A window that is no longer says little, s.
+/// Length up to which a window counts as too short, s.
 const SHORT_S: f64 = 1.0;
 /// Least share of the valid samples that must have a reference.
 const LOW_REFERENCE: f64 = 0.5;
@@ -57,7 +56,7 @@ pub(crate) fn of_file(file: &ScenarioFile) -> Vec<String> {
     for from_s in file.never_s() {
         say(
             true,
-            format!("an event at {from_s} s, behind the end of the run"),
+            format!("an event at {from_s} s, after the end of the run"),
         );
     }
     for e in &file.expect {
@@ -84,7 +83,7 @@ pub(crate) fn of_file(file: &ScenarioFile) -> Vec<String> {
     all
 }
 
-/// A window of an expectation that was too short in this run, which lasted from `begin_s` to `end_s`.
+/// Text about a window of an expectation that was too short in this run, from `begin_s` to `end_s`.
 pub(crate) fn of_window(
     e: &Expectation,
     window: &Window,
@@ -96,13 +95,13 @@ pub(crate) fn of_window(
     (short && length_s >= 0.0).then(|| format!("{}: measured over {length_s:.3} s only", words(e)))
 }
 
-/// An integrity that was judged over few of the valid samples.
+/// Text about an integrity that was judged over few of the valid samples.
 pub(crate) fn of_integrity(i: &Integrity) -> Option<String> {
     let few =
         i.at_most.is_some() && i.fine() > 0 && (i.fine() as f64) < LOW_REFERENCE * i.valid as f64;
     few.then(|| {
         format!(
-            "{} {}: a reference that is fine enough is there for {} of {} valid samples only",
+            "{} {}: the reference is fine enough for only {} of {} valid samples",
             i.estimator,
             i.quantity.words(),
             i.fine(),

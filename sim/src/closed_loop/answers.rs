@@ -1,11 +1,11 @@
-//! Steps of an estimator outside of the program in real time: how many were answered, and when.
+//! Steps of an estimator outside the program in real time: how many were answered, and when.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Counts of the steps of an estimator outside of the program, so far.
+/// Counts of the steps, so far, of an estimator outside the program.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AnswerCounts {
-    /// Longest time to an answer that came since the step before, ms; not a number if none came.
+    /// Longest time to an answer since the step before, ms; NaN without an answer.
     pub latency_ms: f64,
     /// Steps that were sent.
     pub asked: u64,

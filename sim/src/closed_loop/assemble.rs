@@ -19,7 +19,7 @@ use monorig_estimators::api::signals::Vehicle;
 use std::path::Path;
 
 impl SimulationBuilder {
-    /// Check everything against each other, and build. The same seed gives the same run, bit for bit.
+    /// Checks all parts against each other, and builds the simulation. The same seed gives the same run, bit for bit.
     pub fn build(mut self, seed: u64) -> Result<Simulation, Error> {
         if let Some(wrong) = self.wrong.take() {
             return Err(wrong);
@@ -40,8 +40,8 @@ impl Simulation {
         SimulationBuilder::from_scenario(Scenario::load(path.as_ref(), &[])?)
     }
 
-    /// Read every file a scenario names, check them against each other, and build; parts that it names come from the
-    /// registry.
+    /// Reads every file that a scenario names, checks the files against each other, and builds the simulation; named
+    /// parts come from the registry.
     pub fn build(scenario: Scenario, registry: &Registry, seed: u64) -> Result<Self, Error> {
         SimulationBuilder::from_scenario(scenario)?
             .registry(registry)
@@ -124,7 +124,7 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
     let vehicle = moving.nominal_vehicle(&scenario, &train, imu, seed);
     let vehicle = nominal_vehicle::with_biases(vehicle, &specs, gravity);
     let vehicle = Vehicle::new(vehicle).map_err(|e| {
-        let help = "values that the data sheet of a vehicle can have";
+        let help = "use values that the data sheet of a vehicle can have";
         scenario.error("vehicle", e.to_string(), help)
     })?;
     let nominal_mass_kg = vehicle

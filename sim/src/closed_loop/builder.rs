@@ -34,7 +34,7 @@ pub struct SimulationBuilder {
     pub(super) estimators: BTreeMap<String, MakeEstimator>,
     pub(super) controller: Option<BoxedController>,
     pub(super) plant: Option<Box<dyn Plant>>,
-    /// The first thing found wrong.
+    /// First mistake found.
     pub(super) wrong: Option<Error>,
 }
 
@@ -89,7 +89,7 @@ impl SimulationBuilder {
         self.sensors.as_ref().map(|(specs, _)| specs)
     }
 
-    /// Takes the parts that the scenario names from this registry instead of [`Registry::default`].
+    /// Sets the registry for the parts that the scenario names, instead of [`Registry::default`].
     pub fn registry(mut self, registry: &Registry) -> Self {
         self.registry = registry.clone();
         self
@@ -119,7 +119,7 @@ impl SimulationBuilder {
         self
     }
 
-    /// An estimator of one's own beside the others, under this name.
+    /// Adds your own estimator beside the others, under this name.
     pub fn estimator(self, name: &str, estimator: BoxedEstimator) -> Self {
         self.estimator_with(name, move |_| Ok(estimator))
     }
@@ -141,7 +141,7 @@ impl SimulationBuilder {
         if estimators.insert(name.into(), settings).is_some() {
             self.refuse(
                 &format!("estimators.{name}"),
-                "there are two estimators of this name",
+                "two estimators have this name",
                 "another name",
             );
         }
@@ -160,7 +160,7 @@ impl SimulationBuilder {
         self
     }
 
-    /// A controller of one's own.
+    /// A controller of your own.
     pub fn controller(mut self, controller: BoxedController) -> Self {
         self.controller = Some(controller);
         self
@@ -172,7 +172,7 @@ impl SimulationBuilder {
         self
     }
 
-    /// A plant of one's own. Its truth has the mounts and drives of the train.
+    /// A plant of your own. Its truth has the mounts and drives of the train.
     pub fn plant(mut self, plant: Box<dyn Plant>) -> Self {
         self.plant = Some(plant);
         self
@@ -239,12 +239,12 @@ impl SimulationBuilder {
     /// vehicle needs.
     pub fn told_exactly(self) -> Self {
         self.edit(|file| {
-            let why = "what is wanted is the vehicle's data sheet".into();
+            let why = "the vehicle's data sheet is needed here".into();
             file.vehicle.exact.insert(ToldValue::All, why);
         })
     }
 
-    /// Something that happens during the run.
+    /// An event of the run.
     pub fn event(mut self, event: Event) -> Self {
         self.scenario.file.events.push(event);
         self

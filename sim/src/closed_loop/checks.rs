@@ -6,7 +6,7 @@ use crate::plant::train::adhesion::AdhesionZone;
 use crate::rail::Rail;
 use crate::train::Train;
 
-/// Room left behind the last wheel at a start whose chainage is not given, m.
+/// Free rail behind the last wheel at the start if no start chainage is given, m.
 const REAR_ROOM_M: f64 = 1.0;
 
 /// A car runs on a road, a train on a rail.
@@ -76,7 +76,7 @@ pub fn front(scenario: &Scenario, rail: &Rail, train: &Train) -> Result<f64, Err
     if front < length || front > rail.length() {
         return Err(scenario.error(
             "start.chainage_m",
-            format!("with its front at {front} m the train does not stand on the track"),
+            format!("a train with its front at {front} m is not on the track"),
             format!(
                 "a chainage from {} m (the train is that long) to {} m (the track ends there)",
                 libm::ceil(length * 1e3 - 1e-6) / 1e3,

@@ -25,7 +25,7 @@ pub struct EndCondition {
 pub enum Ended {
     /// The scenario's end was reached: its chainage if it names one, else its time.
     Finished,
-    /// The time was over before the chainage was reached.
+    /// The time ended before the train reached the chainage.
     TimeOver,
     /// The run was stopped from outside.
     Interrupted,
@@ -43,14 +43,14 @@ pub struct Outcome {
     pub finished: bool,
     /// True if it was stopped from outside.
     pub interrupted: bool,
-    /// Steps each estimator refused, by name, with the first reason.
+    /// Steps that each estimator refused, by name, with the first reason.
     pub refusals: Vec<(String, u64, String)>,
 }
 
-/// `go_on` is asked once in so many steps, and at once when everything is to end.
+/// Number of steps between two calls of `go_on`; a wish to end is obeyed at once.
 const STEPS_PER_QUESTION: u64 = 512;
 
-/// A train whose rear stands at the start of the track may sag by so much, m.
+/// Sag allowed for a train whose rear stands at the start of the track, m.
 const OFF_START_M: f64 = 0.1;
 
 impl EndCondition {

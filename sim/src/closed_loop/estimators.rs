@@ -19,7 +19,7 @@ fn values(e: &mut Estimate) -> [&mut Value; 4] {
     ]
 }
 
-/// An estimator in a run, with its last estimate and the steps it refused.
+/// An estimator in a run, with its last estimate and the steps that it refused.
 pub struct RunningEstimator {
     /// Name in the scenario.
     pub name: String,
@@ -27,7 +27,7 @@ pub struct RunningEstimator {
     pub estimate: Estimate,
     /// Marks a published method without supervision. It is shown beside the others and is not for use.
     pub reference: bool,
-    /// Counts of its answers, if it runs outside of the program in real time.
+    /// Counts of its answers, if the estimator runs outside the program in real time.
     pub(super) answers: Option<AnswerCounter>,
     estimator: BoxedEstimator,
     refused: u64,
@@ -48,15 +48,14 @@ impl RunningEstimator {
         }
     }
 
-    /// Puts the estimator inside another estimator, such as one that resets it.
+    /// Wraps the estimator in another estimator, such as one that resets it.
     pub(crate) fn within(mut self, around: &dyn Fn(BoxedEstimator) -> BoxedEstimator) -> Self {
         self.estimator = around(self.estimator);
         self
     }
 
-    /// Give it new samples. A refused step keeps the last estimate, marked invalid; so is one
-    /// refused that marks a value valid that is no finite number. An estimator that cannot go on, or panics, is
-    /// an error.
+    /// Gives the estimator new samples. A refused step keeps the last estimate, marked invalid; so is one refused that
+    /// marks a value valid that is no finite number. An estimator that cannot go on, or panics, is an error.
     pub fn step(&mut self, z: &Measurements, command: &Command, dt_s: f64) -> Result<(), Error> {
         let broken = |what: String| Error::Estimator {
             name: self.name.clone(),
@@ -73,7 +72,7 @@ impl RunningEstimator {
                 let wrong = values(&mut self.estimate)
                     .into_iter()
                     .any(|v| v.valid && !v.value.is_finite());
-                wrong.then(|| "it marked a value valid that is no finite number".to_owned())
+                wrong.then(|| "it marked a value valid that is not finite".to_owned())
             }
             Err(Refused::Broken(what)) => return Err(broken(what.to_string())),
             Err(e) => Some(e.to_string()),
@@ -89,7 +88,7 @@ impl RunningEstimator {
         Ok(())
     }
 
-    /// Puts it back to the state it was built in, at `t_s` (s); the last estimate loses its marks. A panic is an error.
+    /// Resets the estimator to its first state, at `t_s` (s); the last estimate loses its marks. A panic is an error.
     pub(crate) fn restart(&mut self, t_s: f64) -> Result<(), Error> {
         self.go_stale();
         let estimator = &mut self.estimator;
@@ -101,20 +100,20 @@ impl RunningEstimator {
         })
     }
 
-    /// Takes the marks of the last estimate away: nothing new has come for too long.
+    /// Removes the marks of the last estimate: nothing new has come for too long.
     pub(crate) fn go_stale(&mut self) {
         for value in values(&mut self.estimate) {
             value.valid = false;
         }
     }
 
-    /// Steps it refused, with the first reason, if any.
+    /// Number of steps that the estimator refused, with the first reason, if any.
     pub(crate) fn refusals(&self) -> Option<(String, u64, String)> {
         (self.refused > 0).then(|| (self.name.clone(), self.refused, self.reason.clone()))
     }
 
-    /// Returns the counts of answers of an estimator that runs outside of the program in real time; they are measured
-    /// by the rig and are no internals of the estimator.
+    /// Returns the counts of answers of an estimator that runs outside the program in real time; the rig counts these
+    /// answers, so they are not internals of the estimator.
     pub fn answers(&self) -> Option<AnswerCounts> {
         self.answers.as_ref().map(AnswerCounter::get)
     }
@@ -143,7 +142,7 @@ impl RunningEstimator {
         self.estimator.internal_values(&mut row[from..]);
     }
 
-    /// The sources of measurements it uses.
+    /// Sources of measurements that the estimator uses.
     pub(crate) fn aid_sources(&self) -> &[&'static str] {
         self.estimator.aid_sources()
     }

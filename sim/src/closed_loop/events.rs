@@ -6,10 +6,10 @@ use crate::plant::Plant;
 use monorig_estimators::api::signals::Command;
 use std::collections::VecDeque;
 
-/// The computer that the estimators run on.
+/// The estimators' computer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Computer {
-    /// The computer of the estimators runs.
+    /// The estimators' computer runs.
     Up,
     /// The computer of the estimators restarts: no estimator runs.
     Down,
@@ -17,7 +17,7 @@ pub(crate) enum Computer {
     UpAgain,
 }
 
-/// An event and when it is due.
+/// An event and its time.
 #[derive(Clone, Debug)]
 struct Entry {
     at_s: f64,
@@ -28,7 +28,7 @@ struct Entry {
 /// Schedule of the events of a scenario that act on train, controller and estimators. Adhesion zones act on the rail
 /// and sensor faults in the sensors, so they are handed over when the simulation is built; here they are only logged.
 pub struct EventSchedule {
-    /// Still to come, in order of time.
+    /// Events to come, in order of time.
     events: VecDeque<Entry>,
     emergency_brake: f64,
     clamp_pressure_mpa: f64,
@@ -42,8 +42,8 @@ pub struct EventSchedule {
 }
 
 impl EventSchedule {
-    /// Schedule from the events of a scenario; the clamps are to have `clamp_pressure_mpa` (MPa) until an event changes
-    /// it.
+    /// Makes the schedule from the events of a scenario; the commanded clamp pressure is `clamp_pressure_mpa` (MPa)
+    /// until an event changes it.
     pub fn new(events: &[Event], clamp_pressure_mpa: f64) -> Self {
         let mut list: Vec<Entry> = events
             .iter()
@@ -159,7 +159,7 @@ impl EventSchedule {
         done
     }
 
-    /// State of the computer that the estimators run on at `t` (s); it is up again once.
+    /// State of the estimators' computer at `t` (s); it is reported as restarted once.
     pub(crate) fn computer(&mut self, t: f64) -> Computer {
         match self.up_again_s {
             None => Computer::Up,

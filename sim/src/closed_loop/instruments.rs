@@ -7,7 +7,7 @@ use crate::sensors::spec::InstrumentSpecs;
 use crate::sensors::{Fitting, Instrument, Suite};
 use std::path::Path;
 
-/// An instrument or a fault that cannot be fitted, with the file it is in.
+/// An instrument or a fault that cannot be fitted, with its file.
 pub enum Unfit {
     /// A value of the data sheet.
     Sheet(DataError),
@@ -16,7 +16,7 @@ pub enum Unfit {
 }
 
 impl Unfit {
-    /// Converts the error into an error of its file.
+    /// Adds the file to the error.
     pub fn in_file(self, scenario: &Scenario, sheet: &Path) -> Error {
         match self {
             Unfit::Sheet(e) => e.in_file(sheet),
@@ -60,7 +60,7 @@ fn check_vehicle(specs: &InstrumentSpecs, car: bool) -> Result<(), DataError> {
             return Err(DataError::new(
                 kind.name,
                 reason,
-                "leave it out of the sheet",
+                "remove the instrument from the sheet",
             ));
         }
     }

@@ -1,4 +1,4 @@
-//! Names that are known only when a part is loaded, kept as long as the program, each once.
+//! Names that are known only when a part is loaded; each name is kept once, as long as the program runs.
 
 use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};

@@ -5,8 +5,9 @@ use crate::train::{ConnectionKind, Train};
 use monorig_estimators::api::mass_layout::{CarriedMass, MAX_MASSES, MassLayout, SuspendedLoad};
 use nalgebra::{DMatrix, DVector, Point3};
 
-/// The layout of a train around a place `at_m` from its front (≤ 0), the middle of the body `imu_body` whose IMU sits
-/// `imu_depth_m` below the rail's line. `None` if the train carries no load or has more bodies than a layout can hold.
+/// Layout of a train around a place `at_m` from its front (≤ 0); this place is the middle of the body `imu_body`, whose
+/// IMU sits `imu_depth_m` below the rail's line. `None` if the train carries no load or has more bodies than a layout
+/// can hold.
 pub fn of_train(train: &Train, at_m: f64, imu_body: usize, imu_depth_m: f64) -> Option<MassLayout> {
     let load_index = train.load?;
     let mut layout = MassLayout {

@@ -91,7 +91,7 @@ impl Moving {
         }
     }
 
-    /// The plant that moves it; `train` has the load of the scenario.
+    /// Plant that moves the vehicle; `train` has the load of the scenario.
     pub fn plant(
         &self,
         kind: PlantKind,

@@ -38,13 +38,13 @@ pub trait Observer {
     fn begin(&mut self, _simulation: &Simulation) -> Result<(), Error> {
         Ok(())
     }
-    /// Asks for the costly parts of the truth (clearance) at this instant.
+    /// Returns true if the observer needs the costly parts of the truth (clearance) at this instant.
     fn wants_truth(&self, _time_ns: i64) -> bool {
         false
     }
     /// Called after every step of the plant.
     fn on_step(&mut self, frame: &StepFrame<'_>) -> Result<(), Error>;
-    /// The run is over, whole or not.
+    /// The run has ended, complete or not.
     fn finish(&mut self) -> Result<(), Error> {
         Ok(())
     }

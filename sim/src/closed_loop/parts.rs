@@ -36,7 +36,10 @@ pub fn estimators(
                 }
                 (Some(_), false) => scenario.error(format!("{at}.is"), w.message, w.help),
                 (None, false) => {
-                    let help = format!("{}; `is` names the type of one with another name", w.help);
+                    let help = format!(
+                        "{}; `is` names the type of an estimator with another name",
+                        w.help
+                    );
                     scenario.error(at.clone(), w.message, help)
                 }
             }
@@ -49,8 +52,8 @@ pub fn estimators(
         let estimator = made(|| of_type.build(vehicle, &settings.named()))
             .map_err(|w| scenario.error(at, w.message, w.help))?;
         if let Some(bad) = bad_internal(&estimator) {
-            let message = format!("it shows a quantity called {bad:?}");
-            let help = "a name of its own for each, without slashes and control characters";
+            let message = format!("one of its internal quantities is called {bad:?}");
+            let help = "give each result its own name, without slashes and control characters";
             return Err(scenario.error(format!("estimators.{name}"), message, help));
         }
         let mut running = RunningEstimator::new(name, estimator);
@@ -111,8 +114,10 @@ pub fn instruments(
         match built.name() == name {
             true => Ok(built),
             false => {
-                let message = format!("this instrument calls itself `{}`", built.name());
-                let help = format!("`Instrument::name` returns `{name}`, the name it was added by");
+                let message = format!("the name of this instrument is `{}`", built.name());
+                let help = format!(
+                    "let `Instrument::name` return `{name}`, the name under which the instrument was added"
+                );
                 Err(scenario.error(at, message, help))
             }
         }
@@ -146,7 +151,7 @@ pub fn plant(
 /// Builds a part. A panic is a refusal.
 fn made<T>(build: impl FnOnce() -> Result<T, Refusal>) -> Result<T, Refusal> {
     guarded(build).unwrap_or_else(|told| {
-        let help = "values that it can be built with";
+        let help = "use values with which it can be built";
         Err(Refusal::new(format!("it panicked: {told}"), help))
     })
 }

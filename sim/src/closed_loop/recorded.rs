@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A recording that is played back, with the estimators and bounds for it.
+/// A recording to play back, with its estimators and bounds.
 pub struct RecordedDrive {
     /// Estimators, bounds and recording by the map file.
     pub scenario: LogScenario,
@@ -32,13 +32,13 @@ pub struct RecordedDrive {
     pub document: Document,
     /// The files that were read so far.
     pub inputs: InputFiles,
-    /// The vehicle as estimators are given it.
+    /// Nominal vehicle for the estimators.
     pub vehicle: Vehicle,
-    /// Says the time and the references, and when the recording is at its end.
+    /// Plant that gives the time and the references, and reports the end of the recording.
     pub plant: Box<dyn Plant>,
     /// Delivers the samples.
     pub instrument: Box<dyn Instrument>,
-    /// Gives the commands that were recorded.
+    /// Gives the recorded commands.
     pub controller: BoxedController,
     /// Put around every estimator: what resets it where a new segment begins.
     pub around: Box<dyn Fn(BoxedEstimator) -> BoxedEstimator>,
@@ -47,8 +47,8 @@ pub struct RecordedDrive {
 }
 
 impl Simulation {
-    /// A recorded drive, ready to be run in the loop of every simulation. It has no rail, no bodies and no instruments
-    /// of its own; its seed is 1.
+    /// A recorded drive, ready to run in the same loop as a simulation. It has no rail, no bodies and no instruments of
+    /// its own; its seed is 1.
     pub fn recorded(drive: RecordedDrive, registry: &Registry) -> Result<Self, Error> {
         let RecordedDrive {
             scenario,
@@ -107,7 +107,7 @@ impl Simulation {
     }
 }
 
-/// A line of no length where nothing runs.
+/// Rail of zero length, on which nothing runs.
 fn no_rail() -> Rail {
     let level = Angle {
         start: 0.0,
@@ -124,7 +124,7 @@ fn no_rail() -> Rail {
     )
 }
 
-/// The nominal vehicle of a train or a car in a file, with the changes that a scenario could make to it.
+/// Nominal vehicle of a train or a car in a file, with changes as in a scenario.
 pub fn nominal_vehicle(file: &Path, changes: NominalVehicle) -> Result<VehicleData, Error> {
     let mut scenario = Scenario::in_code("", None, None);
     scenario.file.vehicle = changes;

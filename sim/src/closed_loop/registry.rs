@@ -53,7 +53,7 @@ use std::sync::Arc;
 pub type BoxedEstimator = Box<dyn Estimator + Send>;
 /// A controller as a run holds it.
 pub type BoxedController = Box<dyn Controller + Send>;
-/// Values of parameters by name; those that are not there have their defaults.
+/// Values of parameters by name; missing parameters have their defaults.
 pub type NamedSettings<'a> = &'a [(&'a str, Setting<'a>)];
 
 /// Builds an estimator for a nominal vehicle.
@@ -70,11 +70,11 @@ pub(crate) type BuildOwnInstrument =
 pub(crate) type BuildPlant =
     dyn Fn(&PlantSetup<'_>, NamedSettings<'_>) -> Result<Box<dyn Plant>, Refusal> + Send + Sync;
 
-/// Finds the estimator that the settings name, or the only one, in a library or an FMU, or outside of the program.
+/// Finds the estimator that the settings name, or the only estimator, in a library or an FMU, or outside the program.
 type LoadLibrary = dyn Fn(&Path, &Settings, Option<&Arc<WallClock>>) -> Result<EstimatorType, Refusal>
     + Send
     + Sync;
-/// Finds the controller that is in an FMU.
+/// Finds the controller in an FMU.
 type LoadController =
     dyn Fn(&Path, &ControllerSettings) -> Result<ControllerType, Refusal> + Send + Sync;
 
@@ -84,10 +84,10 @@ pub struct PartType<B: ?Sized> {
     about: String,
     groups: &'static [&'static [Key]],
     build: Arc<B>,
-    /// A published method as it stands in its source, without supervision: for comparison, not for use. One that a
-    /// program adds is none.
+    /// A published method as in its source, without supervision: for comparison, not for use. One that a program adds
+    /// is none.
     pub(super) reference: bool,
-    /// Counts of the answers of an estimator outside of the program in real time.
+    /// Counts of the answers of an estimator outside the program in real time.
     pub(super) answers: Option<AnswerCounter>,
 }
 
@@ -100,7 +100,7 @@ pub type InstrumentType = PartType<BuildOwnInstrument>;
 /// A type of plant that a program adds.
 pub type PlantType = PartType<BuildPlant>;
 
-/// The types of parts there are. Cheap to clone; can be shared between threads.
+/// The registered types of parts. Cheap to clone; can be shared between threads.
 #[derive(Clone)]
 pub struct Registry {
     estimators: Vec<EstimatorType>,
@@ -110,7 +110,7 @@ pub struct Registry {
     load_library: Option<Arc<LoadLibrary>>,
     load_controller: Option<Arc<LoadController>>,
     clock: Option<Arc<WallClock>>,
-    /// The only names under which a scenario may run parts of others; none: every name.
+    /// The only names under which a scenario may run foreign parts; `None`: every name.
     foreign: Option<BTreeSet<String>>,
 }
 
@@ -148,7 +148,7 @@ impl Refusal {
 
 impl From<ParamError> for Refusal {
     fn from(e: ParamError) -> Self {
-        Self::new(e.to_string(), "values that fit this vehicle")
+        Self::new(e.to_string(), "use values that fit this vehicle")
     }
 }
 
@@ -156,14 +156,16 @@ impl From<ParamError> for Refusal {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RegistryError {
-    /// There is one of this name already.
-    #[error("there is already {0} called `{1}`")]
+    /// A part of this name exists already.
+    #[error("{0} called `{1}` exists already")]
     NameTaken(&'static str, String),
     /// The name cannot be part of a channel's path.
     #[error("`{0}` is not a name: write letters, digits, `_` and `-`")]
     NotAName(String),
     /// A scenario uses this key for something else.
-    #[error("`{0}` cannot have a parameter called `{1}`: scenarios use this key themselves")]
+    #[error(
+        "`{0}` cannot have a parameter called `{1}`: this key has another meaning in scenarios"
+    )]
     ReservedKey(String, &'static str),
 }
 
@@ -186,7 +188,7 @@ impl Default for Registry {
                 let groups = ours::key_groups(name).unwrap_or_default();
                 let build = |vehicle: &Vehicle, settings: NamedSettings<'_>| {
                     if *name == RAIL_ONLY && vehicle.road.is_some() {
-                        let message = "it is made for a rail: no drag of the air is in its force balance, and this is a road vehicle";
+                        let message = "this estimator is made for a rail: its force balance has no air drag, but this is a road vehicle";
                         let help = "`attitude`, or the supervised method `dffrls_aekf_robust`";
                         return Err(Refusal::new(message, help));
                     }
@@ -254,7 +256,7 @@ impl Registry {
     {
         let build = move |vehicle: &Vehicle, settings: NamedSettings<'_>| {
             let built = build(vehicle, &params_of::<P>(settings)?);
-            let help = "a vehicle and parameters that this estimator can be built for";
+            let help = "use a vehicle and parameters for which this estimator can be built";
             let built = built.map_err(|why| Refusal::new(why.to_string(), help))?;
             Ok(Box::new(built) as BoxedEstimator)
         };
@@ -323,7 +325,7 @@ impl Registry {
         }
         let build = move |setup: &PlantSetup<'_>, settings: NamedSettings<'_>| {
             let built = build(setup, &params_of::<P>(settings)?);
-            let help = "a vehicle and parameters that this plant can be built for";
+            let help = "use a vehicle and parameters for which this plant can be built";
             let built = built.map_err(|why| Refusal::new(why.to_string(), help))?;
             Ok(Box::new(built) as Box<dyn Plant>)
         };
@@ -356,7 +358,7 @@ impl Registry {
         find(&self.estimators, name, "estimator", &[])
     }
 
-    /// Lets scenarios name shared libraries, FMUs and programs outside, whose estimators `load` finds.
+    /// Lets scenarios name shared libraries, FMUs and outside programs, whose estimators `load` finds.
     pub fn load_libraries_with(
         &mut self,
         load: impl Fn(&Path, &Settings, Option<&Arc<WallClock>>) -> Result<EstimatorType, Refusal>
@@ -367,7 +369,7 @@ impl Registry {
         self.load_library = Some(Arc::new(load));
     }
 
-    /// Makes the registry for runs on a wall clock, whose deadlines hold for estimators outside of the program.
+    /// Makes the registry for runs on a wall clock, where deadlines hold for estimators outside the program.
     pub fn on_clock(mut self, clock: Option<Arc<WallClock>>) -> Self {
         self.clock = clock;
         self
@@ -380,18 +382,18 @@ impl Registry {
         self
     }
 
-    /// Checks that an estimator (the controller has the name "") may run a part of others.
+    /// Checks that an estimator (the controller has the name "") may run a foreign part.
     pub fn allows_foreign(&self, name: &str) -> Result<(), Refusal> {
         match &self.foreign {
             Some(names) if !names.contains(name) => Err(Refusal::new(
-                "this is code of others, which this command does not run because a file asks for it",
+                "this is foreign code, which this command does not run on the request of a file",
                 "`--allow-foreign` runs it, with your rights",
             )),
             _ => Ok(()),
         }
     }
 
-    /// Takes the estimators of others out that it does not run; returns what they are.
+    /// Removes the foreign estimators that the registry does not run; returns their descriptions.
     pub fn leave_out_foreign(&self, estimators: &mut BTreeMap<String, Settings>) -> Vec<String> {
         let out = |name: &String, settings: &mut Settings| {
             settings.is_foreign() && self.allows_foreign(name).is_err()
@@ -470,13 +472,13 @@ impl<B: ?Sized> PartType<B> {
         }
     }
 
-    /// Say in one sentence what it is.
+    /// Sets the description, one sentence.
     pub fn about(&mut self, sentence: &str) -> &mut Self {
         self.about = sentence.into();
         self
     }
 
-    /// Adds the counter for the answers of an estimator outside of the program.
+    /// Adds the counter for the answers of an estimator outside the program.
     pub fn counted_by(mut self, counter: AnswerCounter) -> Self {
         self.answers = Some(counter);
         self
@@ -531,7 +533,7 @@ impl EstimatorType {
         Self::of(name, groups, Arc::new(build))
     }
 
-    /// Build one for a nominal vehicle.
+    /// Builds a part for a nominal vehicle.
     pub fn build(
         &self,
         vehicle: &Vehicle,
@@ -558,7 +560,7 @@ impl ControllerType {
         Self::of(name, groups, Arc::new(build))
     }
 
-    /// Build one for a nominal vehicle.
+    /// Builds a part for a nominal vehicle.
     pub fn build(
         &self,
         vehicle: &Vehicle,
@@ -570,7 +572,7 @@ impl ControllerType {
 }
 
 impl InstrumentType {
-    /// Build one on a vehicle.
+    /// Builds an instrument on a vehicle.
     pub(crate) fn build(
         &self,
         on: &Fitting<'_>,
@@ -581,7 +583,7 @@ impl InstrumentType {
 }
 
 impl PlantType {
-    /// Build one.
+    /// Builds a plant.
     pub(crate) fn build(
         &self,
         setup: &PlantSetup<'_>,
@@ -625,7 +627,7 @@ where
     ControllerType::new(name, P::GROUPS, build)
 }
 
-/// The default parameters with these values in their place.
+/// The default parameters, with these values replaced.
 fn params_of<P: Parameters>(settings: NamedSettings<'_>) -> Result<P, ParamError> {
     let mut params = P::default();
     for (key, value) in settings {
@@ -657,7 +659,7 @@ fn add<'a, B: ?Sized>(
 fn runs_none() -> Refusal {
     let help = "the program `monorig` with its feature `plugins`, which is on by default";
     Refusal::new(
-        "this program runs no estimators or controllers of others",
+        "this program does not run foreign estimators or controllers",
         help,
     )
 }

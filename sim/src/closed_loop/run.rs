@@ -83,11 +83,11 @@ pub struct Steps {
 /// Time without any sample after which an estimate is stale: at least, s, and in mean gaps between samples.
 const STALE_S: f64 = 0.5;
 const STALE_GAPS: f64 = 4.0;
-/// Gaps that their mean looks back on.
+/// Number of gaps in the mean of the sampling time.
 const GAP_MEMORY: f64 = 16.0;
 
 impl Steps {
-    /// The outcome, once the run is over.
+    /// Outcome, after the end of the run.
     pub fn ended(
         &self,
         s: &Simulation,
@@ -98,7 +98,7 @@ impl Steps {
         Ok(ended.map(|ended| Outcome::new(ended, t_s, self.made, &s.estimators)))
     }
 
-    /// Input of the controller for the step to come; asked once a step. The events that are due act.
+    /// Input of the controller for the next step; called once a step. The events that are due act.
     pub fn look(&mut self, s: &mut Simulation) -> Seen {
         Seen {
             perception: s.perceive(&self.command),
@@ -106,7 +106,7 @@ impl Steps {
         }
     }
 
-    /// Makes the step under this command, and shows the observers what came of it.
+    /// Makes the step under this command, and shows its result to the observers.
     pub fn make(
         &mut self,
         s: &mut Simulation,
@@ -151,7 +151,7 @@ impl Steps {
 }
 
 impl Simulation {
-    /// The command of its controller for a step.
+    /// Command of the controller for a step.
     pub fn control(&mut self, seen: &Seen) -> Command {
         self.controller
             .control(&seen.reference, &seen.perception, self.dt_s)
@@ -169,7 +169,7 @@ impl Simulation {
         Ok(ended.or(self.plant.is_over().then_some(Ended::Finished)))
     }
 
-    /// The input of the controller before a step, given the command of the last one.
+    /// Input of the controller before a step, given the command of the last step.
     fn perceive(&mut self, last: &Command) -> Perception {
         let estimator = self.in_loop.and_then(|i| self.estimators.get(i));
         let estimate = estimator.map(|e| &e.estimate);

@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// A simulation ready to run: everything a run needs, checked against each other.
 #[non_exhaustive]
 pub struct Simulation {
-    /// The scenario it was built from.
+    /// Scenario from which the simulation was built.
     pub scenario: Scenario,
     /// Seed of this run.
     pub seed: u64,

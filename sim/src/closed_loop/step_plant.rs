@@ -6,9 +6,9 @@ use crate::guarded::guarded;
 use crate::plant::divergence::Causes;
 use monorig_estimators::api::signals::Command;
 
-/// No train and no car is faster, m/s.
+/// Largest speed of a train or a car, m/s.
 const MAX_SPEED_MPS: f64 = 1e3;
-/// No train and no car has a larger acceleration along its way, m/s².
+/// Largest acceleration of a train or a car along its path, m/s².
 const MAX_ACCEL_MPS2: f64 = 1e6;
 
 /// Moves the plant by one step under this command. A plant that panics or diverges ends the run with an error.

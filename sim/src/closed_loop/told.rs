@@ -64,7 +64,7 @@ impl<'a> Told<'a> {
         })
     }
 
-    /// Turn of the IMU against its unit, a rotation vector in degrees.
+    /// Rotation of the IMU against its unit, a rotation vector in degrees.
     pub fn mount_deg(&self) -> [f64; 3] {
         let mut stream = self.stream("mount");
         std::array::from_fn(|_| self.tolerances.mount_deg * tolerated(&mut stream))
@@ -75,10 +75,10 @@ impl<'a> Told<'a> {
     }
 }
 
-/// Values further off are noticed when a train is put into service, standard deviations.
+/// Largest drawn difference, standard deviations: a larger difference is noticed when a train is put into service.
 const MOST_SD: f64 = 3.0;
 
-/// A normal value that no workshop would find wrong.
+/// A normal value, limited to differences that a workshop would not notice.
 fn tolerated(stream: &mut Stream) -> f64 {
     loop {
         let x = stream.normal();

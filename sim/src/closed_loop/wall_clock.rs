@@ -3,16 +3,16 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// A wall clock that runs so many times as fast as the time.
+/// A wall clock with a factor: simulated seconds per second.
 #[derive(Debug)]
 pub struct WallClock {
     times_real: f64,
-    /// The instant at which a simulation was at its start; none before a run.
+    /// Instant of the simulation's start; `None` before a run.
     origin: Mutex<Option<Instant>>,
 }
 
 impl PartialEq for WallClock {
-    /// Clocks of one rate are the same for a scenario.
+    /// Two clocks are equal if they have the same rate.
     fn eq(&self, other: &Self) -> bool {
         self.times_real == other.times_real
     }
@@ -32,13 +32,13 @@ impl WallClock {
         self.times_real
     }
 
-    /// Sets it to this time of the simulation, s.
+    /// Sets the clock to this time of the simulation, s.
     pub fn set(&self, t_s: f64) {
         let origin = Instant::now().checked_sub(self.length(t_s));
         *self.origin.lock().unwrap_or_else(PoisonError::into_inner) = origin;
     }
 
-    /// Forgets the run before.
+    /// Forgets the previous run.
     pub fn clear(&self) {
         *self.origin.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }

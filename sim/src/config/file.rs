@@ -1,4 +1,5 @@
-//! Reading our YAML files: one place that turns whatever is wrong into file, line, column, key, plain words and help.
+//! Reading monorig's YAML files: one place that turns whatever is wrong into file, line, column, key, plain words and
+//! help.
 //!
 //! A file is read in two steps: text → tree (syntax, keys given twice), then tree → checked type (unknown and missing
 //! keys, wrong types, numbers out of range). `--set` changes the tree in between. What is found wrong later, when
@@ -63,7 +64,11 @@ pub fn read_large(path: &Path) -> Result<Vec<u8>, Error> {
 pub fn regular(path: &Path) -> Result<std::fs::Metadata, Error> {
     let metadata = match std::fs::metadata(path) {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-            return Err(whole(path, "there is no such file", suggest::beside(path)));
+            return Err(whole(
+                path,
+                "this file does not exist",
+                suggest::beside(path),
+            ));
         }
         other => other.map_err(|source| Error::Io {
             path: path.into(),
@@ -71,7 +76,7 @@ pub fn regular(path: &Path) -> Result<std::fs::Metadata, Error> {
         })?,
     };
     if metadata.is_dir() {
-        let help = "name a file in it".into();
+        let help = "name a file in this folder".into();
         return Err(whole(path, "this is a folder, not a file", help));
     }
     if !metadata.is_file() {
@@ -82,7 +87,7 @@ pub fn regular(path: &Path) -> Result<std::fs::Metadata, Error> {
     Ok(metadata)
 }
 
-/// The bytes of a regular file of at most so many.
+/// Bytes of a regular file, up to a largest size.
 fn bounded(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
     let refused = |source| Error::Io {
         path: path.into(),
@@ -101,7 +106,7 @@ fn bounded(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
         return Err(whole(
             path,
             &format!(
-                "this file is {} MB long, far more than any file of ours",
+                "this file has {} MB, far more than any file of monorig",
                 length.max(most + 1).div_ceil(1 << 20)
             ),
             format!("at most {} MB are read", most >> 20),
@@ -120,7 +125,7 @@ fn text(path: &Path, bytes: &[u8]) -> Result<String, Error> {
             column: Some(1 + String::from_utf8_lossy(&good[start..]).chars().count()),
             key: String::new(),
             message: "this is not text in UTF-8".into(),
-            help: "save the file as UTF-8; if it is not a text file, another one was meant".into(),
+            help: "save the file as UTF-8; if this is not a text file, name another file".into(),
         }
     })?;
     Ok(text.to_owned())
@@ -139,7 +144,7 @@ fn whole(path: &Path, message: &str, help: String) -> Error {
     .into()
 }
 
-/// Checks that a file named by another one is there. The error is message and help, with the nearest name.
+/// Checks that a file that another file names exists. The error is message and help, with the nearest name.
 pub fn exists(path: &Path) -> Result<(), (String, String)> {
     if InputFiles::current().is_some_and(|files| files.contains(path)) {
         return Ok(());
@@ -148,17 +153,17 @@ pub fn exists(path: &Path) -> Result<(), (String, String)> {
     match std::fs::metadata(path) {
         Ok(there) if there.is_dir() => Err((
             format!("{name} is a folder, not a file"),
-            "name a file in it".into(),
+            "name a file in this folder".into(),
         )),
         Ok(_) => Ok(()),
         Err(e) if not_found(&e) && std::fs::read_link(path).is_ok() => Err((
-            format!("{name} is a link to a file that is not there"),
-            "mend the link, or name another file".into(),
+            format!("{name} is a link to a missing file"),
+            "repair the link, or name another file".into(),
         )),
         Err(e) if not_found(&e) => Err((
-            format!("there is no file {name}"),
+            format!("the file {name} does not exist"),
             format!(
-                "{} (names in a file start at its folder)",
+                "{} (a name in a file is relative to the folder of this file)",
                 suggest::beside(path)
             ),
         )),
@@ -190,8 +195,8 @@ pub fn name_of(path: &Path) -> Result<String, Error> {
         false => Ok(name),
         true => Err(whole(
             path,
-            "this name cannot be that of a folder of results",
-            "a file name with a letter in it".into(),
+            "this name cannot be the name of a folder for results",
+            "use a file name with a letter".into(),
         )),
     }
 }
@@ -248,7 +253,7 @@ impl DataError {
     }
 }
 
-/// A YAML file as a tree, with its text for looking up places, and what `--set` changed.
+/// A YAML file as a tree, with its text for looking up places, and the changes of `--set`.
 #[derive(Clone, Debug, Default)]
 pub struct Document {
     path: PathBuf,
@@ -263,7 +268,7 @@ impl Document {
         Self::of(path, read_text(path)?)
     }
 
-    /// Makes a document of the text that a file with this path would have.
+    /// Makes a document from a text, as if a file with this path had this text.
     pub fn of(path: &Path, text: String) -> Result<Self, Error> {
         let mut document = Self {
             path: path.into(),
@@ -276,15 +281,15 @@ impl Document {
             Ok(serde_yaml::Value::Null) => Err(document.error(
                 "",
                 "this file is empty",
-                "the first line is `version: 1`; see `monorig check --schema`",
+                "the first line must be `version: 1`; see `monorig check --schema`",
             )),
             Ok(tree @ serde_yaml::Value::Mapping(_)) => {
                 if let Some((key, tag)) = tagged(&tree, "") {
-                    let message = format!("the tag `{tag}` means nothing in our files");
+                    let message = format!("the tag `{tag}` has no meaning in files of monorig");
                     return Err(document.error(
                         key,
                         message,
-                        "remove it, or put the text in quotes",
+                        "remove the tag, or put the text in quotes",
                     ));
                 }
                 document.tree = tree;
@@ -293,7 +298,7 @@ impl Document {
             Ok(_) => Err(document.error(
                 "",
                 "expected a mapping (lines of `key: value`)",
-                "the first line is `version: 1`",
+                "the first line must be `version: 1`",
             )),
             Err(e) => Err(document.syntax_error(&e)),
         }
@@ -413,7 +418,7 @@ impl Document {
                 key,
                 Target::SecondKey,
                 message,
-                "keep one of the two".into(),
+                "keep only one of the two".into(),
             );
         }
         let place = e.inner().location().map(|l| (l.line(), l.column()));

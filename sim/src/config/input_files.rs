@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// The files that a run or a study was made from. Clones share what was read, across threads too.
+/// Files from which a run or a study was made. Clones share what was read, across threads too.
 #[derive(Clone, Debug, Default)]
 pub struct InputFiles {
     shared: Arc<Mutex<Shared>>,
@@ -20,13 +20,13 @@ pub struct InputFiles {
 
 #[derive(Debug, Default)]
 struct Shared {
-    /// File that each path leads to, links followed when it was first read.
+    /// Target file of each path; links were followed when the path was first read.
     files: BTreeMap<PathBuf, PathBuf>,
     contents: BTreeMap<PathBuf, Arc<[u8]>>,
     sealed: bool,
-    /// Source of files that are not here yet; none: the disk.
+    /// Source of files that were not read yet; `None`: the disk.
     whole: Option<InputFiles>,
-    /// The way to a program that is no file of these.
+    /// Address of a program that is not one of these files.
     elsewhere: Option<String>,
 }
 
@@ -34,7 +34,7 @@ thread_local! {
     static CURRENT: RefCell<Option<InputFiles>> = const { RefCell::new(None) };
 }
 
-/// Puts back what was current before, also when what went on in between panics.
+/// Restores the previous state, also after a panic.
 struct Restore(Option<InputFiles>);
 
 impl Drop for Restore {
@@ -68,7 +68,7 @@ impl InputFiles {
         self.lock().sealed = true;
     }
 
-    /// Notes the address of a program that runs elsewhere and has no check sum.
+    /// Stores the address of a program that runs elsewhere and has no check sum.
     pub(crate) fn runs_elsewhere(&self, way: &str) {
         let mut shared = self.lock();
         shared.elsewhere = Some(way.to_owned());
@@ -77,7 +77,7 @@ impl InputFiles {
         }
     }
 
-    /// The way to a program that runs elsewhere, if a run needs one.
+    /// Address of a program that runs elsewhere, if a run needs one.
     pub fn elsewhere(&self) -> Option<String> {
         self.lock().elsewhere.clone()
     }
@@ -118,7 +118,7 @@ impl InputFiles {
                 column: None,
                 key: String::new(),
                 message: "this file was not among the inputs when the study began".into(),
-                help: "begin the study anew, in another folder".into(),
+                help: "start the study again in another folder".into(),
             }
             .into());
         }
@@ -190,7 +190,7 @@ fn tidy(path: &Path) -> String {
     parts.join("/")
 }
 
-/// Files that were read, once they are guarded.
+/// Files that this program has read, if they are protected.
 static READ: Mutex<Option<BTreeSet<PathBuf>>> = Mutex::new(None);
 
 fn read() -> MutexGuard<'static, Option<BTreeSet<PathBuf>>> {
@@ -216,7 +216,7 @@ pub fn may_change(path: &Path) {
     }
 }
 
-/// True for a file that was noted, under whatever name.
+/// True for an input file, under any of its names.
 pub(crate) fn is_input(place: &Path) -> bool {
     let same = |file: &PathBuf| identity(file).is_some_and(|file| Some(file) == identity(place));
     read().iter().flatten().any(same)

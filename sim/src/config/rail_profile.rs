@@ -19,7 +19,7 @@ pub struct ProfileFile {
     /// Source of the figures.
     #[serde(default)]
     pub(crate) about: String,
-    /// Height over all, m.
+    /// Overall height, m.
     pub(crate) height_m: Positive,
     /// Width of the flanges, m.
     pub(crate) flange_width_m: Positive,

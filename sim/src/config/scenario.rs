@@ -1,4 +1,4 @@
-//! YAML in, checked scenario out.
+//! The scenario file, read and checked.
 
 mod check;
 mod check_expect;
@@ -84,20 +84,20 @@ pub struct ScenarioFile {
     pub drive: DriveCycle,
     /// Sensor data sheet, relative to this file.
     pub(crate) sensors: String,
-    /// Instruments that the program adds beside those of the sheet, by name, with their parameters.
+    /// Instruments that the program adds beside the instruments of the sheet, by name, with their parameters.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(crate) instruments: BTreeMap<String, InstrumentSettings>,
     /// Nominal values given to estimators and controller where they differ from the train's data sheet.
     #[serde(default)]
     pub(crate) vehicle: NominalVehicle,
-    /// Estimators by name, with their parameters; `is` names the type of one that has a name of its own, `from` a
+    /// Estimators by name, with their parameters; `is` names the type of an estimator with another name, `from` a
     /// parameter file.
     #[serde(default)]
     pub estimators: BTreeMap<String, Settings>,
     /// The estimator whose output the controller gets, by its name in `estimators`.
     #[serde(default)]
     pub in_loop: Option<String>,
-    /// Things that happen.
+    /// Events of the run.
     #[serde(default)]
     pub(crate) events: Vec<Event>,
     /// Obstacles beside the rail.
@@ -112,17 +112,17 @@ pub struct ScenarioFile {
     /// Recording rates.
     #[serde(default)]
     pub(crate) record: Record,
-    /// Bounds to hold (checked by `monorig test`).
+    /// Bounds that the run must hold (checked by `monorig test`).
     #[serde(default)]
     pub expect: Vec<Expectation>,
-    /// Shares of the time in which estimates must be marked valid wherever `expect` bounds an error of theirs and says
-    /// nothing else.
+    /// Least shares of the time in which estimates are marked valid, for quantities whose error `expect` bounds without
+    /// another availability.
     #[serde(default)]
     pub availability: Availability,
-    /// When an estimate marked valid is misleading, which no estimator may be.
+    /// Limits beyond which an estimate marked valid is misleading; no estimator may mislead.
     #[serde(default)]
     pub integrity: Integrity,
-    /// Bounds of `expect` that do not hold, for reasons of physics.
+    /// Bounds of `expect` that cannot hold, for reasons of physics.
     #[serde(
         default,
         skip_serializing_if = "Vec::is_empty",
@@ -130,7 +130,7 @@ pub struct ScenarioFile {
     )]
     #[schemars(with = "Vec<KnownFailureEntry>")]
     pub known_failures: Vec<KnownFailure>,
-    /// Figures that others have published for this set-up (shown by `monorig compare`).
+    /// Published figures for this set-up (shown by `monorig compare`).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub published: Vec<Published>,
 }
@@ -139,7 +139,7 @@ pub struct ScenarioFile {
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Load {
-    /// Mass, kg; none = that of the load's URDF.
+    /// Mass, kg; none = the mass in the load's URDF.
     pub mass_kg: Option<NonNegative>,
 }
 
@@ -147,7 +147,7 @@ pub struct Load {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Start {
-    /// Chainage of the train's front, m; none = so that the whole train is on the track with 1 m to spare.
+    /// Chainage of the train's front, m; none = the whole train is on the track with 1 m of free rail behind it.
     #[serde(default)]
     pub chainage_m: Option<NonNegative>,
     /// Speed, m/s.
@@ -155,7 +155,7 @@ pub(crate) struct Start {
     pub speed_mps: Finite,
 }
 
-/// When the run ends, whichever comes first; at least one is needed.
+/// End of the run: the condition that comes first; at least one is needed.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Stop {
@@ -167,7 +167,7 @@ pub(crate) struct Stop {
 }
 
 impl ScenarioFile {
-    /// Times of the events that begin behind the end of the run, s.
+    /// Times of the events that begin after the end of the run, s.
     pub fn never_s(&self) -> impl Iterator<Item = f64> {
         let times = self.events.iter().filter_map(Event::times_s);
         let end_s = self.stop.time_limit_s();
@@ -182,7 +182,7 @@ impl ScenarioFile {
         })
     }
 
-    /// True if the computer that the estimators run on restarts in it.
+    /// True if the estimators' computer restarts in this scenario.
     pub fn restarts(&self) -> bool {
         let restarts = |e: &Event| matches!(e, Event::Restart { .. });
         self.events.iter().any(restarts)
@@ -200,7 +200,7 @@ impl Stop {
     /// Longest run without `after_s`, s of simulated time.
     pub const PATIENCE_S: f64 = 3600.0;
 
-    /// The run does not go on beyond this time, s.
+    /// Time at which the run ends at the latest, s.
     pub fn time_limit_s(&self) -> f64 {
         self.after_s.map_or(Self::PATIENCE_S, Positive::get)
     }
@@ -229,7 +229,7 @@ pub struct DriveCycle {
     /// Speed reference: points by time (`at_s`) or by chainage of the front (`at_m`), linear in between (time) or held
     /// (chainage, approached within `accel_mps2`).
     pub speed: Vec<SpeedPoint>,
-    /// The speed reference, by time, starts over every so many seconds; none = once.
+    /// Period after which the speed reference by time starts over, s; none = once.
     #[serde(default)]
     pub every_s: Option<Positive>,
     /// Limit on the change of the reference, m/s².
@@ -346,7 +346,7 @@ pub struct Record {
     pub(crate) pose_rate_hz: Positive,
 }
 
-/// An error at a key of a scenario that is in no file.
+/// Error at a key of a scenario without a file.
 fn in_code(key: &str, message: String, help: &str) -> Error {
     Document::default().error(key, message, help)
 }

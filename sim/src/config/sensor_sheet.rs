@@ -7,9 +7,9 @@ use crate::sensors::instruments::{KINDS, SheetFile};
 use crate::sensors::spec::{ClockSpec, Errors, InstrumentSpec, InstrumentSpecs, Sampling};
 use std::path::{Path, PathBuf};
 
-/// Longest latency that makes sense; also bounds the memory of the delay line.
+/// Longest accepted latency; it also bounds the memory of the delay line.
 const MAX_LATENCY_MS: f64 = 10_000.0;
-/// Largest offset of a clock that still is one.
+/// Largest accepted offset of a clock.
 const MAX_CLOCK_OFFSET_MS: f64 = 60_000.0;
 /// Largest drift of a clock, millionths: a clock that loses a tenth.
 const MAX_CLOCK_DRIFT_PPM: f64 = 1e5;
@@ -17,7 +17,7 @@ const MAX_CLOCK_DRIFT_PPM: f64 = 1e5;
 const MAX_VIBRATION_HZ: f64 = 1000.0;
 /// Largest static pitch of a sprung body.
 const MAX_LEAN_DEG_PER_G: f64 = 30.0;
-/// Largest misalignment that still is one, degrees.
+/// Largest accepted misalignment, degrees.
 const MAX_MISALIGNMENT_DEG: f64 = 30.0;
 
 /// A sensor sheet and the file it came from.
@@ -106,7 +106,7 @@ fn check_sampling(sampling: &Sampling) -> Result<(), DataError> {
             return Err(DataError::new(
                 format!("sampling.{key}"),
                 format!("samples would be {ms} ms late, more than {MAX_LATENCY_MS} ms"),
-                "a time on the way from taking a value to handing it over, in milliseconds",
+                "use the time from taking a value to delivering it, in milliseconds",
             ));
         }
     }
@@ -131,7 +131,7 @@ fn check_clock(clock: &ClockSpec) -> Result<(), DataError> {
         if size.abs() > limit {
             return Err(DataError::new(
                 format!("sampling.clock.{key}"),
-                format!("{size} is more than a clock is off by"),
+                format!("{size} is too large for the error of a clock"),
                 format!("at most {limit}"),
             ));
         }
@@ -145,7 +145,7 @@ fn check_shake(errors: &Errors) -> Result<(), DataError> {
     {
         return Err(DataError::new(
             "errors.vibration.band_hz",
-            format!("{low} to {high} Hz is no band"),
+            format!("{low} to {high} Hz is not a band"),
             format!("write [lower, upper] corner, upper at most {MAX_VIBRATION_HZ} Hz"),
         ));
     }
@@ -167,7 +167,7 @@ fn check_shake(errors: &Errors) -> Result<(), DataError> {
     match errors.hits {
         Some(h) if !h.at_joints && h.per_m.get() == 0.0 => Err(DataError::new(
             "errors.hits",
-            "neither joints nor random places hit",
+            "these hits have neither joints nor random places",
             "`at_joints: true`, or `per_m` above 0",
         )),
         _ => Ok(()),
@@ -183,7 +183,7 @@ fn check_errors(errors: &Errors) -> Result<(), DataError> {
         )),
         None if errors.linearity.get() > 0.0 => Err(DataError::new(
             "errors.linearity",
-            "linearity is a share of full scale, but no range is given",
+            "linearity is a share of full scale, but the range is missing",
             "add `range: [least, greatest]`",
         )),
         _ => Ok(()),
@@ -196,7 +196,7 @@ fn check_mounting(spec: &InstrumentSpec) -> Result<(), DataError> {
     {
         return Err(DataError::new(
             "lean.pitch_deg_per_g",
-            format!("{pitch}° per g is no suspension any more"),
+            format!("{pitch}° per g is too soft for a suspension"),
             format!("at most {MAX_LEAN_DEG_PER_G}; cars have 1 to 4"),
         ));
     }
@@ -207,9 +207,9 @@ fn check_mounting(spec: &InstrumentSpec) -> Result<(), DataError> {
         if size > MAX_MISALIGNMENT_DEG {
             return Err(DataError::new(
                 key,
-                format!("{size}° is no misalignment any more"),
+                format!("{size}° is too large for a misalignment"),
                 format!(
-                    "at most {MAX_MISALIGNMENT_DEG}°; turn the mount's link in the URDF instead"
+                    "use at most {MAX_MISALIGNMENT_DEG}°; turn the mount's link in the URDF instead"
                 ),
             ));
         }

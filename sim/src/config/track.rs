@@ -51,7 +51,7 @@ pub struct TrackFile {
     /// Width of the lane, m: makes the track a road for a car.
     #[serde(default)]
     pub(crate) road_width_m: Option<Positive>,
-    /// Begin of the rail.
+    /// Start of the rail.
     #[serde(default)]
     pub(crate) start: TrackStart,
     /// Horizontal alignment from chainage 0.
@@ -68,7 +68,7 @@ pub struct TrackFile {
     pub(crate) joints: Option<JointsFile>,
 }
 
-/// Begin of the rail in the world (z up).
+/// Start of the rail in the world (z up).
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Start")] // the name in the JSON schema
@@ -112,8 +112,8 @@ impl TrackFile {
             Some(_) => {
                 return bad(
                     "vertical",
-                    "the survey gives the heights already",
-                    "either vertical or survey",
+                    "the survey already gives the heights",
+                    "use either vertical or survey",
                 );
             }
             None => None,
@@ -125,7 +125,7 @@ impl TrackFile {
         {
             return bad(
                 "horizontal",
-                "the survey gives the headings already",
+                "the survey already gives the headings",
                 "either a heading_deg column in the survey, or horizontal and start.heading_deg",
             );
         }

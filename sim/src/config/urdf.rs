@@ -162,7 +162,7 @@ fn lump(file: &File<'_>, robot: &Robot, order: &[Branch]) -> Result<UrdfUnit, Er
         Some(b) => Err(file.fault(
             "link",
             &b.root,
-            "the body that begins here has no mass",
+            "the body that begins with this link has no mass",
             "give one of its links an <inertial>",
         )),
         None => Ok(unit),
@@ -189,7 +189,7 @@ fn joint_floats(file: &File<'_>, joint: &Joint) -> Result<bool, Error> {
         JointType::Planar | JointType::Spherical => Err(file.fault(
             "joint",
             &joint.name,
-            "planar and spherical joints are not known here",
+            "monorig does not support planar and spherical joints",
             "fixed, continuous (friction wheel), revolute and prismatic (held at rest), or floating (a body of its own)",
         )),
     }
@@ -204,7 +204,7 @@ fn link_mass(file: &File<'_>, link: &Link) -> Result<Option<MassProperties>, Err
         if link.visual.is_empty() && link.collision.is_empty() {
             return Ok(None);
         }
-        let help = "a link with a shape needs <inertial> with mass and inertia; only a pure frame goes without";
+        let help = "a link with a shape needs <inertial> with mass and inertia; only a pure frame has none";
         return Err(file.fault("link", &link.name, "<inertial> is missing", help));
     }
     let own = MassProperties {
@@ -214,8 +214,7 @@ fn link_mass(file: &File<'_>, link: &Link) -> Result<Option<MassProperties>, Err
             j.ixx, j.ixy, j.ixz, j.ixy, j.iyy, j.iyz, j.ixz, j.iyz, j.izz,
         ),
     };
-    let help =
-        "mass in kg above zero, inertia in kg·m² about the centre of mass, as of a real body";
+    let help = "use a mass in kg above zero, and the inertia in kg·m² of a real body about its centre of mass";
     match own.flaw() {
         Some(flaw) => Err(file.fault("link", &link.name, flaw, help)),
         None if numbers.iter().any(|x| x.abs() > 1e9) => {

@@ -11,7 +11,7 @@ pub trait Controller {
     /// and the emergency brake that are asked for, and no torque.
     fn control(&mut self, reference: &Reference, perception: &Perception, dt_s: f64) -> Command;
 
-    /// The reason for which it cannot go on, if it cannot: the run then ends, and its last command has no effect.
+    /// Reason why the controller cannot go on, if there is one: the run then ends, and its last command has no effect.
     fn broken(&self) -> Option<&str> {
         None
     }

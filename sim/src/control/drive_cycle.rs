@@ -12,12 +12,12 @@ pub struct Reference {
     pub accel_mps2: f64,
     /// Emergency brake: share of the brake force, 0 = none.
     pub emergency_brake: f64,
-    /// Pressure that the clamps are to have, MPa.
+    /// Commanded clamp pressure, MPa.
     pub clamp_pressure_mpa: f64,
 }
 
 impl Reference {
-    /// The command that keeps clamp pressure and emergency brake as asked, with no torque: where a controller starts
+    /// Command without torque that keeps the reference's clamp pressure and emergency brake: where a controller starts
     /// from.
     pub fn command(&self) -> Command {
         Command {
@@ -108,7 +108,7 @@ impl Cycle {
         }
     }
 
-    /// The speed set for chainage `s`, braked early enough for slower stretches ahead.
+    /// Reference speed at chainage `s`, reduced early enough for slower stretches ahead.
     fn allowed(&self, s: f64) -> f64 {
         let next = self.points.partition_point(|p| p.0 <= s);
         let mut v = match next.checked_sub(1) {

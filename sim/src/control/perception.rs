@@ -14,15 +14,15 @@ use serde::{Deserialize, Serialize};
 pub struct Perception {
     /// Speed along the rail, m/s.
     pub speed_mps: f64,
-    /// Grade for the feed-forward, rad; 0 without one.
+    /// Grade for the feed-forward, rad; 0 if none is known.
     pub grade_rad: f64,
-    /// Total mass for the feed-forward, kg; the nominal one without.
+    /// Total mass for the feed-forward, kg; the nominal mass if none is known.
     pub total_mass_kg: f64,
     /// True if grade and mass are present values, and not held or nominal values.
     pub valid: bool,
     /// Wheel speed of each drive unit minus the speed, m/s: what spins or locks.
     pub slip_mps: [f64; MAX_DRIVES],
-    /// The last estimate of the estimator in the loop as it is, if there is one.
+    /// Last estimate of the estimator in the loop, unchanged, if there is an estimator.
     pub estimate: Option<Estimate>,
 }
 
@@ -46,13 +46,14 @@ pub struct PerceptionModel {
     nominal_mass_kg: f64,
     vote: WheelSpeedVote,
     wheel_speed_mps: [Option<f64>; MAX_DRIVES],
-    /// Time since the vote last knew the speed, s.
+    /// Time since the vote last gave a speed, s.
     unknown_s: f64,
     now: Perception,
 }
 
 impl PerceptionModel {
-    /// A model whose feed-forward takes mass and grade from `feedforward`, and has the nominal mass (kg) without.
+    /// Makes a perception whose mass and grade for the feed-forward come from `feedforward`; without a source the mass
+    /// is the nominal mass (kg).
     pub fn new(feedforward: FeedForward, nominal_mass_kg: f64, vehicle: &Vehicle) -> Self {
         Self {
             feedforward,
@@ -67,7 +68,7 @@ impl PerceptionModel {
         }
     }
 
-    /// Keep the wheel speeds that arrived in this step.
+    /// Stores the wheel speeds that arrived in this step.
     pub fn measure(&mut self, z: &Measurements) {
         for (old, new) in self.wheel_speed_mps.iter_mut().zip(&z.wheel_speed_mps) {
             if let Some(sample) = new {
@@ -142,11 +143,11 @@ impl PerceptionModel {
     }
 }
 
-/// The last speed is held for so long where the wheels do not show it, s.
+/// Time for which the last speed is held if the wheels do not show the speed, s.
 const SPEED_HOLD_S: f64 = 1.0;
 
-/// An estimate reaches the feed-forward through a lag of this, s. The estimate answers to the torque that it causes;
-/// without the lag the two chase each other.
+/// Time constant of the lag between an estimate and the feed-forward, s. The estimate answers to the torque that it
+/// causes; without the lag the two chase each other.
 const FEEDFORWARD_LAG_S: f64 = 1.0;
 
 #[cfg(test)]

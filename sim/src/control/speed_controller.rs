@@ -29,13 +29,13 @@ pub struct SpeedController {
 
 /// Below this speed a train asked to stand is held with the brake, m/s.
 const HOLD_SPEED: f64 = 0.01;
-/// Overspeed from which the brake helps the motors, and that over which it comes on fully, m/s.
+/// Overspeed from which the brake helps the motors, and further overspeed up to the full brake, m/s.
 const OVERSPEED: f64 = 0.15;
 const OVERSPEED_FULL: f64 = 0.6;
-/// Slip from which a drive unit gives up torque, and that over which it gives up all of it, m/s.
+/// Slip from which a drive unit reduces its torque, and further slip up to zero torque, m/s.
 const SLIP: f64 = 0.1;
 const SLIP_FULL: f64 = 0.4;
-/// The brake is released this long after torque was asked for, s: the motors carry the train by then.
+/// Time from the torque command to the release of the brake, s: the motors carry the train by then.
 const RELEASE_S: f64 = 0.4;
 
 impl SpeedController {

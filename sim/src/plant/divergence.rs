@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::guarded::guarded;
 use crate::train::Train;
 
-/// The value of a train that changes velocities most within a step of `dt_s`.
+/// Key of the train's value that changes velocities most within a step of `dt_s`.
 fn likely_key(train: &Train, gravity_mps2: f64, dt_s: f64) -> &'static str {
     let r = &train.resistance;
     let masses = train.bodies.iter().map(|b| b.mass_kg);
@@ -61,7 +61,7 @@ impl Causes<'_> {
         guarded(make).unwrap_or_else(|_| Err(self.broken(0.0, None)))
     }
 
-    /// Error of a plant that diverges at `t_s` (s), in this body if it names one.
+    /// Error of a plant that diverges at `t_s` (s), in this body if the plant names one.
     pub(crate) fn broken(&self, t_s: f64, body: Option<&str>) -> Error {
         let key = likely_key(self.train, self.gravity_mps2, self.dt_s);
         let body = body.map_or(String::new(), |name| format!(" of `{name}`"));

@@ -37,7 +37,7 @@ pub trait Plant {
     fn set_clamp_limit(&mut self, mpa: f64);
     /// Update the clearance in the truth, which is costly; called before a row is recorded.
     fn update_clearance(&mut self) {}
-    /// The body whose motion is no finite number, else the fastest one; none if the plant has no bodies.
+    /// Body whose motion is not finite, else the fastest body; `None` if the plant has no bodies.
     fn diverging_body(&self) -> Option<&str> {
         None
     }
@@ -45,7 +45,7 @@ pub trait Plant {
     fn is_recorded(&self) -> bool {
         false
     }
-    /// True if nothing more is to come: a recorded drive that is played back is at its end, and the run has finished.
+    /// True at the end of a recording: a recorded drive that is played back is at its end, and the run has finished.
     fn is_over(&self) -> bool {
         false
     }
@@ -90,7 +90,7 @@ pub struct DriveState {
 pub struct RoadState {
     /// Angle of the front wheels, rad, + left.
     pub steering_rad: f64,
-    /// Way to the left of the lane's middle, m.
+    /// Distance to the left of the lane's middle, m.
     pub offset_m: f64,
     /// Heading against the lane, rad, + left.
     pub heading_rad: f64,
@@ -104,8 +104,7 @@ pub struct RoadState {
     pub wheel_load_n: [f64; 4],
 }
 
-/// Standard deviations of a truth that is itself measured: the references of a recorded drive. All zero in a
-/// simulation.
+/// Standard deviations of a measured reference: the references of a recorded drive. All zero in a simulation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct TruthSd {
@@ -178,8 +177,8 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// A truth of which nothing is known but the time (s), as of a recorded drive without references: every other
-    /// number is not a number.
+    /// A truth in which only the time (s) is known, as for a recorded drive without references: every other number is
+    /// not a number.
     pub fn unknown(t_s: f64) -> Self {
         let not = f64::NAN;
         Self {

@@ -17,7 +17,8 @@ pub struct PlantOptions {
     pub gravity_mps2: f64,
     /// Index of the mount that carries the IMU (`Train::mounts`); a car has one only.
     pub imu: usize,
-    /// Indices of all mounts that carry an instrument; the others in `Truth::mounts` stay as they were at the start.
+    /// Indices of all mounts that carry an instrument; the other entries of `Truth::mounts` keep their values of the
+    /// start.
     pub mounts: Vec<usize>,
     /// Slippery stretches.
     pub zones: Vec<AdhesionZone>,

@@ -11,7 +11,7 @@ pub(crate) const MAX_LENGTH_M: f64 = 50_000.0;
 const MIN_PIECE_M: f64 = 1e-3;
 /// Sharpest bend, 1/m: no rail is bent to less than half a metre.
 const MAX_CURVATURE_1PM: f64 = 2.0;
-/// Most stretches a track may have.
+/// Largest number of stretches of a track.
 const MAX_PIECES: usize = 1_000_000;
 
 /// Growth of an angle with x = s − from.

@@ -1,11 +1,11 @@
-//! Checks whether a train can run on a rail: radii, grades, length. The track's element that is wrong is named.
+//! Checks that a train can run on a rail: radii, grades, length. The track's element that is wrong is named.
 
 use super::Rail;
 use super::alignment::{Angle, Piece};
 use crate::error::DataError;
 use crate::train::Limits;
 
-/// Rounding of radii and angles that are just at a limit.
+/// Tolerance for radii and angles at a limit, for rounding.
 const ROUNDING: f64 = 1.0 + 1e-9;
 
 impl Rail {

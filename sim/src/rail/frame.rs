@@ -1,4 +1,4 @@
-//! The frame of the rail at a chainage, and the place on the rail of the last one.
+//! The frame of the rail at a chainage, and the place of the last frame.
 
 use nalgebra::Vector3;
 
@@ -37,7 +37,7 @@ pub(super) fn across(t: &Vector3<f64>) -> [Vector3<f64>; 2] {
     [l, u]
 }
 
-/// Place on the rail of the last call: the warm start of [`crate::rail::Rail::track`] and
+/// Place on the rail in the last call: the warm start of [`crate::rail::Rail::track`] and
 /// [`crate::rail::Rail::project`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cursor {

@@ -63,7 +63,7 @@ impl Joints {
         if step > 0.1 * j.wheel_radius_m {
             return bad(
                 "wheel_radius_m",
-                format!("a step of {step} m is no small step for this wheel"),
+                format!("a step of {step} m is too large for this wheel"),
                 "at least ten times step_m".into(),
             );
         }
@@ -73,7 +73,10 @@ impl Joints {
             return bad(
                 "every_m",
                 format!("pieces of {every} m are shorter than their joints"),
-                format!("at least {:.3} m; usual are 2 to 3 m", 4.0 * width),
+                format!(
+                    "use at least {:.3} m; usual lengths are 2 to 3 m",
+                    4.0 * width
+                ),
             );
         }
         Ok(Self {

@@ -25,7 +25,7 @@ use nalgebra::Vector3;
 use nodes::Nodes;
 use profile::Profile;
 
-/// Cross-section of what runs along the line.
+/// Cross-section along the line: a rail or a road.
 #[derive(Clone, Debug)]
 pub(crate) enum Section {
     /// An I-beam; the line is the middle of its web.
@@ -54,7 +54,7 @@ pub struct Rail {
     joints: Option<Joints>,
     section: Section,
     nodes: Nodes,
-    /// The line without the steps of joints, where it has any.
+    /// Line without the steps of joints, if the rail has steps.
     without_steps: Option<Nodes>,
     length: f64,
 }

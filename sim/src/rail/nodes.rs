@@ -15,7 +15,7 @@ const MAX_NODE_LENGTH_M: f64 = 0.25;
 const MAX_NODE_TURN_RAD: f64 = 0.05;
 /// Largest error of a Taylor shift of third order, m.
 const MAX_SHIFT_ERROR_M: f64 = 1e-12;
-/// Newton's method stops behind a step smaller than this, m.
+/// Step below which Newton's method stops, m.
 const NEWTON_TOLERANCE_M: f64 = 1e-9;
 /// Largest correction of Newton's step in `track`, m: the neglected terms are a thousandth of it.
 const MAX_CORRECTION_M: f64 = 5e-7;
@@ -365,7 +365,7 @@ fn borders(heading: &Angle, grade: &Angle, joints: Option<&Joints>, length: f64)
     all
 }
 
-/// A running sum that keeps what rounding loses (Kahan 1965).
+/// Running sum with compensation for rounding (Kahan 1965).
 struct Sum {
     total: Vector3<f64>,
     lost: Vector3<f64>,

@@ -9,7 +9,7 @@ use crate::error::DataError;
 pub(crate) struct ProfileSpec {
     /// Name, such as `I140E`.
     pub name: String,
-    /// Height over all, m.
+    /// Overall height, m.
     pub height_m: f64,
     /// Width of the flanges, m.
     pub flange_width_m: f64,
@@ -26,7 +26,7 @@ pub(crate) struct ProfileSpec {
 pub struct Profile {
     /// Name.
     pub(crate) name: String,
-    /// Height over all, m.
+    /// Overall height, m.
     pub(crate) height_m: f64,
     /// Width of the flanges, m.
     pub(crate) flange_width_m: f64,

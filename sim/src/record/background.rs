@@ -1,4 +1,4 @@
-//! A sink on a thread of its own, so that the run does not wait while its columns are encoded.
+//! A sink on its own thread, so that the run does not wait for the encoding of its columns.
 
 use super::{Chunk, Layout, Sink};
 use crate::error::Error;
@@ -15,7 +15,7 @@ const QUEUE: usize = 1;
 /// An error of the sink is returned by the call after it, at last by [`Sink::finish`]. Dropped before that, the sink is
 /// dropped too, and this waits until it is.
 pub struct BackgroundSink<S> {
-    /// Until it begins.
+    /// Sink before its begin.
     sink: Option<S>,
     worker: Option<Worker>,
 }

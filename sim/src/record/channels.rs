@@ -66,10 +66,10 @@ columns! {
     /// `truth/…`
     TRUTH: Truth, |t| {
         "chainage" ["m"] "Chainage of the IMU." = t.chainage_m;
-        "speed" ["m/s"] "Rate of the chainage: what wheels on the rail measure." = t.speed_mps;
+        "speed" ["m/s"] "Rate of the chainage, as wheels on the rail measure it." = t.speed_mps;
         "acceleration" ["m/s²"] "Mean change of the speed over the last physics step." = t.accel_mps2;
         "speed_at_imu" ["m/s"] "Speed of the IMU itself along the rail's tangent." = t.speed_at_imu_mps;
-        "grade_at_imu" ["rad"] "Grade of the rail where the IMU is: the slope that errors are taken against."
+        "grade_at_imu" ["rad"] "Grade of the rail at the IMU: the truth for errors of the slope."
             = t.grade_at_imu_rad;
         "pitch_at_imu" ["rad"] "Pitch of the body that carries the IMU." = t.pitch_at_imu_rad;
         "grade_effective" ["rad"] "Slope in the force balance of the whole train: asin(Σ mᵢ sin θᵢ / Σ mᵢ)."
@@ -83,12 +83,12 @@ columns! {
         "traction" ["N"] "Friction of all driven wheels on the train along the rail." = t.traction_n;
         "resistance" ["N"] "Running resistances, rolling of the clamped wheels included." = t.resistance_n;
         "brake" ["N"] "Clamp brakes, along the rail." = t.brake_n;
-        "running_resistance" ["1"] "Resistance over Σ mᵢ g cos θᵢ: the μ of the estimators' models, here an outcome."
+        "running_resistance" ["1"] "Resistance over Σ mᵢ g cos θᵢ: the μ of the estimators' models, here a result."
             = t.running_resistance;
         "sway_longitudinal" ["rad"] "Swing of the load against the vertical, + forward." = t.sway_rad[0];
         "sway_lateral" ["rad"] "Swing of the load against the vertical, + left." = t.sway_rad[1];
         "off_rail" ["m"] "Largest distance of a wheel station from the rail's line." = t.off_rail_m;
-        "clearance" ["m"] "Least distance to obstacles and roadway; none beyond 5 m." = finite(t.clearance_m);
+        "clearance" ["m"] "Least distance to obstacles and roadway; no value beyond 5 m." = finite(t.clearance_m);
         "clamp_pressure" ["MPa"] "Least clamp pressure of all drive units." = least_clamp_pressure(t);
         "largest_slip" ["m/s"] "Slip of the wheel that slips most." = largest_slip(t);
     }
@@ -105,11 +105,11 @@ columns! {
         "air" ["N"] "Air drag." = b.air_n;
         "brake" ["N"] "Clamp brakes." = b.brake_n;
         "grade" ["N"] "Weight along the rail." = b.grade_n;
-        "curve" ["N"] "What a curve does to the momentum along the rail without resistance." = b.curve_n;
+        "curve" ["N"] "Force of a curve on the momentum along the rail without resistance." = b.curve_n;
         "contact" ["N"] "Contact with obstacles and flanges." = b.contact_n;
         "inertia" ["N"] "Effective mass times acceleration: the sum of the others." = b.inertia_n;
-        "effective_mass" ["kg"] "Mass with what turns added." = b.effective_mass_kg;
-        "speed" ["m/s"] "Speed of the whole momentum along the rail." = b.speed_mps;
+        "effective_mass" ["kg"] "Mass including the equivalent mass of rotating parts." = b.effective_mass_kg;
+        "speed" ["m/s"] "Mean speed from the whole momentum along the rail." = b.speed_mps;
     }
 }
 
@@ -127,9 +127,9 @@ columns! {
     /// `truth/road/…`, only of a car.
     TRUTH_ROAD: RoadState, |r| {
         "steering_angle" ["rad"] "Angle of the front wheels, + left." = r.steering_rad;
-        "offset" ["m"] "Way to the left of the lane's middle." = r.offset_m;
+        "offset" ["m"] "Distance to the left of the lane's middle." = r.offset_m;
         "heading" ["rad"] "Heading against the lane, + left." = r.heading_rad;
-        "sideslip" ["rad"] "Angle from the car's axis to its velocity, + left; none below 0.1 m/s." = r.sideslip_rad;
+        "sideslip" ["rad"] "Angle from the car's axis to its velocity, + left; no value below 0.1 m/s." = r.sideslip_rad;
         "yaw_rate" ["rad/s"] "Rate about the road's normal, + left." = r.yaw_rate_radps;
         "lateral_acceleration" ["m/s²"] "Force of the tyres to the left over the mass." = r.lateral_mps2;
         "load_front_left" ["N"] "Load of the wheel." = r.wheel_load_n[0];
@@ -142,8 +142,8 @@ columns! {
 columns! {
     /// `control/…`
     CONTROL: ControlState, |c| {
-        "reference_speed" ["m/s"] "Speed that the drive cycle asks for." = c.reference.speed_mps;
-        "reference_acceleration" ["m/s²"] "Acceleration that the drive cycle asks for." = c.reference.accel_mps2;
+        "reference_speed" ["m/s"] "Reference speed of the drive cycle." = c.reference.speed_mps;
+        "reference_acceleration" ["m/s²"] "Reference acceleration of the drive cycle." = c.reference.accel_mps2;
         "measured_speed" ["m/s"] "Speed of the train by the vote of its wheels." = c.perception.speed_mps;
         "feedforward_grade" ["rad"] "Grade that the feed-forward uses." = c.perception.grade_rad;
         "feedforward_mass" ["kg"] "Mass that the feed-forward uses." = c.perception.total_mass_kg;
@@ -158,13 +158,13 @@ columns! {
     ESTIMATE: Estimate, |e| {
         "total_mass" ["kg"] "Estimated total mass." = e.total_mass_kg.value;
         "total_mass_sd" ["kg"] "Its standard deviation." = e.total_mass_kg.sd;
-        "total_mass_valid" ["1"] "1 where it is marked valid." = flag(e.total_mass_kg.valid);
+        "total_mass_valid" ["1"] "1 where the estimate is marked valid." = flag(e.total_mass_kg.valid);
         "grade" ["rad"] "Estimated grade at the IMU." = e.grade_rad.value;
         "grade_sd" ["rad"] "Its standard deviation." = e.grade_rad.sd;
-        "grade_valid" ["1"] "1 where it is marked valid." = flag(e.grade_rad.valid);
+        "grade_valid" ["1"] "1 where the estimate is marked valid." = flag(e.grade_rad.valid);
         "effective_grade" ["rad"] "Estimated effective grade of the whole train." = e.effective_grade_rad.value;
         "effective_grade_sd" ["rad"] "Its standard deviation." = e.effective_grade_rad.sd;
-        "effective_grade_valid" ["1"] "1 where it is marked valid." = flag(e.effective_grade_rad.valid);
+        "effective_grade_valid" ["1"] "1 where the estimate is marked valid." = flag(e.effective_grade_rad.valid);
         "speed" ["m/s"] "Estimated speed along the rail." = e.speed_mps.value;
         "speed_sd" ["m/s"] "Its standard deviation." = e.speed_mps.sd;
         "innovation" ["m/s"] "Innovation of the slope filter's last measurement." = e.innovation;
@@ -176,12 +176,12 @@ columns! {
 }
 
 columns! {
-    /// `internals/NAME/…` of an estimator outside of the program in real time: counts of the rig, beside internals of
-    /// the estimator.
+    /// `internals/NAME/…` of an estimator outside the program in real time: counts of the rig, beside internals of the
+    /// estimator.
     ANSWERS: AnswerCounts, |a| {
-        "answer_latency_ms" ["ms"] "Longest time to an answer that came in this step; of an estimator outside of the program in real time, as the next four."
+        "answer_latency_ms" ["ms"] "Longest time to an answer in this step; this channel and the next four are of an estimator outside the program in real time."
             = a.latency_ms;
-        "answers_asked" ["1"] "Steps that were sent to it." = a.asked as f64;
+        "answers_asked" ["1"] "Steps that were sent to the estimator." = a.asked as f64;
         "answers_late" ["1"] "Answers that came too late." = a.late as f64;
         "answers_lost" ["1"] "Steps without an answer." = a.lost as f64;
         "rig_late" ["1"] "Steps that monorig itself sent too late." = a.rig_late as f64;
@@ -193,7 +193,7 @@ columns! {
     AID: AidStatus, |a| {
         "innovation" [""] "Measurement minus prediction, in the unit of the source." = a.innovation;
         "innovation_sd" [""] "Its standard deviation by the filter." = libm::sqrt(a.innovation_variance);
-        "test_ratio" ["1"] "Innovation squared over variance, over the gate's threshold: above 1 the gate acts."
+        "test_ratio" ["1"] "Innovation squared over variance and over the gate's threshold: above 1 the gate acts."
             = a.test_ratio;
         "outcome" ["1"] "0 stale, 1 fused, 2 deweighted, 3 to 8 rejected." = f64::from(a.outcome.code());
     }
@@ -213,7 +213,7 @@ pub(super) struct RowSource<'a> {
     pub truth: &'a Truth,
     /// The columns of the instruments: each instrument lists its own.
     pub sensors: &'a [SensorChannel],
-    /// The last value of each of them since the last row; not a number of those without.
+    /// Newest value of each instrument column since the last row; NaN if a column had none.
     pub samples: &'a [f64],
     pub control: ControlState,
     pub estimators: &'a [RunningEstimator],
@@ -320,7 +320,7 @@ pub(super) fn channels(row: &RowSource<'_>) -> Vec<Channel> {
     names.0
 }
 
-/// The values of a row, in the order of the channels, in place of what `values` held.
+/// Replaces `values` by the values of a row, in the order of the channels.
 pub(super) fn values(row: &RowSource<'_>, values: &mut Vec<f64>) {
     struct Values<'a>(&'a mut Vec<f64>);
     impl Visitor for Values<'_> {

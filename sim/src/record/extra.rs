@@ -1,4 +1,4 @@
-//! Channels that something outside of the simulator adds to a recording.
+//! Channels that code outside the simulator adds to a recording.
 
 use super::Channel;
 use crate::closed_loop::Simulation;
@@ -8,8 +8,8 @@ use crate::plant::Truth;
 pub trait ExtraChannels {
     /// The channels. Called once, when the run is about to start.
     fn begin(&mut self, simulation: &Simulation) -> Vec<Channel>;
-    /// A step of the plant later.
+    /// Called after each step of the plant.
     fn step(&mut self, truth: &Truth);
-    /// Append the values of a row, one a channel; not a number where there is none.
+    /// Appends the values of a row, one for each channel; NaN without a value.
     fn values(&self, row: &mut Vec<f64>);
 }

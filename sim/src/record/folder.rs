@@ -49,8 +49,8 @@ impl RunFolder {
         self.move_to_place()
     }
 
-    /// Move the folder of a run that was interrupted into place; beside it, as `<seed>.interrupted`, if there is an
-    /// older run of the same seed, which stays.
+    /// Moves the folder of an interrupted run into place; if an older run of the same seed exists, this run stays and
+    /// the new folder becomes `<seed>.interrupted`.
     pub fn commit_interrupted(mut self) -> Result<PathBuf, Error> {
         if self.place.exists() {
             let mut name = self.place.file_name().unwrap_or_default().to_owned();
@@ -82,8 +82,8 @@ impl Drop for RunFolder {
     }
 }
 
-/// Accepts what can be the name of a file or folder in another folder: one part of a path that leads nowhere else, and
-/// no control character. A name that a file gives is held against this before anything is read or written under it.
+/// Accepts a name that a file or folder in another folder can have: one part of a path that leads nowhere else, and no
+/// control character. A name that a file gives is held against this before anything is read or written under it.
 pub fn is_name(name: &str) -> bool {
     let mut parts = Path::new(name).components();
     let one = matches!((parts.next(), parts.next()), (Some(Component::Normal(part)), None) if part == name);
@@ -112,7 +112,7 @@ fn parent(root: &Path, scenario: &str) -> Result<PathBuf, Error> {
     }
 }
 
-/// Ending of the folder of a run that was interrupted, beside a whole one.
+/// Ending of the folder of an interrupted run beside a complete run.
 const INTERRUPTED: &str = ".interrupted";
 
 /// Files that commands leave in the folder of a run, beside pages.
@@ -125,14 +125,14 @@ const RESULTS: [&str; 6] = [
     "samples.parquet",
 ];
 
-/// Refuses a place with anything in it that is no result of a run: a new run takes the place whole.
+/// Refuses a place that contains anything but results of a run: a new run takes the place whole.
 fn only_results(place: &Path) -> Result<(), Error> {
     for entry in fs::read_dir(place).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let name = name.to_string_lossy();
         if !(RESULTS.contains(&&*name) || name.ends_with(".html")) {
-            let message = "this is in the folder of a run, which a new run takes the place of";
-            let help = "move it elsewhere, or name another folder for results with --out";
+            let message = "this is in the folder of a run, which a new run replaces";
+            let help = "move it to another folder, or name another folder for results with --out";
             return Err(input_error(&entry.path(), "", message, help));
         }
     }
@@ -170,9 +170,9 @@ fn prefix(seed: u64) -> String {
     format!(".{seed}.partial-")
 }
 
-/// Put back an older run whose replacement was killed between two steps, and remove what else killed processes left of
-/// this seed. A process that still runs keeps its folder. Where the system does not list its processes in `/proc`, that
-/// is what has changed within a day.
+/// Restores an older run whose replacement was killed between two steps, and removes other remains of killed processes
+/// for this seed. A process that still runs keeps its folder. Where the system does not list its processes in `/proc`,
+/// that is what has changed within a day.
 fn clear_orphans(parent: &Path, seed: u64) {
     let prefix = prefix(seed);
     let processes = Path::new("/proc");
@@ -199,7 +199,7 @@ fn clear_orphans(parent: &Path, seed: u64) {
     }
 }
 
-/// True if something in a folder was written within the last day.
+/// True if a file in a folder was written within the last day.
 fn recently_changed(folder: &Path) -> bool {
     const ABANDONED_S: u64 = 24 * 3600;
     let inside = fs::read_dir(folder).into_iter().flatten().flatten();

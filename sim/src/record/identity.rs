@@ -15,8 +15,8 @@ use std::sync::OnceLock;
 pub struct Identity {
     /// Version of monorig.
     pub(crate) version: String,
-    /// Git revision of monorig's source, with `-dirty` behind it if a file of the source was changed since; `unknown`
-    /// if it was built from a source without git.
+    /// Git revision of monorig's source, with `-dirty` at its end if a source file was changed later; `unknown` if
+    /// monorig was built without git.
     pub(crate) revision: String,
     /// SHA-256 of the program file: another compiler, another flag or an estimator of one's own makes another program.
     pub(crate) program: String,
@@ -74,13 +74,14 @@ impl fmt::Display for Identity {
     }
 }
 
-/// SHA-256 of the running program's file, or why it cannot be read: then nothing has this identity but the same words.
+/// SHA-256 of the running program's file, or the reason why the file cannot be read: then nothing has this identity but
+/// the same words.
 fn program() -> String {
     // Linux has the file that runs here even if another has been put in its place since
     digest(File::open("/proc/self/exe").or_else(|_| File::open(std::env::current_exe()?)))
 }
 
-/// SHA-256 of a file, or why it cannot be read.
+/// SHA-256 of a file, or the reason why the file cannot be read.
 fn digest(file: std::io::Result<File>) -> String {
     let read = || {
         let mut hash = Sha256::new();
@@ -90,7 +91,7 @@ fn digest(file: std::io::Result<File>) -> String {
     read().unwrap_or_else(|e| format!("unreadable: {e}"))
 }
 
-/// The first digits of a long hash; the rest of words stays.
+/// The first digits of a long hash; other words stay unchanged.
 fn short(text: &str) -> String {
     let is_hash = |word: &str| word.len() >= 40 && word.bytes().all(|b| b.is_ascii_hexdigit());
     let parts: Vec<&str> = text.split('-').collect();

@@ -1,12 +1,12 @@
-//! Copies of the files that a study was made from, kept with its results.
+//! Copies of a study's input files, kept with its results.
 
 use super::whole;
 use crate::config::input_files::InputFiles;
 use crate::error::Error;
 use std::path::Path;
 
-/// Keep a copy of every file in `folder`, which is made if need be. The name of a copy is its SHA-256, so that studies,
-/// and shards of a study, can share the folder.
+/// Keeps a copy of every file in `folder`, which is made if missing. The name of a copy is its SHA-256, so that
+/// studies, and shards of a study, can share the folder.
 pub fn keep(files: &InputFiles, folder: &Path) -> Result<(), Error> {
     std::fs::create_dir_all(folder).map_err(|source| Error::Io {
         path: folder.into(),

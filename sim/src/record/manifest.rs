@@ -19,7 +19,7 @@ const METRICS: &str = "metrics.json";
 /// Format version.
 const VERSION: u32 = 2;
 
-/// The run that metrics are of.
+/// Run to which metrics belong.
 #[derive(Deserialize)]
 struct Of {
     scenario: String,
@@ -36,23 +36,23 @@ pub struct Manifest {
     pub scenario: String,
     /// Seed of the run.
     pub seed: u64,
-    /// Changes against the scenario file, as `path=value`.
+    /// Changes to the scenario file, as `path=value`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub changes: Vec<String>,
     /// The program that made the run.
     pub monorig: Identity,
-    /// SHA-256 of every file the run was made from, by name relative to the scenario's folder, as `sha256sum` prints
-    /// it.
+    /// SHA-256 of every input file of the run, by name relative to the scenario's folder, as `sha256sum` prints it.
     pub inputs: BTreeMap<String, String>,
     /// SHA-256 over program, inputs and resolved scenario: runs with the same seed and the same hash are the same run.
     pub hash: String,
     /// SHA-256 of every other file of the run, by name.
     pub outputs: BTreeMap<String, String>,
-    /// Scenario with all defaults, also with those of the parameters of estimators and controller.
+    /// Scenario with all defaults, including the default parameters of estimators and controller.
     pub resolved: serde_json::Value,
 }
 
-/// SHA-256 over what decides a result: the program, the input files and what `--set` and defaults made of them.
+/// SHA-256 over everything that determines a result: the program, the input files and what `--set` and defaults made of
+/// them.
 pub fn hash(
     monorig: &Identity,
     inputs: &BTreeMap<String, String>,
@@ -99,7 +99,7 @@ impl Manifest {
         }
     }
 
-    /// Take the check sums of all files in the folder of the run, but of the manifest itself.
+    /// Computes the check sums of all files in the folder of the run except the manifest.
     pub fn sum_outputs(&mut self, folder: &Path) -> Result<(), Error> {
         let failed = |source| Error::Io {
             path: folder.into(),
@@ -121,25 +121,25 @@ impl Manifest {
         let Some(wanted) = self.outputs.get(name) else {
             return Err(damaged(
                 &path,
-                "the manifest beside it does not know this file",
+                "the manifest in this folder does not list this file",
             ));
         };
         if !path.is_file() {
             return Err(damaged(
                 &path,
-                "this file is in the manifest, and is missing",
+                "the manifest lists this file, but the file is missing",
             ));
         }
         match sum(&path)? == *wanted {
             true => Ok(()),
             false => Err(damaged(
                 &path,
-                "this file is not as the run left it: its check sum is not that in manifest.json",
+                "this file was changed after the run: its check sum differs from manifest.json",
             )),
         }
     }
 
-    /// The manifest as it stands in the file.
+    /// The manifest as in the file.
     pub fn to_json(&self) -> String {
         // Strings, numbers and JSON values: nothing in here can fail to serialise.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
@@ -149,7 +149,7 @@ impl Manifest {
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text = read_result(path)?;
         let refused = |message: String| {
-            let help = "a manifest.json that this version of monorig wrote; run the scenario again";
+            let help = "use a manifest.json of this version of monorig; run the scenario again";
             input_error(path, "", message, help)
         };
         let found: Self = serde_json::from_str(&text).map_err(|e| refused(e.to_string()))?;
@@ -167,14 +167,15 @@ impl Manifest {
             )));
         }
         if hash(&found.monorig, &found.inputs, &found.resolved) != found.hash {
-            let message = "this manifest was edited: its hash is not that of the program, inputs and scenario in it";
+            let message =
+                "this manifest was edited: its hash does not fit its program, inputs and scenario";
             return Err(refused(message.to_owned()));
         }
         Ok(found)
     }
 
-    /// Reads the manifest in the folder of a run, and holds it against the metrics beside it: these must be as the run
-    /// left them, and of the same scenario and seed.
+    /// Reads the manifest in the folder of a run, and compares it with the metrics in this folder: these must be as the
+    /// run left them, and of the same scenario and seed.
     pub fn of_run(folder: &Path) -> Result<Self, Error> {
         let manifest = Self::read(&folder.join(NAME))?;
         let files = manifest.outputs.keys();
@@ -188,7 +189,7 @@ impl Manifest {
             false => Err(damaged(
                 &folder.join(NAME),
                 &format!(
-                    "this manifest is of {} seed {}, and the metrics beside it are of {} seed {}",
+                    "this manifest is of {} seed {}, but the metrics in this folder are of {} seed {}",
                     manifest.scenario, manifest.seed, of.scenario, of.seed
                 ),
             )),
@@ -216,7 +217,7 @@ fn damaged(path: &Path, message: &str) -> Error {
         column: None,
         key: String::new(),
         message: message.into(),
-        help: "make it again with `monorig run`".into(),
+        help: "make the result again with `monorig run`".into(),
     }
     .into()
 }

@@ -8,7 +8,7 @@
 //! | `extra` | channels that others add, such as the Cramér-Rao bound |
 //! | `background` | a sink on a thread of its own |
 //! | `parquet` `readback` | columns written to a file, and read from one |
-//! | `folder` `manifest` `identity` | the folder of a run; what the run was made from, and by which program |
+//! | `folder` `manifest` `identity` | the folder of a run; program and inputs of the run, and by which program |
 //! | `arithmetic` | whether two machines round alike |
 //! | `inputs` | copies of the files that a study was made from |
 //! | `whole` | files that are there whole or not at all |
@@ -52,16 +52,16 @@ pub struct Layout<'a> {
     pub obstacles: &'a [(nalgebra::Isometry3<f64>, nalgebra::Vector3<f64>)],
     /// Stretches of the rail where an event acts.
     pub zones: &'a [MarkedStretch],
-    /// Parts that a viewer shows in a way of their own.
+    /// Parts that a viewer shows in a special way.
     pub emphasis: Emphasis<'a>,
 }
 
-/// Parts of a run that a viewer shows in a way of their own. Files of columns need none of them.
+/// Parts of a run that a viewer shows in a special way. Files of columns need none of them.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Emphasis<'a> {
     /// The estimator whose values the controller uses.
     pub in_loop: Option<&'a str>,
-    /// Published methods that are there for reference.
+    /// Published methods that are shown for reference.
     pub references: &'a [&'a str],
     /// Two estimators whose errors are compared: the one before a change, and the one after it.
     pub compared: Option<[&'a str; 2]>,
@@ -71,7 +71,7 @@ pub struct Emphasis<'a> {
     pub recorded: bool,
 }
 
-/// Time in which a fault acts.
+/// Time interval of a fault.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MarkedTime {
     /// Begin, s.
@@ -105,7 +105,7 @@ pub struct Channel {
     pub unit: &'static str,
 }
 
-/// Some seconds of a run, column by column.
+/// A chunk of a run, column by column.
 #[derive(Clone, Debug, Default)]
 pub struct Chunk {
     /// Times of the rows, ns since the start.
@@ -124,9 +124,9 @@ pub struct Chunk {
 
 /// Receives columns.
 pub trait Sink {
-    /// Before the first chunk.
+    /// Called before the first chunk.
     fn begin(&mut self, layout: &Layout<'_>) -> Result<(), Error>;
-    /// Some more seconds.
+    /// Receives the next chunk.
     fn chunk(&mut self, chunk: &Chunk) -> Result<(), Error>;
     /// The run is over: close the file so that it can be read.
     fn finish(&mut self) -> Result<(), Error>;

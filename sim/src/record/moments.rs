@@ -3,7 +3,7 @@
 use crate::closed_loop::Simulation;
 use crate::config::scenario::Event;
 
-/// A moment, and what is written when it has come.
+/// A moment, and the text that is recorded at this moment.
 struct Awaited {
     when: When,
     text: String,
@@ -26,13 +26,13 @@ impl When {
     }
 }
 
-/// Moments that have not come yet.
+/// Moments to come.
 #[derive(Default)]
 pub(super) struct Moments(Vec<Awaited>);
 
 impl Moments {
-    /// The named points of the drive cycle, the named stretches of the track as the train comes to them, and the ends
-    /// of faults. What the start is beyond already does not come.
+    /// Collects the named points of the drive cycle, the train's arrivals at the named stretches of the track, and the
+    /// ends of faults. What the start is beyond already does not come.
     pub(super) fn of(simulation: &Simulation) -> Self {
         let file = &simulation.scenario.file;
         let named = file.drive.speed.iter();
@@ -75,7 +75,7 @@ impl Moments {
         Self(all)
     }
 
-    /// Takes the moments that have come.
+    /// Removes and returns the moments that have been reached.
     pub(super) fn come(&mut self, t_s: f64, imu_m: f64) -> impl Iterator<Item = String> {
         let come = self.0.extract_if(.., move |m| m.when.has_come(t_s, imu_m));
         come.map(|m| m.text)

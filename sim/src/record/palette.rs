@@ -2,7 +2,7 @@
 
 use monorig_estimators::registry::{Kind, NAMES, PRINTED_NAMES, kind};
 
-/// Names of others have places behind so many, in one of so many.
+/// Number of places for monorig's names, and number of places after these for other names.
 const OTHERS: (usize, usize) = (6, 18);
 
 /// The place of an estimator: those made for use come first, then the others in the order of the registry. A name that

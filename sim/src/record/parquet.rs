@@ -28,7 +28,7 @@ pub(crate) const EVENTS: &str = "events";
 /// Key under which pandas keeps the attributes of a table, as JSON, in the schema's metadata.
 pub(crate) const PANDAS: &str = "PANDAS_ATTRS";
 
-/// Writes a Parquet file under a temporary name beside its place, and moves it there when it is whole.
+/// Writes a Parquet file under a temporary name, and moves the complete file to its place.
 ///
 /// Dropped before [`Sink::finish`] (an error, an interrupt), it still closes the file and moves it: what was recorded
 /// up to then can be read.
@@ -201,7 +201,7 @@ fn broken_write(path: &Path) -> impl FnOnce(ParquetError) -> Error {
 
 fn not_begun(path: &Path) -> Error {
     io(path)(std::io::Error::other(
-        "recording was not begun, or is finished",
+        "the recording was not started, or is finished",
     ))
 }
 

@@ -48,7 +48,7 @@ impl Columns {
                 line: None,
                 column: None,
                 key: String::new(),
-                message: format!("there is no column `{name}`"),
+                message: format!("the file has no column `{name}`"),
                 help,
             }
             .into()
@@ -66,7 +66,7 @@ impl Columns {
     }
 }
 
-/// Reads every value of a file of channels; a torn file, or a file of another program, is an error.
+/// Reads every value of a file of channels; an incomplete file, or a file of another program, is an error.
 pub fn read(path: &Path) -> Result<Contents, Error> {
     decoded(|| read_all(path)).unwrap_or_else(|e| Err(broken(path, e)))
 }
@@ -99,7 +99,7 @@ fn read_columns(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<(Contents,
         contents.rows += batch.num_rows();
         if contents.rows.saturating_mul(batch.num_columns()) > MAX_VALUES {
             let message = format!(
-                "its columns have more than {MAX_VALUES} values, far more than a run of ours"
+                "its columns have more than {MAX_VALUES} values, far more than a run of monorig"
             );
             return Err(broken(path, message));
         }
@@ -119,10 +119,10 @@ fn read_columns(path: &Path, wanted: impl Fn(&str) -> bool) -> Result<(Contents,
 
 /// Most columns of a run: each takes memory before a value of it is read.
 const MAX_COLUMNS: usize = 4096;
-/// Most values that are read at once: 512 MB of them.
+/// Largest number of values that are read at once: 512 MB of them.
 const MAX_VALUES: usize = 64 << 20;
 
-/// Everything but the values.
+/// Reads everything except the values.
 fn open(path: &Path) -> Result<(Contents, ParquetRecordBatchReaderBuilder<File>), Error> {
     regular(path)?;
     let file = File::open(path).map_err(|source| Error::Io {
@@ -135,7 +135,7 @@ fn open(path: &Path) -> Result<(Contents, ParquetRecordBatchReaderBuilder<File>)
         let count = schema.fields().len();
         return Err(broken(
             path,
-            format!("it has {count} columns, and a run has at most {MAX_COLUMNS}"),
+            format!("the file has {count} columns, but a run has at most {MAX_COLUMNS}"),
         ));
     }
     // what pandas leaves of it when it writes a table that it has read
@@ -147,7 +147,7 @@ fn open(path: &Path) -> Result<(Contents, ParquetRecordBatchReaderBuilder<File>)
         let value = schema.metadata().get(key).map(String::as_str);
         match value.or_else(|| kept[key].as_str()) {
             Some(value) => Ok(value.to_owned()),
-            None => Err(broken(path, format!("it does not name its {key}"))),
+            None => Err(broken(path, format!("the file does not give its {key}"))),
         }
     };
     let pairs = reader.metadata().file_metadata().key_value_metadata();
@@ -157,7 +157,7 @@ fn open(path: &Path) -> Result<(Contents, ParquetRecordBatchReaderBuilder<File>)
         .find(|kv| kv.key == EVENTS)
         .and_then(|kv| kv.value.clone())
         .or_else(|| kept.get(EVENTS).map(Value::to_string))
-        .ok_or_else(|| broken(path, "it does not tell its events"))?;
+        .ok_or_else(|| broken(path, "the file does not list its events"))?;
     let contents = Contents {
         scenario: about("scenario")?,
         seed: about("seed")?,
@@ -175,7 +175,7 @@ fn broken(path: &Path, what: impl ToString) -> Error {
         column: None,
         key: String::new(),
         message: format!("this file of channels cannot be read: {}", what.to_string()),
-        help: "make it again with `monorig run`".into(),
+        help: "make the result again with `monorig run`".into(),
     }
     .into()
 }

@@ -12,11 +12,11 @@ use crate::error::Error;
 use crate::sensors::SensorChannel;
 use std::path::Path;
 
-/// Least simulated time between two chunks unless given, s.
+/// Default of the least simulated time between two chunks, s.
 const CHUNK_S: f64 = 30.0;
-/// A run is handed on in about so many chunks if it is long: every chunk costs room in the files beside its values.
+/// Approximate number of chunks of a long run: every chunk costs room in the files beside its values.
 const CHUNKS: f64 = 60.0;
-/// Most values of a chunk that is not asked for: they are held in memory, 8 bytes each.
+/// Largest number of values of a chunk without a given length: they are held in memory, 8 bytes each.
 const MAX_CHUNK_VALUES: f64 = 4e6;
 /// Rows at the full rate; after as many again at half of it, it is halved again, and so on: two hours at 50 Hz.
 const FULL_RATE_ROWS: usize = 360_000;
@@ -35,7 +35,7 @@ pub struct Recorder<'a> {
     pose_ns: i64,
     next_pose_ns: i64,
     sensors: Vec<SensorChannel>,
-    /// Last value of each since the last row; NaN where none arrived.
+    /// Newest value of each column since the last row; NaN if none arrived.
     latest: Vec<f64>,
     row: Vec<f64>,
     rows: usize,
@@ -45,7 +45,7 @@ pub struct Recorder<'a> {
 }
 
 impl Recorder<'static> {
-    /// A recorder into `channels.parquet` in this folder, which is made if it is not there.
+    /// Makes a recorder into `channels.parquet` in this folder, which is made if missing.
     pub fn parquet(folder: impl AsRef<Path>) -> Result<Self, Error> {
         let folder = folder.as_ref();
         std::fs::create_dir_all(folder).map_err(|source| Error::Io {
@@ -83,13 +83,13 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Hand on what was recorded every `chunk_s` (s) of simulated time.
+    /// Passes on the recorded rows every `chunk_s` (s) of simulated time.
     pub fn every_s(mut self, chunk_s: f64) -> Self {
         self.chunk_ns = period_ns(1.0 / chunk_s);
         self
     }
 
-    /// Records these channels too, behind the channels of the simulator.
+    /// Adds these channels after the channels of the simulator.
     pub fn with(mut self, extra: impl ExtraChannels + 'a) -> Self {
         self.extra = Some(Box::new(extra));
         self
@@ -101,14 +101,14 @@ impl<'a> Recorder<'a> {
         self
     }
 
-    /// Record at the full rate however long the run is.
+    /// Records at the full rate for any length of the run.
     pub fn full_rate(mut self) -> Self {
         self.thin_at = usize::MAX;
         self.thin_poses_at = usize::MAX;
         self
     }
 
-    /// Note something that happened.
+    /// Records an event.
     pub(crate) fn event(&mut self, time_ns: i64, text: String) {
         self.chunk.events.push((time_ns, text));
     }
@@ -216,14 +216,14 @@ fn faults(events: &[Event]) -> Vec<MarkedTime> {
     events.iter().filter_map(fault).collect()
 }
 
-/// Simulated time between two chunks of a run of at most `limit_s` (s) with so many values a row, s.
+/// Simulated time between two chunks, s, of a run of at most `limit_s` (s) with this number of values in a row.
 fn chunk_s(limit_s: f64, record: &Record, values: usize) -> f64 {
     let rate_hz = record.rate_hz.get().max(record.pose_rate_hz.get());
     let room_s = MAX_CHUNK_VALUES / (rate_hz * values.max(1) as f64);
     CHUNK_S.max((limit_s / CHUNKS).min(room_s))
 }
 
-/// Double the period once so many rows are there, and again when there are as many more.
+/// Doubles the period after this number of rows, and again after as many further rows.
 fn thin(rows: usize, at: &mut usize, period_ns: &mut i64) {
     if rows >= *at {
         *period_ns *= 2;

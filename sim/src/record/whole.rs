@@ -1,4 +1,4 @@
-//! Files that are there whole or not at all: written under a temporary name, then moved into place.
+//! Files that are either complete or absent: written under a temporary name, then moved into place.
 
 use crate::config::input_files::{is_input, sha256};
 use crate::error::Error;
@@ -8,7 +8,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// A name for temporary files that no other process has, in another container on the same disk neither: process id,
+/// A name for temporary files that no other process uses, not even in another container on the same disk: process id,
 /// where that id counts ([`processes`]), and random bits.
 pub fn unique() -> &'static str {
     static NAME: OnceLock<String> = OnceLock::new();
@@ -39,7 +39,7 @@ pub fn partial(place: &Path) -> PathBuf {
     place.with_file_name(name)
 }
 
-/// A new file of this name; whatever else stands there (a link, a device) is left alone.
+/// Makes a new file of this name; an existing link or device is not touched.
 pub fn create(path: &Path) -> Result<File, Error> {
     let _ = std::fs::remove_file(path); // a link goes, not what it leads to
     let mut options = OpenOptions::new();
@@ -47,7 +47,7 @@ pub fn create(path: &Path) -> Result<File, Error> {
     file.map_err(|source| at(path, source))
 }
 
-/// Write a whole file. What stands in its place is replaced if it is a file; a link, a device or a folder is refused.
+/// Write a whole file. What stands in its place is replaced if this is a file; a link, a device or a folder is refused.
 pub fn write(place: &Path, bytes: &[u8]) -> Result<(), Error> {
     replaceable(place)?;
     let partial = partial(place);
@@ -61,15 +61,17 @@ pub fn write(place: &Path, bytes: &[u8]) -> Result<(), Error> {
     moved
 }
 
-/// Refuses a place at which something other than a regular file stands, or an input of this program.
+/// Refuses a path with anything but a regular file, or with an input of this program.
 pub fn replaceable(place: &Path) -> Result<(), Error> {
     let what = match std::fs::symlink_metadata(place) {
         Ok(there) if there.is_symlink() => {
-            "this is a link: what it leads to would be written; name the file itself"
+            "this is a link, and its target would be written; name the file itself"
         }
-        Ok(there) if !there.is_file() => "this is not a regular file, and is not written over",
+        Ok(there) if !there.is_file() => {
+            "this is not a regular file, so monorig does not overwrite it"
+        }
         Ok(_) if is_input(place) => {
-            "this is an input of this command, and is not written over; name another file for the result"
+            "this is an input of this command, so monorig does not overwrite it; name another file for the result"
         }
         _ => return Ok(()),
     };

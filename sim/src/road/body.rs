@@ -50,7 +50,7 @@ pub struct CarModel {
     pub drag: f64,
     /// Inertia about the normal of the road, kg·m².
     pub yaw_inertia: f64,
-    /// Who steers.
+    /// Driver.
     pub driver: Driver,
     /// Gravity, m/s².
     pub gravity: f64,
@@ -61,7 +61,7 @@ pub struct CarModel {
 pub struct State {
     /// Chainage of the centre of gravity, m.
     pub s: f64,
-    /// Way to the left of the lane's middle, m.
+    /// Distance to the left of the lane's middle, m.
     pub offset: f64,
     /// Heading against the lane, rad, + left.
     pub heading: f64,
@@ -94,7 +94,7 @@ pub struct Forces {
     pub tyre_n: [f64; 2],
     /// Air drag against the motion, N.
     pub drag_n: f64,
-    /// Adhesion over the dry one, front and rear.
+    /// Adhesion relative to the dry adhesion, front and rear.
     pub grip: [f64; 2],
     /// Torque on both wheels of an axle from its motor, N·m.
     pub drive_nm: [f64; 2],
@@ -105,7 +105,7 @@ pub struct Forces {
 /// Energy since the start, J.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Work {
-    /// Put in by the motors behind the gears.
+    /// Energy from the motors after the gears.
     pub motor_j: f64,
     /// Lost in brakes.
     pub brake_j: f64,
@@ -113,7 +113,7 @@ pub struct Work {
     pub rolling_j: f64,
     /// Lost to the air.
     pub drag_j: f64,
-    /// Lost in the contacts, and what their springs hold.
+    /// Energy lost in the contacts, and energy stored in their springs.
     pub tyre_j: f64,
 }
 

@@ -18,8 +18,8 @@ use std::path::Path;
 
 /// Specific force for which the data sheet gives the lean, m/s².
 const LEAN_GIVEN_AT_MPS2: f64 = 9.81;
-/// Mass range given to estimators as shares of the mass; its middle is not the mass, so that no estimator starts at the
-/// truth.
+/// Mass range for estimators, as shares of the mass; the middle of the range differs from the mass, so that no
+/// estimator starts at the truth.
 const MASS_RANGE: [f64; 2] = [0.6, 1.6];
 /// Largest height of the centre of gravity over half the track width: above it a car tips over before it slides, which
 /// is not modelled.
@@ -82,14 +82,14 @@ impl Car {
         if data.motors.efficiency.get() == 0.0 {
             return wrong(
                 "motors.efficiency",
-                "a gear that passes no power".into(),
+                "this gear transmits no power".into(),
                 "a share above 0, such as 0.97",
             );
         }
         if w.steering_max_deg.get() > 60.0 {
             return wrong(
                 "wheels.steering_max_deg",
-                format!("front wheels do not turn by {}°", w.steering_max_deg.get()),
+                format!("front wheels cannot turn by {}°", w.steering_max_deg.get()),
                 "at most 60",
             );
         }
@@ -278,7 +278,7 @@ impl Car {
         }
     }
 
-    /// Front and rear axle as drive units; what a car has not (clamps) is zero.
+    /// Front and rear axle as drive units; values that a car does not have (clamps) are zero.
     fn drives(&self) -> [Drive; 2] {
         let (d, w) = (&self.data, &self.data.wheels);
         let drive = |m: &MotorFile, x: f64| Drive {

@@ -29,7 +29,7 @@ pub struct CarFile {
     pub(crate) air: AirFile,
     /// Springs and dampers of the body.
     pub suspension: SuspensionFile,
-    /// Who steers.
+    /// Driver.
     pub(crate) driver: DriverFile,
     /// Limits of the road for this car.
     pub(crate) limits: CarLimits,
@@ -39,7 +39,7 @@ pub struct CarFile {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodyFile {
-    /// Mass as it is driven, kg.
+    /// Mass of the car when driven, kg.
     pub mass_kg: Positive,
     /// Inertia about the vertical axis, kg·m².
     pub yaw_inertia_kgm2: Positive,
@@ -99,7 +99,7 @@ pub struct MotorsFile {
     pub rear: MotorFile,
     /// Motor revolutions per wheel revolution.
     pub ratio: Positive,
-    /// Share of power that passes when driving, and when braking.
+    /// Share of power that the gear transmits when driving, and when braking.
     pub efficiency: Fraction,
 }
 
@@ -109,7 +109,7 @@ pub struct MotorsFile {
 pub struct BrakesFile {
     /// Largest force of all four at the road, N.
     pub force_max_n: NonNegative,
-    /// Share of it at the front axle.
+    /// Share of this force at the front axle.
     pub front_share: Fraction,
     /// First-order lag, s.
     pub lag_s: NonNegative,

@@ -37,16 +37,16 @@ pub struct Driver {
 pub struct View {
     /// Speed, m/s.
     pub speed_mps: f64,
-    /// Curvature of the lane where it will be when he has steered, 1/m, + left.
+    /// Curvature of the lane at the place where the steering will take effect, 1/m, + left.
     pub bend_1pm: f64,
-    /// Way to the left of the lane's middle, m.
+    /// Distance to the left of the lane's middle, m.
     pub offset_m: f64,
     /// Heading against the lane, rad, + left.
     pub heading_rad: f64,
 }
 
 impl Driver {
-    /// Angle of the front wheels that the driver steers towards, rad, + left.
+    /// Target angle of the front wheels, rad, + left.
     pub fn wish(&self, v: &View) -> f64 {
         let square = v.speed_mps * v.speed_mps;
         let ahead = v.bend_1pm * (self.wheelbase_m + self.understeer * square);

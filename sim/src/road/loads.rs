@@ -1,4 +1,4 @@
-//! The body leans on its springs, and with it load moves between the wheels.
+//! The body leans on its springs, which moves load between the wheels.
 //!
 //! At rest each axle carries its share of the weight. A specific force f (along or to the left, m/s²) at the centre of
 //! gravity, h above the road, shifts m h f over the wheelbase or the track width. Springs and dampers carry that
@@ -14,7 +14,7 @@
 /// One direction of lean: pitch or roll.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LeanState {
-    /// Specific force taken up by the springs, m/s².
+    /// Specific force carried by the springs, m/s².
     pub q: f64,
     /// Rate of change of this specific force, m/s³.
     pub rate: f64,
@@ -78,8 +78,8 @@ impl ChassisGeometry {
         self.front_m + self.rear_m
     }
 
-    /// Loads of the wheels, N, in the order front left, front right, rear left, rear right; `normal` (N) is what the
-    /// road carries in all. A wheel that lifts carries nothing.
+    /// Loads of the wheels, N, in the order front left, front right, rear left, rear right; `normal` (N) is their sum.
+    /// A wheel that lifts carries nothing.
     pub fn loads(
         &self,
         s: &Suspension,

@@ -69,7 +69,7 @@ impl RoadPlant {
         this
     }
 
-    /// Bring the truth up to date; `dt` (s) since it was the last time, 0 at the start.
+    /// Updates the truth; `dt` (s) is the time since the last update, 0 at the start.
     fn tell(&mut self, dt: f64) {
         let (x, f, s) = (&self.car.state, &self.car.forces, &self.car.surface);
         let (m, t) = (&self.car.model, &mut self.truth);

@@ -11,7 +11,7 @@ use crate::rail::{Cursor, Rail, RailFrame};
 pub struct Surface {
     /// The lane's middle beside the centre of gravity.
     pub middle: RailFrame,
-    /// Sine of the grade that the weight feels, along the lane's middle.
+    /// Sine of the grade that acts on the weight, along the lane's middle.
     pub sine: f64,
     /// Derivative of the grade, 1/m, which presses the car on the road in a sag.
     pub sag_1pm: f64,

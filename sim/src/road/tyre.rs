@@ -15,21 +15,21 @@
 
 use crate::fading::faded;
 
-/// Below this speed the tyre is damped as well, so that a car that stops does not rock on, m/s.
+/// Speed below which the tyre has additional damping, so that a stopping car does not keep rocking, m/s.
 const DAMPED_BELOW_MPS: f64 = 2.5;
 /// Damping over stiffness at standstill, s.
 const DAMPING_S: f64 = 0.06;
 
-/// A tyre; stiffnesses at the load they were measured at.
+/// A tyre, with its stiffnesses at the load of their measurement.
 #[derive(Clone, Copy, Debug)]
 pub struct Tyre {
     /// Longitudinal force per unit of slip, over the load.
     pub slip_stiffness: f64,
     /// Lateral force per radian of slip angle, over the load.
     pub cornering_stiffness: f64,
-    /// Share of these lost when the load doubles.
+    /// Share of the stiffness that is lost when the load doubles.
     pub load_loss: f64,
-    /// The load they hold at, N.
+    /// Load at which the stiffnesses hold, N.
     pub nominal_load_n: f64,
     /// Adhesion coefficient along the wheel on a clean dry road.
     pub adhesion_along: f64,
@@ -61,8 +61,8 @@ impl Tyre {
         ]
     }
 
-    /// Slip after a step of `dt` (s), kept to what the contact can carry at `load_n` (N) and `grip` (adhesion over the
-    /// dry one).
+    /// Slip after a step of `dt` (s), limited to the force that the contact can carry at `load_n` (N) and `grip`
+    /// (adhesion relative to the dry adhesion).
     pub fn relax(&self, slip: [f64; 2], s: &Slide, load_n: f64, grip: f64, dt: f64) -> [f64; 2] {
         let speed = s
             .rim

@@ -33,7 +33,7 @@ pub struct Wheel {
 pub struct Acting {
     /// Torque of the drive shaft, N·m.
     pub drive_nm: f64,
-    /// Torque the brake can hold with, N·m.
+    /// Largest holding torque of the brake, N·m.
     pub brake_nm: f64,
     /// Load, N.
     pub load_n: f64,

@@ -26,10 +26,10 @@ pub struct DelayLine<const N: usize> {
     latency_ns: i64,
     jitter: Option<(ArrivalJitter, Stream)>,
     bunching_ns: i64,
-    /// Share of samples held up, time they are, draws.
+    /// Share of delayed samples, their delay, and their random draws.
     reordering: Option<(f64, i64, Stream)>,
     many: Many,
-    /// Arrival of the last sample sent, but for reordering.
+    /// Arrival of the last sample sent, without reordering.
     last_ns: i64,
     queue: VecDeque<(i64, Reading<N>)>,
 }
@@ -59,7 +59,7 @@ impl<const N: usize> DelayLine<N> {
         }
     }
 
-    /// Sends off a reading that was taken at `taken_ns`.
+    /// Sends a reading that was taken at `taken_ns`.
     pub fn send(&mut self, taken_ns: i64, reading: Reading<N>) {
         if self.queue.len() == self.queue.capacity() {
             self.queue.pop_front(); // nothing is collected: drop the oldest rather than grow

@@ -17,11 +17,11 @@ pub enum Fault {
     Off,
     /// This share of the samples is lost.
     Dropouts(f64),
-    /// The last value again and again.
+    /// The last value repeated.
     Stuck,
     /// A constant bias, unit.
     Bias(f64),
-    /// A bias that grows by so much a second, unit/s.
+    /// A bias that grows at this rate, unit/s.
     Drift(f64),
     /// Values multiplied by a factor.
     Scale(f64),
@@ -31,11 +31,11 @@ pub enum Fault {
     Spikes(f64),
     /// Values rounded to multiples of this step, unit.
     Quantised(f64),
-    /// Nothing within this band around zero, and values nearer to zero by it beyond, unit.
+    /// Zero within this band around zero, and values beyond it reduced by the band, unit.
     DeadBand(f64),
     /// Values that follow with play: only what moves by more than this is seen, unit.
     Hysteresis(f64),
-    /// Values taken for another unit than they are in.
+    /// Values read in another unit than their own.
     WrongUnit(WrongUnit),
     /// Values of the wrong sign.
     WrongSign,
@@ -55,7 +55,7 @@ pub enum WrongUnit {
 }
 
 impl WrongUnit {
-    /// SI units that can be mistaken so.
+    /// SI unit of the values that can be misread.
     pub fn si_units(self) -> &'static [&'static str] {
         match self {
             Self::KmPerH => &["m/s"],
@@ -74,7 +74,7 @@ impl WrongUnit {
     }
 }
 
-/// A fault of a sensor and when it holds.
+/// A fault of a sensor and its time interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaultWindow {
     /// From, s.
@@ -83,7 +83,7 @@ pub struct FaultWindow {
     pub to_s: f64,
     /// The fault.
     pub fault: Fault,
-    /// Index of the axis that has it; none = all.
+    /// Index of the faulty axis; none = all.
     pub axis: Option<usize>,
 }
 
@@ -92,7 +92,7 @@ pub struct FaultWindow {
 pub struct Faults<const N: usize> {
     windows: Vec<FaultWindow>,
     stream: Stream,
-    /// The last value handed over while not stuck.
+    /// Last value delivered before the sensor stuck.
     last: Option<[f64; N]>,
 }
 
@@ -111,7 +111,7 @@ impl<const N: usize> Faults<N> {
         self.windows.push(window);
     }
 
-    /// Puts the faults of the sensed value at stamp `t_s` on it, in the order of the events.
+    /// Applies the faults of the sensed value at stamp `t_s`, in the order of the events.
     pub fn disturb(&mut self, t_s: f64, value: &mut [f64; N]) {
         let stream = &mut self.stream;
         for w in self.windows.iter().filter(|w| w.holds(t_s)) {
@@ -175,7 +175,7 @@ impl<const N: usize> Faults<N> {
     }
 }
 
-/// Adds the height to all of these components, each with a sign of its own, with [`SPIKE_PROBABILITY`].
+/// Adds the height to all of these components, each with its own sign, with [`SPIKE_PROBABILITY`].
 fn spike<'a>(stream: &mut Stream, height: f64, value: impl Iterator<Item = &'a mut f64>) {
     if stream.uniform() < SPIKE_PROBABILITY {
         for x in value {

@@ -11,7 +11,7 @@ use crate::checked::NonNegative;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
-/// Hits that can last at the same time; an older one ends when there are more.
+/// Largest number of simultaneous hits; with more hits the oldest ends.
 const MAX_AT_ONCE: usize = 16;
 
 /// Hits of an instrument of `N` axes.
@@ -24,7 +24,7 @@ pub struct Hits<const N: usize> {
     bumps: Option<Bumps>,
     sizes: Stream,
     last_m: Option<f64>,
-    /// Begin, ns, and size on each axis of those that last.
+    /// Begin, ns, and size on each axis of the active hits.
     active: VecDeque<(i64, [f64; N])>,
 }
 

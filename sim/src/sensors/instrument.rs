@@ -16,7 +16,8 @@ pub trait Instrument {
     fn group(&self) -> Option<&str> {
         None
     }
-    /// Number of readings that an event can name one by one, as `name[0]`, `name[1]`, …; 0 if it is one whole.
+    /// Number of readings that an event can name one by one, as `name[0]`, `name[1]`, …; 0 if the instrument has a
+    /// single reading.
     fn units(&self) -> usize {
         0
     }
@@ -27,15 +28,15 @@ pub trait Instrument {
     fn mount(&self) -> Option<usize> {
         None
     }
-    /// Takes the samples that are due in `step`, at whose end the truth is `truth`; puts what has arrived by then into
-    /// `z`.
+    /// Takes the samples that are due in `step`, at whose end the truth is `truth`; puts the samples that have arrived
+    /// by then into `z`.
     fn measure(
         &mut self,
         step: StepInterval,
         truth: &Truth,
         z: &mut Measurements,
     ) -> Result<(), Error>;
-    /// Puts the ideal values behind the samples last delivered into `z`, with the same stamps.
+    /// Puts the ideal values of the last delivered samples into `z`, with the same stamps.
     fn ideal(&self, _z: &mut Measurements) {}
     /// Adds a fault to reading number `unit`, or to all of them.
     fn add_fault(&mut self, unit: Option<usize>, fault: FaultWindow);
@@ -43,7 +44,7 @@ pub trait Instrument {
     fn channels(&self) -> Vec<SensorChannel>;
 }
 
-/// Takes one reading out of the measurements; `None` without a new sample.
+/// Reads one value from the measurements; `None` without a new sample.
 pub type ReadingOf = Box<dyn Fn(&Measurements) -> Option<f64>>;
 
 /// Builds an instrument from its specification.
@@ -56,7 +57,7 @@ pub struct SensorChannel {
     pub path: String,
     /// Unit such as `m/s`.
     pub unit: &'static str,
-    /// Takes its value out of the measurements; `None` without a new sample.
+    /// Reads its value from the measurements; `None` without a new sample.
     pub value: ReadingOf,
 }
 
@@ -100,7 +101,7 @@ impl SensorChannel {
 pub struct InstrumentKind {
     /// Name in data sheets, events and errors.
     pub name: &'static str,
-    /// Reason against fitting it to a car (`true`) or to a train (`false`); `None` if it can be fitted.
+    /// Reason why the instrument cannot be fitted to a car (`true`) or to a train (`false`); `None` if it can.
     pub unsuited: fn(car: bool) -> Option<&'static str>,
     /// Builds one from its specification.
     pub build: BuildInstrument,

@@ -21,7 +21,7 @@ pub struct Lean {
 }
 
 impl Lean {
-    /// Upright at first.
+    /// Makes an upright lean.
     pub fn new(spec: &LeanSpec) -> Self {
         Self {
             rad_per_mps2: spec.pitch_deg_per_g.get().to_radians() / STANDARD_GRAVITY_MPS2,

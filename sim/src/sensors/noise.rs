@@ -1,4 +1,4 @@
-//! Random processes that errors are made of, sampled at a fixed period T.
+//! Random processes of the error models, sampled at a fixed period T.
 //!
 //! | process | recursion | Allan deviation σ(τ) |
 //! |---|---|---|
@@ -45,8 +45,7 @@ impl White {
     }
 }
 
-/// Standard deviation of white noise per sample, from the figures a data sheet may print, at `rate_hz` samples a
-/// second.
+/// Standard deviation of white noise per sample, from the figures of a data sheet, at `rate_hz` samples a second.
 ///
 /// Two conventions live side by side and differ by √2, so each has its own argument:
 /// - `density`, unit/√Hz, *one-sided*: the sampled noise fills the band from 0 to the Nyquist frequency f/2,
@@ -60,7 +59,7 @@ pub fn white_sd(sd: f64, density: f64, random_walk_of_integral: f64, rate_hz: f6
     (sd * sd + from_density + from_integral).sqrt()
 }
 
-/// A bias that wanders off without limit.
+/// A bias that wanders without limit.
 #[derive(Clone, Debug)]
 pub struct RandomWalk {
     step_sd: f64,
@@ -78,7 +77,7 @@ impl RandomWalk {
         }
     }
 
-    /// One period later.
+    /// Advances by one period.
     pub fn draw(&mut self) -> f64 {
         self.value += self.step_sd * self.stream.normal();
         self.value
@@ -108,7 +107,7 @@ impl GaussMarkov {
         }
     }
 
-    /// One period later.
+    /// Advances by one period.
     pub fn draw(&mut self) -> f64 {
         self.value = self.phi * self.value + self.step_sd * self.stream.normal();
         self.value

@@ -16,7 +16,7 @@ pub fn to_ns(t_s: f64) -> i64 {
 pub struct Schedule {
     rate_hz: f64,
     jitter_ns: f64,
-    /// Jitter is cut off here so that samples keep their order.
+    /// Largest jitter, which keeps the samples in order.
     jitter_limit_ns: f64,
     dropout: f64,
     jitter: Stream,
@@ -28,9 +28,9 @@ pub struct Schedule {
 /// One instant of the schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SamplingInstant {
-    /// The instant stamped on the sample, ns.
+    /// Stamp of the sample, ns.
     pub stamp_ns: i64,
-    /// The instant the value is taken, ns.
+    /// Instant at which the value is taken, ns.
     pub taken_ns: i64,
     /// True if the sample is lost on its way.
     pub lost: bool,
@@ -77,7 +77,7 @@ impl Schedule {
         self.next.taken_ns
     }
 
-    /// The next instant; the one after it is planned.
+    /// Returns the next instant, and plans the following instant.
     pub fn take(&mut self) -> SamplingInstant {
         let now = self.next;
         self.k += 1;

@@ -41,7 +41,7 @@ pub struct Shake<const N: usize> {
 }
 
 impl<const N: usize> Shake<N> {
-    /// The shaking that the errors ask for, if any. `joints_m` are the chainages of the rail's joints, ascending.
+    /// Makes the shaking that the errors specify, if any. `joints_m` are the chainages of the rail's joints, ascending.
     pub fn new(
         errors: &Errors,
         mode: SamplingMode,
@@ -65,7 +65,7 @@ impl<const N: usize> Shake<N> {
         })
     }
 
-    /// Goes on to the end of `step`, where the ride is `ride`.
+    /// Advances to the end of `step`, where the ride is `ride`.
     pub fn advance(&mut self, step: StepInterval, ride: Ride) {
         let mut now = [0.0; N];
         if let Some(vibration) = &mut self.vibration {
@@ -86,7 +86,7 @@ impl<const N: usize> Shake<N> {
         self.sampler.take(t_ns)
     }
 
-    /// The step ends.
+    /// Ends the step.
     pub fn finish(&mut self) {
         self.sampler.finish();
     }

@@ -25,7 +25,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Signal path of an instrument of `N` axes, from the ideal signal to samples.
 #[derive(Clone, Debug)]
 pub struct SignalPath<const N: usize> {
-    /// Such as `gyro` or `wheel_speed[3]`.
+    /// Name, such as `gyro` or `wheel_speed[3]`.
     name: String,
     schedule: Schedule,
     clock: Clock,
@@ -115,7 +115,7 @@ impl<const N: usize> SignalPath<N> {
                 return Err(Error::Broken {
                     t_s: instant.stamp_ns as f64 * 1e-9,
                     what: format!(
-                        "the {} was to measure {ideal:?}, which is not finite",
+                        "the {} got the value {ideal:?}, which is not finite",
                         self.name
                     ),
                 });
@@ -155,13 +155,13 @@ impl<const N: usize> SignalPath<N> {
         self.delivered.map(|r| sample(r.stamp_ns, r.measured))
     }
 
-    /// The ideal value behind the sample last delivered; `None` when the last call delivered none.
+    /// Ideal value of the last delivered sample; `None` if the last call delivered no sample.
     pub fn ideal(&self) -> Option<Sample<[f64; 3]>> {
         self.delivered.map(|r| sample(r.stamp_ns, r.ideal))
     }
 }
 
-/// A sample of `N` values, with zeros behind them.
+/// A sample of `N` values, filled up with zeros.
 fn sample<const N: usize>(stamp_ns: i64, values: [f64; N]) -> Sample<[f64; 3]> {
     Sample {
         t: Time::from_ns(stamp_ns),

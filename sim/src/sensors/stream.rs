@@ -7,7 +7,7 @@
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
 
-/// A source of random numbers of its own.
+/// An independent source of random numbers.
 #[derive(Clone, Debug)]
 pub struct Stream {
     generator: Pcg64Mcg,
@@ -15,7 +15,7 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// The stream of this name in the run of this seed.
+    /// Stream with this name in the run with this seed.
     pub fn new(seed: u64, name: &str) -> Self {
         let mut state = seed ^ fnv1a(name.as_bytes());
         // Two rounds of whitening of seed and name together, then 128 bits of state.

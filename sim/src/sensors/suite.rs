@@ -21,7 +21,7 @@ fn check_fault(instrument: &dyn Instrument, fault: &FaultWindow) -> Result<(), D
     let no_axes = |key, what| {
         Err(DataError::new(
             key,
-            format!("the {name} has no three axes{what}"),
+            format!("the {name} does not have three axes{what}"),
             "accelerometer, gyro, or imu for both",
         ))
     };
@@ -33,7 +33,7 @@ fn check_fault(instrument: &dyn Instrument, fault: &FaultWindow) -> Result<(), D
                 Some(channel) => Err(DataError::new(
                     "fault",
                     format!(
-                        "the {name} measures in {}, which is not mistaken so",
+                        "the {name} measures in {}, which cannot be misread in this way",
                         channel.unit
                     ),
                     format!("a sensor that measures in {}", si.join(" or ")),
@@ -68,7 +68,7 @@ impl Suite {
                     train.name,
                     train.drives.len()
                 ),
-                format!("measurements have room for {MAX_DRIVES}"),
+                format!("measurements can hold at most {MAX_DRIVES}"),
             ));
         }
         let mut instruments = Vec::new();
@@ -85,20 +85,20 @@ impl Suite {
         })
     }
 
-    /// Fits one more instrument, which may be of another crate. It is read after those there are.
+    /// Adds an instrument, which may come from another crate. It is read after those there are.
     pub fn fit(&mut self, instrument: Box<dyn Instrument>) -> Result<(), DataError> {
         let name = instrument.name();
         let wrong = |message: String, help: String| Err(DataError::new(name, message, help));
         if self.names().iter().any(|n| n == name) {
             return wrong(
-                format!("there is a sensor `{name}` already"),
+                format!("the sensor `{name}` exists already"),
                 "another name".into(),
             );
         }
         match instrument.mount() {
             Some(mount) if mount >= self.mounts => wrong(
                 format!(
-                    "the train has no mount number {mount}, but {} of them",
+                    "the train has no mount number {mount}: it has {} mounts",
                     self.mounts
                 ),
                 "an index into `Train::mounts`".into(),
@@ -227,7 +227,7 @@ impl Suite {
         };
         if truth.mounts.len() != self.mounts || truth.drives.len() != self.drives {
             return Err(broken(format!(
-                "the sensors are on a train with {} links and {} drive units, the truth has {} and {}",
+                "the sensors belong to a train with {} links and {} drive units, but the truth has {} and {}",
                 self.mounts,
                 self.drives,
                 truth.mounts.len(),
@@ -241,7 +241,7 @@ impl Suite {
         let from_ns = self.last_ns.replace(to_ns).unwrap_or(to_ns);
         if to_ns < from_ns {
             return Err(broken(format!(
-                "the sensors had already seen t = {} s",
+                "the sensors have already sampled t = {} s",
                 from_ns as f64 * 1e-9
             )));
         }

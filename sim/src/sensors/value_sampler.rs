@@ -7,9 +7,9 @@ use super::step_interval::StepInterval;
 /// Sampling mode of an instrument: what one value stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SamplingMode {
-    /// The signal at the instant.
+    /// Value of the signal at the instant.
     Instant,
-    /// The mean of the signal since the instant before.
+    /// Mean of the signal since the last instant.
     Integrating,
 }
 
@@ -21,7 +21,7 @@ pub struct ValueSampler<const N: usize> {
     span: StepInterval,
     start: [f64; N],
     end: [f64; N],
-    /// Up to here the span is integrated, ns.
+    /// Time up to which the span is integrated, ns.
     here_ns: i64,
     /// Integral of the signal since `since_ns`, unit·ns; `None` before the first instant.
     since_ns: Option<i64>,
@@ -46,7 +46,7 @@ impl<const N: usize> ValueSampler<N> {
         }
     }
 
-    /// True if a span without an instant leaves no trace: nothing is filtered, nothing integrated.
+    /// True if a span without an instant has no effect: nothing is filtered, nothing integrated.
     pub fn has_no_memory(&self) -> bool {
         self.mode == SamplingMode::Instant && self.low_pass.is_none()
     }
@@ -78,7 +78,7 @@ impl<const N: usize> ValueSampler<N> {
         }
     }
 
-    /// The span ends.
+    /// Ends the span.
     pub fn finish(&mut self) {
         if self.mode == SamplingMode::Integrating {
             self.integrate(self.span.to_ns);

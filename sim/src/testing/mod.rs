@@ -58,7 +58,7 @@ pub fn track(yaml: &str) -> Arc<Rail> {
     Arc::new(try_track(yaml).expect("rail"))
 }
 
-/// The same, which may be wrong; errors name `test.yaml`.
+/// The same for a track that may have mistakes; errors name `test.yaml`.
 pub fn try_track(yaml: &str) -> Result<Rail, crate::error::Error> {
     let file = track_file(&format!("profile: none\n{yaml}"));
     Rail::build(&file, profile(), Path::new("test.yaml"))
@@ -146,7 +146,7 @@ pub fn imu(train: &Train) -> usize {
         .expect("imu mount")
 }
 
-/// A start with the front at a chainage (m) and a speed (m/s), with the IMU as the one mount.
+/// A start with the front at a chainage (m) and a speed (m/s), with the IMU as the only mount.
 pub fn options(train: &Train, front_m: f64, speed_mps: f64) -> PlantOptions {
     let imu = imu(train);
     PlantOptions {
@@ -185,7 +185,7 @@ pub fn run(w: &mut World, c: &Command, seconds: f64, dt: f64) {
     }
 }
 
-/// A PI speed controller of the tests' own: torque for each motor.
+/// A PI speed controller only for tests: torque for each motor.
 pub struct Cruise {
     /// Speed to hold, m/s.
     pub speed: f64,

@@ -57,7 +57,7 @@ impl MassProperties {
         }
     }
 
-    /// Reason for which no solid body can have these properties; none if one can.
+    /// Reason why no solid body can have these properties; `None` if a body can.
     ///
     /// A body's second moments Σ = ∫ r rᵀ dm = ½ tr(J) 1 − J are never negative; in principal axes that is the
     /// triangle inequality J₁ + J₂ ≥ J₃.
@@ -77,7 +77,7 @@ impl MassProperties {
         let second_moments = Matrix3::identity() * (0.5 * size) - j;
         if (second_moments + slack).cholesky().is_none() {
             return Some(
-                "inertia violates the triangle inequality: one principal moment is larger than the sum of the other two"
+                "the inertia violates the triangle inequality: one principal moment is larger than the sum of the other two"
                     .into(),
             );
         }

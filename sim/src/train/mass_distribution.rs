@@ -25,7 +25,8 @@ impl Train {
         )
     }
 
-    /// Masses of all bodies, each suspended one's shared among the bodies that carry it, down to the rail.
+    /// Masses of all bodies, with the mass of each suspended body distributed over the bodies that carry it, down to
+    /// the rail.
     fn resting(&self, mass: impl Fn(usize) -> f64) -> Vec<f64> {
         let n = self.bodies.len();
         let mut mass: Vec<f64> = (0..n).map(mass).collect();
@@ -58,8 +59,8 @@ impl Train {
     }
 }
 
-/// The even spread with the mean and the variance of some masses: mean ± √3 standard deviations; a point at 0 without
-/// masses.
+/// Uniform distribution with the mean and the variance of some masses: mean ± √3 standard deviations; a point at 0
+/// without masses.
 fn even_spread(masses: &[(f64, f64)]) -> MassSpan {
     let whole: f64 = masses.iter().map(|(_, m)| m).sum();
     if whole <= 0.0 {

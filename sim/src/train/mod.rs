@@ -187,7 +187,7 @@ impl Train {
         Ok(self)
     }
 
-    /// Index of a mount by its full name `unit/link`; a bare `link` means the first that has it.
+    /// Index of a mount by its full name `unit/link`; `link` alone means the first unit with this link.
     pub(crate) fn mount(&self, name: &str) -> Option<usize> {
         let full = self.mounts.iter().position(|m| m.name == name);
         full.or_else(|| {

@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, Vector3};
 const MAX_STIFFNESS_NUMBER: f64 = 3.0;
 const ITERATIONS: usize = 300;
 
-/// A body at one end of a spring, and what a unit of its velocity (linear, angular) adds to the spring's rate.
+/// A body at one end of a spring, and the effect of its unit velocity (linear, angular) on the spring's rate.
 type End = (usize, Vector3<f64>, Vector3<f64>);
 
 /// A spring-damper between two bodies, or a body and the rail.
@@ -45,7 +45,7 @@ impl Train {
         ))
     }
 
-    /// The longest step [`Train::check_step`] lets pass, s.
+    /// Longest step that [`Train::check_step`] accepts, s.
     pub(crate) fn longest_step_s(&self) -> f64 {
         let (mut short, mut long) = (0.0, 1.0);
         for _ in 0..40 {

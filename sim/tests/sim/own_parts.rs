@@ -408,7 +408,7 @@ fn what_cannot_be_built_in_code_says_why() {
         ),
         (
             no_sensors().drive_cycle(DriveCycle::by_time(&[(0.0, 0.0)]).unwrap()),
-            "nothing ends this run",
+            "this run has no end",
         ),
     ] {
         let told = refusal(builder.build(1));

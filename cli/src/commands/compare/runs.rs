@@ -14,22 +14,22 @@ use monorig_lab::verdicts::signals::{DifferentSignal, SignalComparison, SignalTo
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Signals shown of those that differ; the others are counted.
+/// Largest number of differing signals that are shown; the others are counted.
 const SHOWN: usize = 8;
 
 /// Tolerances and results of a comparison of two runs.
 #[derive(Clone, Debug, clap::Args)]
 pub struct TwoRuns {
-    /// Two runs: difference that counts as none, in the unit of the signal
+    /// Two runs: largest difference that is allowed, in the unit of the signal
     #[arg(long, hide_short_help = true, value_name = "X", value_parser = tolerance, default_value = "0")]
     pub atol: f64,
-    /// Two runs: the same as a share of the value in the first
+    /// Two runs: the same as a share of the value in the first run
     #[arg(long, hide_short_help = true, value_name = "X", value_parser = tolerance, default_value = "0")]
     pub rtol: f64,
-    /// Two runs: a sample may lie so much earlier or later in the second, s
+    /// Two runs: a sample may come this much earlier or later in the second run, s
     #[arg(long, hide_short_help = true, value_name = "S", value_parser = tolerance, default_value = "0")]
     pub within_s: f64,
-    /// Two runs: only signals with one of these texts in their names
+    /// Two runs: compare only signals with one of these texts in their names
     #[arg(
         long,
         hide_short_help = true,
@@ -51,7 +51,7 @@ fn tolerance(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "write a number, zero or above".to_owned())
 }
 
-/// Compares the runs in two folders; it fails where a sample lies beyond the tolerance.
+/// Compares the runs in two folders; the comparison fails if a sample lies beyond the tolerance.
 pub(super) fn compare(
     two: &TwoRuns,
     [a, b]: [&Path; 2],
@@ -128,7 +128,7 @@ fn cells(signal: &DifferentSignal) -> [String; 5] {
     [first, a, b, largest, signal.beyond.to_string()]
 }
 
-/// A line for the name of each signal and one for its numbers: so it fits a terminal however long names are.
+/// A line for the name of each signal and a line for its numbers, so that long names fit a terminal.
 fn for_terminal(of: &[DifferentSignal]) -> String {
     let titles: Vec<&str> = std::iter::once("differ").chain(TITLES).collect();
     let groups = of
@@ -137,7 +137,7 @@ fn for_terminal(of: &[DifferentSignal]) -> String {
     grouped(&titles, &groups.collect::<Vec<_>>())
 }
 
-/// The same as Markdown.
+/// The table of the signals as Markdown.
 fn for_markdown(of: &[DifferentSignal]) -> String {
     let mut table = table(["signal", "differs"].into_iter().chain(TITLES));
     for signal in of {

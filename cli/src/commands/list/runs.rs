@@ -1,4 +1,4 @@
-//! `monorig list runs`: what is in the folder for results.
+//! `monorig list runs`: the runs in the folder for results.
 
 use crate::command::CommandOutcome;
 use crate::files::folders::entries;
@@ -23,7 +23,7 @@ struct Found {
 pub fn list(out: &Path, filter: &str) -> Result<CommandOutcome, CliError> {
     if out.exists() && !out.is_dir() {
         let message = format!("{} is a file", out.display());
-        let help = "name the folder that `monorig run --out` was given";
+        let help = "name the folder of `monorig run --out`";
         return Err(CliError::refused(message, help));
     }
     let mut found = Vec::new();
@@ -70,7 +70,7 @@ fn text(found: &[Found]) -> String {
     text
 }
 
-/// Reads the row of a run; one that cannot be read gets a row with the word for it.
+/// Reads the row of a run; the row of an unreadable run says so.
 fn read(name: &str, folder: &Path) -> Found {
     let seed = folder.file_name().unwrap_or_default().to_string_lossy();
     let manifest = Manifest::of_run(folder);
@@ -96,14 +96,14 @@ fn read(name: &str, folder: &Path) -> Found {
     }
 }
 
-/// The seed that a folder is called by; one that was interrupted comes behind the whole ones.
+/// Seed in the name of a run's folder; an interrupted run comes after the complete runs.
 fn number(folder: &Path) -> (u64, String) {
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
     let digits = name.split('.').next().and_then(|d| d.parse().ok());
     (digits.unwrap_or(u64::MAX), name.into_owned())
 }
 
-/// The folders in a folder, by name, but for hidden ones. A folder that is not there has none.
+/// Folders in a folder, sorted by name, without hidden folders. A missing folder gives an empty list.
 fn folders(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
     if !folder.exists() {
         return Ok(Vec::new());

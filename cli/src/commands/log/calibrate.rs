@@ -1,4 +1,4 @@
-//! `monorig log calibrate`: parameters of vehicle and instruments from a log, and into its map.
+//! `monorig log calibrate`: find parameters of vehicle and instruments from a log, and write them into its map.
 
 use crate::arguments::{Foreign, assignment};
 use crate::command::CommandOutcome;
@@ -24,10 +24,10 @@ Examples:
       bias and mount of the IMU, without traction or mass
   monorig log calibrate --map drive.map.yaml --known mass,slope --json found.json
   monorig log calibrate --map drive.map.yaml --known mass,slope --split 60
-      found of the first 60 s, and what the estimators of the map make of the
-      rest without and with it
+      values of the first 60 s, and the errors of the map's estimators on the
+      rest, without and with these values
   monorig log calibrate --map drive.map.yaml --known mass,slope --split 60 --apply
-      the same, and the map with what was found
+      the same, and write the values into the map
 
 Finds lean and bias of the accelerometer, pitch and roll of its box, bias of the
 gyro, and noise, each with its standard deviation; with mass and traction torque
@@ -36,26 +36,26 @@ or `reference.distance` in the map the radius of the wheels; where the vehicle
 stands for 12 s random walk and bias instability of the IMU. Mass and slope are
 those under `reference` in the map.";
 
-/// Find parameters of vehicle and instruments from a log whose slope is known, or mass and slope.
+/// Find parameters of vehicle and instruments from a log with known slope, or with known mass and slope.
 #[derive(Debug, clap::Args)]
 #[command(after_help = CALIBRATE_EXAMPLES)]
 pub struct CalibrateArgs {
-    /// The log: one file, or the folder in which the files of the map are; without it where the map says
+    /// The log: one file, or the folder with the files of the map; without LOG the paths in the map
     pub log: Option<PathBuf>,
     /// Map file: the quantities in the columns of the log
     #[arg(long, value_name = "MAP")]
     pub map: PathBuf,
-    /// Quantities that are known of the drive
+    /// Quantities of the drive that are known
     #[arg(long, value_name = "WHAT,…", value_delimiter = ',', required = true)]
     pub known: Vec<Known>,
-    /// Put what was found into the map file: gains, running resistance, drag, lean, biases and mount, each with its
-    /// standard deviation as a comment; its other comments stay
+    /// Write the values found into the map file: gains, running resistance, drag, lean, biases and mount, each with its
+    /// standard deviation as a comment; other comments stay
     #[arg(long)]
     pub apply: bool,
-    /// Find on the first so many seconds, and judge the estimators of the map on the rest
+    /// Find the values in the first S seconds, and judge the estimators of the map on the rest
     #[arg(long, value_name = "S", value_parser = seconds)]
     pub split: Option<f64>,
-    /// Also write what was found as JSON
+    /// Also write the values found as JSON
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
     /// Change a value of the map; may be given several times
@@ -102,7 +102,8 @@ pub fn run(task: &CalibrateArgs, registry: &Registry) -> Result<CommandOutcome, 
         (Known::Slope, "slope", map.has_slope()),
     ] {
         if task.known.contains(&what) != is_there {
-            let why = "what a drive tells is told against its slope, and a torque against its mass";
+            let why =
+                "a calibration needs the slope of the drive, and torque gains need the mass too";
             let help = format!(
                 "`--known slope` or `--known mass,slope`, and `reference.{key}` in the map"
             );
@@ -133,25 +134,25 @@ pub fn run(task: &CalibrateArgs, registry: &Registry) -> Result<CommandOutcome, 
     }
     match task.split {
         None => note(
-            "found of the whole drive: an error on the same drive is in-sample; `--split S` judges on the rest",
+            "values of the whole drive: an error on the same drive is in-sample; `--split S` judges on the rest",
         ),
-        Some(s) => note(&format!("found of the first {s} s, judged on the rest")),
+        Some(s) => note(&format!("values of the first {s} s, judged on the rest")),
     }
     if task.apply {
         write(&map, &applied, &source(&map, task.split))?;
         let keys: Vec<&str> = applied.iter().map(|a| a.key.as_str()).collect();
         let at = task.map.display();
-        note(&format!("{at} has now: {}", keys.join(", ")));
+        note(&format!("{at} now has: {}", keys.join(", ")));
     } else {
         note(&format!(
-            "`--apply` writes into the map: {}",
+            "`--apply` would write into the map: {}",
             settings(&applied)
         ));
     }
     Ok(CommandOutcome::Held)
 }
 
-/// The drive that values were found of, for the comments in a map.
+/// Description of the drive on which the values were found, for the comments in a map.
 fn source(map: &Map, split: Option<f64>) -> String {
     match split {
         None => format!("{} (in-sample)", map.log_names()),
@@ -164,7 +165,7 @@ fn settings(applied: &[Applied]) -> String {
     each.collect::<Vec<_>>().join(" ")
 }
 
-/// Metrics that show what a calibration is worth, with their factor.
+/// Metrics that show the benefit of a calibration, with their factor.
 const SHOWN: [(&str, f64); 6] = [
     ("slope_rmse_deg", 1.0),
     ("slope_bias_deg", 1.0),
@@ -173,7 +174,7 @@ const SHOWN: [(&str, f64); 6] = [
     ("mass_error_rel_end", 100.0),
     ("mass_availability", 100.0),
 ];
-/// Metrics of the estimators of a map over the part of the log that it plays.
+/// Metrics of the estimators of a map over the part of the log that the map plays.
 fn judged(map: &Map, registry: &Registry) -> Result<Vec<(String, Vec<f64>)>, CliError> {
     let mut simulation = simulation(map, &ReplayOptions::default(), registry)?;
     let mut observer = SummaryObserver::default();
@@ -217,7 +218,8 @@ fn compared(before: &[(String, Vec<f64>)], after: &[(String, Vec<f64>)], from_s:
     tables::grouped(&titles, &groups)
 }
 
-/// The parameters, a line for the name of each and one for its value; of several wheels or motors the root mean square.
+/// A line for the name of each parameter and a line for its value; several wheels or motors have their root mean
+/// square.
 fn table(found: &[Parameter]) -> String {
     let mut rows = Vec::new();
     let numbered = |p: &Parameter| {

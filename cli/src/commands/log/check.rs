@@ -1,4 +1,4 @@
-//! `monorig log check`: what is wrong with a recorded log.
+//! `monorig log check`: find faults in a recorded log.
 
 use crate::arguments::assignment;
 use crate::command::CommandOutcome;
@@ -9,13 +9,13 @@ use monorig_logs::check::{ChannelReport, Verdict, report};
 use monorig_logs::map::Map;
 use std::path::PathBuf;
 
-/// Say what is wrong with a log, before anything runs: each check with a number and a verdict.
+/// Find faults in a log before a replay: each check has a number and a verdict.
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  monorig log check --map drive.map.yaml\n  monorig log check drive.mf4 --map crane.map.yaml"
 )]
 pub struct CheckLogArgs {
-    /// The log: one file, or the folder in which the files of the map are; without it where the map says
+    /// The log: one file, or the folder with the files of the map; without LOG the paths in the map
     pub log: Option<PathBuf>,
     /// Map file: the quantities in the columns of the log
     #[arg(long, value_name = "MAP")]
@@ -30,7 +30,7 @@ pub fn run(task: &CheckLogArgs) -> Result<CommandOutcome, CliError> {
     check(&Map::load_with(&task.map, task.log.as_deref(), &task.sets)?)
 }
 
-/// Prints the checks of a log, each with what was found and what would be good.
+/// Prints the checks of a log, each with the value found and the good value.
 pub fn check(map: &Map) -> Result<CommandOutcome, CliError> {
     let (mut text, mut good, mut bad, mut unknown) = (String::new(), 0, 0, 0);
     let (checks, channels) = report(map)?;
@@ -65,15 +65,15 @@ pub fn check(map: &Map) -> Result<CommandOutcome, CliError> {
     let end = match (bad, unknown) {
         (0, 0) => "held: nothing wrong was found".to_owned(),
         (0, n) => {
-            format!("held but for {n} not judged: nothing wrong was found in the other {good}")
+            format!("held but for {n} not judged: the other {good} found nothing wrong")
         }
-        (n, _) => format!("FAILED: {n} checks say that something is wrong"),
+        (n, _) => format!("FAILED: {n} checks found something wrong"),
     };
     output::verdicts(&format!("{text}\n{}\n\n{end}\n", of_channels(&channels)))?;
     Ok(CommandOutcome::of(bad == 0))
 }
 
-/// Rate, jitter, gaps, stamps that come twice and share that counts of each channel.
+/// Rate, jitter, gaps, repeated stamps and usable share of each channel.
 fn of_channels(channels: &[ChannelReport]) -> String {
     let titles = [
         "channel",

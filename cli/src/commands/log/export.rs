@@ -18,30 +18,30 @@ Examples:
       exports/minimal/1/csv/ with minimal_1_csv.map.yaml
   monorig log export runs/minimal/1 --to can --out bus       candump and DBC
   monorig replay --map exports/minimal/1/csv/minimal_1_csv.map.yaml
-      the estimates of the run again
+      gives the estimates of the run again
 
-Of csv, parquet, mcap and mf4 the replay gives the run's estimates bit for bit;
-CAN signals have steps.";
+The replay of csv, parquet, mcap and mf4 gives the run's estimates bit for bit;
+CAN signals are rounded.";
 
 /// Write a run as a recorded log, with the map that replays it.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXPORT_EXAMPLES)]
 pub struct ExportArgs {
-    /// Folder of a run that has kept its samples
+    /// Folder of a run made with --keep-samples
     pub run: PathBuf,
     /// Format of the log
     #[arg(long, value_name = "FORMAT", value_parser = formats())]
     pub to: ExportFormat,
-    /// Folder of the log, new; without it exports/SCENARIO/SEED/FORMAT
+    /// New folder for the log; without this option exports/SCENARIO/SEED/FORMAT
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
 }
 
-/// The formats by their names.
+/// Formats by name.
 fn formats() -> impl TypedValueParser<Value = ExportFormat> {
     let value = |f: ExportFormat| PossibleValue::new(f.name()).help(f.files());
     PossibleValuesParser::new(ExportFormat::all().map(value))
-        .try_map(|name| ExportFormat::find(&name).ok_or("there is no such format"))
+        .try_map(|name| ExportFormat::find(&name).ok_or("no format has this name"))
 }
 
 /// Write the log.
@@ -64,7 +64,7 @@ pub fn run(task: &ExportArgs) -> Result<CommandOutcome, CliError> {
     let done = export(&task.run, format, &out, scenario.as_deref())?;
     if done.clipped > 0 {
         note(&format!(
-            "{} values are beyond the range of their CAN signal and were written as its end",
+            "{} values are beyond the range of their CAN signal and were limited to this range",
             done.clipped
         ));
     }

@@ -1,4 +1,4 @@
-//! `monorig log imu`: figures of real instruments.
+//! `monorig log imu`: noise figures of real instruments.
 
 use crate::command::CommandOutcome;
 use crate::ui::errors::CliError;
@@ -25,26 +25,26 @@ Units: m/s2, g, mg, rad/s, deg/s, m/s, km/h, rad, deg, Nm, MPa; results are in
 SI units. White noise, bias instability and random walk are those of IEEE Std
 952-1997, annex C, fitted to the overlapping Allan deviation.";
 
-/// Fit noise density, bias instability, random walk and vibration to a recording of an instrument, in the keys of a
-/// sensor sheet.
+/// Fit noise density, bias instability, random walk and vibration to an instrument's recording, as keys of a sensor
+/// sheet.
 #[derive(Debug, clap::Args)]
 #[command(after_help = IMU_EXAMPLES)]
 pub struct ImuArgs {
     /// The recording, in any format of a log (`monorig log info`)
     pub file: PathBuf,
-    /// Column of the time (CSV, Parquet), if it is not called like a time
+    /// Column of the time (CSV, Parquet), if its name does not show it
     #[arg(long, value_name = "COLUMN")]
     pub time: Option<String>,
-    /// Columns to be fitted, as NAME or NAME=UNIT, with commas between them; without it all that hold numbers
+    /// Columns to fit, as NAME or NAME=UNIT, with commas between them; without this option all columns of numbers
     #[arg(long, value_name = "COLUMNS", value_delimiter = ',', value_parser = WantedColumn::parse)]
     pub columns: Vec<WantedColumn>,
     /// Column whose change begins a new piece, such as the number of a run
     #[arg(long, value_name = "COLUMN")]
     pub pieces: Option<String>,
-    /// Time from which on samples count, s
+    /// Use samples from this time on, s
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     pub from_s: Option<f64>,
-    /// Time until which samples count, s
+    /// Use samples until this time, s
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     pub to_s: Option<f64>,
     /// Write the report here instead of beside the recording
@@ -69,8 +69,8 @@ pub fn run(task: &ImuArgs) -> Result<CommandOutcome, CliError> {
         .map(|(run, t_s, values)| RecordedRow { run, t_s, values });
     let rows = rows.filter(|row| (from_s..=to_s).contains(&row.t_s));
     let Some(recording) = Recording::cut(names, rows.collect()) else {
-        let message = "there is no stretch of 16 samples without gap";
-        let help = "times that grow; --pieces NAME where the time begins anew with each run";
+        let message = "the recording has no stretch of 16 samples without a gap";
+        let help = "use times that grow; --pieces NAME if the time begins anew with each run";
         return Err(input_error(&task.file, "", message, help).into());
     };
     let fits = fit(&recording);

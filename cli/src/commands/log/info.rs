@@ -1,4 +1,4 @@
-//! `monorig log info`: what is in a recorded log.
+//! `monorig log info`: show the content of a recorded log.
 
 use crate::command::CommandOutcome;
 use crate::files::folders::entries;
@@ -23,19 +23,19 @@ Examples:
   monorig log info bus.log --dbc crane.dbc
       a CAN log needs the database of its messages
   monorig log info table.csv --time Zeit --unit ms
-      a table whose column of time is not called like one
+      a table whose column of time has another name
 
 Formats: CSV, Parquet, MCAP (JSON; ROS 2: Imu, JointState, Float64, Odometry,
 TwistStamped), MDF 4.10 and 4.20, candump; ASC and BLF in a program built with
 the feature `blf`.";
 
-/// Show what is in a recorded log, and propose a map file for it.
+/// Show the content of a recorded log, and propose a map file.
 #[derive(Debug, clap::Args)]
 #[command(after_help = INFO_EXAMPLES)]
 pub struct InfoArgs {
-    /// The log, or a folder with the files of one log: one map is proposed for all of them
+    /// The log, or a folder with the files of one log: monorig proposes one map for all files
     pub log: PathBuf,
-    /// Column of the time (CSV, Parquet), if it is not called like a time
+    /// Column of the time (CSV, Parquet), if its name does not show it
     #[arg(long, value_name = "COLUMN")]
     pub time: Option<String>,
     /// Unit of that column: s, ms, us, ns, iso8601
@@ -50,7 +50,7 @@ fn time_unit(text: &str) -> Result<TimeUnit, String> {
     serde_json::from_value(text.into()).map_err(|_| "write s, ms, us, ns or iso8601".to_owned())
 }
 
-/// Show what is in the log.
+/// Show the content of the log.
 pub fn run(task: &InfoArgs) -> Result<CommandOutcome, CliError> {
     let options = ReadOptions {
         time: task.time.clone(),
@@ -78,8 +78,8 @@ pub fn run(task: &InfoArgs) -> Result<CommandOutcome, CliError> {
         return Err(input_error(
             &task.log,
             "",
-            "no file of this folder can be read as a log",
-            "a log; what is wrong with each file is said above",
+            "no file in this folder can be read as a log",
+            "name a log; the lines above say what is wrong with each file",
         )
         .into());
     }
@@ -94,7 +94,7 @@ pub fn run(task: &InfoArgs) -> Result<CommandOutcome, CliError> {
         .collect();
     let texts: Vec<String> = all.iter().map(|(file, found)| text(found, file)).collect();
     output::print(&format!(
-        "{}\nA map to begin with, guessed from the names of the columns, and the axes from their values:\n\n{}",
+        "{}\nA map to begin with, guessed from the names of the columns; the axes are guessed from the values:\n\n{}",
         texts.join("\n"),
         with_axes(proposed_map(&files), &task.log)
     ))?;
@@ -106,12 +106,12 @@ fn name(path: &Path, of: fn(&Path) -> Option<&OsStr>) -> String {
     of(path).unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Endings of the logs that are looked for in a folder.
+/// File name endings of the logs in a folder.
 const ENDINGS: [&str; 9] = [
     "csv", "tsv", "txt", "parquet", "mcap", "mf4", "log", "asc", "blf",
 ];
 
-/// The logs in a folder, in the order of their names.
+/// Logs in a folder, sorted by name.
 fn logs_in(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
     let mut all = entries(folder)?;
     all.retain(|path| {
@@ -122,8 +122,8 @@ fn logs_in(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
         true => Err(input_error(
             folder,
             "",
-            "there is no log in this folder",
-            format!("files that end with: {}", ENDINGS.join(", ")),
+            "this folder has no log",
+            format!("the names of logs end with: {}", ENDINGS.join(", ")),
         )
         .into()),
         false => Ok(all),

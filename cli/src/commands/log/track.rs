@@ -1,4 +1,4 @@
-//! `monorig log track`: the surveyed profile of the rail that a run has gone over.
+//! `monorig log track`: write the rail profile that a run measured.
 
 use crate::command::CommandOutcome;
 use crate::files::report;
@@ -21,15 +21,15 @@ Examples:
   monorig replay --map crane.map.yaml && monorig log track runs/crane/1 --from 120 \\
       --profile assets/rails/i140e.yaml
 
-Of a run or a replay that has an estimator with an attitude filter. The grade of
-a place is told when the middle of the unit with the IMU has reached it, and
-with the bias of the accelerometer as it is known at the end. OUT is a track
+The run or replay needs an estimator with an attitude filter. The grade of a
+place is read when the middle of the unit with the IMU has reached it, and is
+corrected for the bias of the accelerometer known at the end. OUT is a track
 file; beside it is a CSV file with chainage, grade and standard deviation, and
-the heading against the first place with its own. Rail before the start and
+the heading from the first place on with its own. Rail before the start and
 beyond the end goes on at the first and the last grade and heading, with a
 standard deviation of 1.1°.";
 
-/// Write the profile of the rail that a run or a recorded log went over, as a track file.
+/// Write the rail profile that a run or a recorded log measured, as a track file.
 #[derive(Debug, clap::Args)]
 #[command(after_help = TRACK_EXAMPLES)]
 pub struct TrackArgs {
@@ -38,10 +38,10 @@ pub struct TrackArgs {
     /// Estimator to read, by its name in the run
     #[arg(long, value_name = "NAME", default_value = "rail_fusion")]
     pub estimator: String,
-    /// Chainage of the IMU at the start, m; without it that of the run, 0 for a recorded log
+    /// Chainage of the IMU at the start, m; without this option the chainage in the run, 0 for a recorded log
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub from: Option<f64>,
-    /// Distance of two points of the map, m
+    /// Distance between two points of the map, m
     #[arg(long, value_name = "M", default_value_t = 0.25)]
     pub every: f64,
     /// Rail profile of the track file
@@ -50,7 +50,7 @@ pub struct TrackArgs {
     /// Width of the lane, m: the track is a road
     #[arg(long, value_name = "M")]
     pub road_width: Option<f64>,
-    /// Leave the bends out: the rail of the map is straight
+    /// Leave out the bends: the rail of the map is straight
     #[arg(long)]
     pub straight: bool,
     /// Track file to write
@@ -72,18 +72,18 @@ pub fn run(task: &TrackArgs) -> Result<CommandOutcome, CliError> {
     let points = profile(&passage, start_m, task.every).map_err(|why| {
         wrong(
             why,
-            "a run in which the grade is marked valid while the vehicle moves",
+            "use a run in which the grade is marked valid while the vehicle moves",
         )
     })?;
     let csv = task.out.with_extension("csv");
     if csv == task.out {
         return Err(wrong(
-            "the track file would be its own survey".into(),
-            "--out NAME.yaml",
+            "the track file and its survey would be the same file".into(),
+            "use --out NAME.yaml",
         ));
     }
     let about = format!(
-        "Map of {} seed {} by {}: grade{} at the middle of the unit with the IMU, with the bias of the end.",
+        "Map of {} seed {} by {}: grade{} at the middle of the unit with the IMU, with the bias known at the end.",
         manifest.scenario,
         manifest.seed,
         task.estimator,
@@ -114,8 +114,8 @@ fn section(task: &TrackArgs) -> Result<String, CliError> {
         return Err(input_error(
             &task.run,
             "",
-            "nothing says what the vehicle runs on",
-            "--profile assets/rails/i140e.yaml, or --road-width 3.5",
+            "the command line gives neither a rail profile nor the width of a road",
+            "use --profile assets/rails/i140e.yaml, or --road-width 3.5",
         )
         .into());
     };

@@ -23,25 +23,25 @@ Examples:
 The same ranges and seed give the same files. Track and sensor sheet of each
 scenario are in OUT/parts.";
 
-/// Draw scenarios at random: courses that no estimator was tuned on.
+/// Draw scenarios at random: courses on which no estimator was tuned.
 #[derive(Debug, clap::Args)]
 #[command(after_help = COURSES_EXAMPLES)]
 pub struct CoursesArgs {
     /// File of ranges
     #[arg(default_value = RANGES)]
     pub file: PathBuf,
-    /// Seed of the first course; each further one has the next
+    /// Seed of the first course; each further course has the next seed
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// Number of courses
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub count: u64,
-    /// Folder the scenarios go to
+    /// Folder for the scenarios
     #[arg(long, value_name = "DIR", default_value = "drawn")]
     pub out: PathBuf,
 }
 
-/// Draw, write, and check what was written.
+/// Draw the scenarios, write the files, and check these files.
 pub fn run(task: &CoursesArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let ranges = RangesFile::load(&task.file)?;
     ranges.check(&task.file, registry)?;
@@ -73,8 +73,8 @@ fn is_there(place: &Path, text: &str) -> Result<bool, CliError> {
         Ok(there) if *there != *text.as_bytes() => Err(input_error(
             place,
             "",
-            "this file is there already, and is another",
-            "name another folder with --out, or remove it",
+            "a file of this name exists already, with another content",
+            "name another folder with --out, or remove the file",
         )
         .into()),
         there => Ok(there.is_ok()),

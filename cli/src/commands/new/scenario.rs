@@ -27,13 +27,14 @@ const MINIMAL: Example = Example {
 /// Columns of a line of comment.
 const WIDTH: usize = 100;
 
-/// Write a scenario with a comment above each key, which runs as it is.
+/// Write a scenario that can be run, with a comment above each key.
 #[derive(Debug, clap::Args)]
 #[command(after_help = SCENARIO_EXAMPLES)]
 pub struct NewScenarioArgs {
     /// Name of the scenario, or the file to write
     pub name: PathBuf,
-    /// Folder of monorig's sources, of which the scenario names files; else the nearest one above this folder or NAME
+    /// Folder of monorig's sources, to which the scenario refers [default: the nearest one at or above this folder or
+    /// NAME]
     #[arg(long, value_name = "DIR")]
     pub monorig: Option<PathBuf>,
 }
@@ -42,7 +43,7 @@ pub struct NewScenarioArgs {
 pub fn run(task: &NewScenarioArgs, registry: &Registry) -> Result<CommandOutcome, CliError> {
     let path = task.name.with_extension("yaml");
     if path.symlink_metadata().is_ok() {
-        let message = format!("{} is there already", path.display());
+        let message = format!("{} exists already", path.display());
         return Err(CliError::refused(message, "another name"));
     }
     let here = std::path::absolute(".").unwrap_or_default();
@@ -62,7 +63,7 @@ pub fn run(task: &NewScenarioArgs, registry: &Registry) -> Result<CommandOutcome
     Ok(CommandOutcome::Held)
 }
 
-/// The text with a comment above each key, and behind it the keys that it does not have.
+/// The text with a comment above each key, followed by the keys that the text does not have.
 fn commented(text: &str, registry: &Registry) -> String {
     let schema = row(FileKind::Scenario).map(|row| row.schema(registry));
     let keys = schema.as_ref().and_then(|schema| schema.get("properties"));

@@ -12,11 +12,12 @@ use flate2::write::GzEncoder;
 use monorig_lab::reports::html::escape;
 use std::io::Write;
 
-/// The page, with places for what goes into it.
+/// Page with places for the viewer and the recordings.
 const PAGE: &str = include_str!("view.html");
 /// Browsers and mail programs have trouble with larger files.
 const MAX_BYTES: usize = 60_000_000;
-/// An inline script has no address; the viewer asks for it, for nothing that is used here.
+/// Replacement for the address of an inline script, which has none: the viewer reads this address, but does not need it
+/// here.
 const ADDRESS: (&str, &str) = (
     "new URL(document.currentScript.src, location.href)",
     "new URL(location.href)",
@@ -30,7 +31,7 @@ pub struct Recording {
     pub bytes: Vec<u8>,
 }
 
-/// The page. One that would be too large is an error.
+/// Makes the page. A page that would be too large is an error.
 pub fn page(title: &str, viewer: &WebViewer, runs: &[Recording]) -> Result<String, CliError> {
     let mut packed = GzEncoder::new(Vec::new(), Compression::best());
     let packed = packed
@@ -58,7 +59,7 @@ fn element(run: &Recording) -> String {
     )
 }
 
-/// The page with its places filled in, in their order; what is filled in is not looked at again.
+/// Fills in the places of the page in their order; filled-in text is not searched again.
 fn filled(places: &[(&str, &str)]) -> String {
     let mut out = String::new();
     let mut rest = PAGE;
@@ -79,7 +80,7 @@ fn within_limit(page: usize, recordings: usize) -> Result<(), CliError> {
     }
     Err(CliError::Refused {
         message: format!(
-            "the page would have {}, {} of it recordings; {} are the most",
+            "the page would have {}, of which recordings have {}; the limit is {}",
             mega(page),
             mega(recordings),
             mega(MAX_BYTES)

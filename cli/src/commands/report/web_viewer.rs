@@ -1,5 +1,5 @@
-//! The web viewer of Rerun: found in the program `rerun` of the Python package `rerun-sdk`, and only the very files
-//! that were published.
+//! The web viewer of Rerun, found in the program `rerun` of the Python package `rerun-sdk`; only the published files
+//! are accepted.
 //!
 //! The program carries script and WebAssembly module to serve them; they are taken from it as they are. What is taken
 //! has the SHA-256 of a build of the version that writes our recordings: nothing else gets into a page.
@@ -24,7 +24,7 @@ pub struct WebViewer {
 /// A published file: its length in bytes and its SHA-256.
 struct Pinned(usize, &'static str);
 
-/// Builds from the lengths and sums of script and module.
+/// Makes the list of the published builds from lengths and check sums of script and module.
 macro_rules! pinned {
     ($($script:literal $sum:literal $module:literal $of_module:literal;)*) => {
         [$((Pinned($script, $sum), Pinned($module, $of_module))),*]
@@ -54,8 +54,8 @@ const PROGRAM: &str = "rerun_sdk/rerun_cli";
 /// Name of the program there, by system.
 const NAMES: [&str; 3] = ["rerun", "rerun.exe", "Rerun.app/Contents/MacOS/Rerun"];
 
-/// Finds it: in the program `named`, or in that of a package `rerun-sdk` beside a folder of the search path. Nothing is
-/// run.
+/// Finds the viewer in the program `named`, or in the program of a package `rerun-sdk` beside a folder of the search
+/// path. Nothing is run.
 pub fn find(named: Option<&Path>) -> Result<WebViewer, CliError> {
     let program = match named {
         Some(program) => program.to_owned(),
@@ -64,21 +64,20 @@ pub fn find(named: Option<&Path>) -> Result<WebViewer, CliError> {
     detail(&format!("the viewer is taken from {}", program.display()));
     let bytes = read_large(&program)?;
     extract(&bytes).ok_or_else(|| {
-        let message = format!(
-            "there is no web viewer of Rerun {VERSION} in this program, as it was published"
-        );
+        let message =
+            format!("this program does not contain the published web viewer of Rerun {VERSION}");
         CliError::Sim(input_error(&program, "", message, install()))
     })
 }
 
-/// Help for a viewer that is not there.
+/// Help for a missing viewer.
 fn install() -> String {
     format!(
         "install it with `python3 -m pip install rerun-sdk=={VERSION}`, or name the program `rerun` of that version with --viewer"
     )
 }
 
-/// The program of an installed package: those of an environment that is active come first, then those of the user.
+/// Program of an installed package: first in the active environment, then in the user's packages.
 fn installed() -> Result<PathBuf, CliError> {
     let programs = package_folders().into_iter().flat_map(|folder| {
         let program = folder.join(PROGRAM);
@@ -125,7 +124,7 @@ fn packages_below(root: &Path) -> Vec<PathBuf> {
     pythons.into_iter().rev().flat_map(folders).collect()
 }
 
-/// Script and module of one of the builds, as they stand in a program.
+/// Script and module of one of the builds, as contained in a program.
 fn extract(program: &[u8]) -> Option<WebViewer> {
     BUILDS.iter().find_map(|(script, module)| {
         let module = module.find(program, MODULE_BEGINS)?;
@@ -138,7 +137,7 @@ fn extract(program: &[u8]) -> Option<WebViewer> {
 }
 
 impl Pinned {
-    /// The file in `bytes`, if it is there as it was published.
+    /// The file in `bytes`, if `bytes` contains the file as published.
     fn find<'a>(&self, bytes: &'a [u8], begins: &[u8]) -> Option<&'a [u8]> {
         let Self(length, sum) = self;
         let starts = bytes.windows(begins.len()).enumerate();

@@ -1,4 +1,4 @@
-//! Verdicts against those of an earlier test: which metrics have become worse?
+//! Comparison with the verdicts of an earlier test: which metrics have become worse?
 
 use crate::ui::errors::CliError;
 use monorig_lab::metrics;
@@ -9,7 +9,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// The file that `--json` writes.
+/// Content of the file that `--json` writes.
 #[derive(Deserialize)]
 struct Verdicts {
     kind: String,
@@ -22,7 +22,7 @@ pub struct Baseline {
     scenarios: BTreeMap<String, Vec<RunResult>>,
 }
 
-/// Metrics compared beside those that a scenario expects something of: accuracy, availability and integrity.
+/// Metrics that are compared beside the metrics in a scenario's `expect`: accuracy, availability and integrity.
 const ALWAYS: &[&str] = &[
     "mass_rmse_kg",
     "mass_rmse_kg_valid",
@@ -35,10 +35,10 @@ const ALWAYS: &[&str] = &[
 ];
 
 impl Baseline {
-    /// Read what `monorig test --json` wrote.
+    /// Reads a file of `monorig test --json`.
     pub fn read(path: &Path) -> Result<Self, CliError> {
         let wrong = |message: String| {
-            let help = "a file that `monorig test --json FILE` wrote";
+            let help = "use a file that `monorig test --json FILE` wrote";
             CliError::Sim(input_error(path, "", message, help))
         };
         let text = read_result(path)?;
@@ -60,7 +60,7 @@ impl Baseline {
         })
     }
 
-    /// Refuses a baseline that has none of the runs of these scenarios, each with its seeds: it would compare nothing.
+    /// Refuses a baseline without a run of these scenarios and seeds: there would be nothing to compare.
     pub fn shares<'a>(
         &self,
         tested: impl Iterator<Item = (&'a str, &'a [(u64, u64)])>,
@@ -77,14 +77,14 @@ impl Baseline {
                 &self.path,
                 "",
                 "this baseline has no scenario and seed of this test, so there is nothing to compare",
-                "what `monorig test --json FILE` wrote for some of these scenarios and seeds",
+                "use a file that `monorig test --json FILE` wrote for some of these scenarios and seeds",
             ))),
         }
     }
 
     /// Adds a check for each metric that is worse than in the baseline by more than the share `worse_than`, or can no
-    /// longer be measured; returns how many were compared, and how many are worse. A scenario that the baseline does
-    /// not have is left as it is.
+    /// longer be measured; returns the numbers of compared and of worse metrics. A scenario that is not in the baseline
+    /// gets no check.
     pub fn judge(&self, judged: &mut ScenarioVerdict, worse_than: f64) -> (usize, usize) {
         let Some(before) = self.scenarios.get(&judged.scenario) else {
             return (0, 0);
@@ -113,14 +113,14 @@ impl Baseline {
             judged.add(Check::made_elsewhere(
                 "the baseline".into(),
                 "has a metric in common".into(),
-                Some("there is no estimator, seed and metric that both have measured".into()),
+                Some("the two tests have no common estimator, seed and metric".into()),
             ));
         }
         (compared, worse)
     }
 }
 
-/// The value of a metric now and before, in words.
+/// Present and earlier value of a metric, in words.
 fn words(before: Option<f64>, now: Option<f64>) -> String {
     let value = |x: Option<f64>| x.map_or("not measured".to_owned(), |x| format!("{x:.4}"));
     let change = match (before, now) {
@@ -145,7 +145,7 @@ fn pairs(runs: &[RunResult]) -> Vec<(String, String)> {
     pairs.into_iter().collect()
 }
 
-/// Mean over the runs of a metric of the whole run; none if one of them could not be measured.
+/// Mean of a whole-run metric over the runs; `None` if a run could not be measured.
 fn mean<'a>(
     runs: impl Iterator<Item = &'a RunResult>,
     estimator: &str,
@@ -164,7 +164,7 @@ fn mean<'a>(
     Some(values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Returns whether a metric is worse; one that can no longer be measured is. Metrics that should be 1 are not judged.
+/// Returns true if a metric is worse or can no longer be measured. Metrics that should be 1 are not judged.
 fn is_worse(metric: &str, before: Option<f64>, now: Option<f64>, worse_than: f64) -> bool {
     let best = metrics::find(metric).and_then(|m| m.best.less_is_better());
     match (best, before, now) {

@@ -5,14 +5,14 @@ use crate::verdicts::TestedScenario;
 use monorig_lab::metrics;
 use std::collections::BTreeMap;
 
-/// A table for each metric: how many runs could measure it, its median, 95th percentile and the value that is worst,
-/// with the run it is of.
+/// A table for each metric: number of runs with a value, median, 95th percentile and worst value, with the run of this
+/// value.
 pub fn text(tested: &[TestedScenario], wanted: &[String]) -> String {
     let tables = wanted.iter().map(|metric| of_metric(tested, metric));
     tables.collect::<Vec<_>>().join("\n\n")
 }
 
-/// Values of one estimator, each with the scenario and seed it is of.
+/// Values of one estimator, each with its scenario and seed.
 type Values<'a> = Vec<(f64, &'a str, u64)>;
 
 fn of_metric(tested: &[TestedScenario], metric: &str) -> String {

@@ -10,7 +10,8 @@ use crate::verdicts::{TestedScenario, lines};
 use monorig_sim::closed_loop::registry::Registry;
 use std::path::Path;
 
-/// Run it again with the seed that was worst, into `DIR/<scenario>/<seed>/`, and write its report. Nothing if it held.
+/// Run a failed scenario again with its worst seed, into `DIR/<scenario>/<seed>/`, and write the report. A scenario
+/// that held is left out.
 pub fn worst_run(
     tested: &TestedScenario,
     scenario: &Path,

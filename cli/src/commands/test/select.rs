@@ -1,4 +1,4 @@
-//! Scenarios of a test that are chosen by their names, or because they failed the last time.
+//! Selection of the scenarios of a test: by name, or because they failed the last time.
 
 use crate::arguments::Out;
 use crate::ui::note::note;
@@ -32,7 +32,7 @@ impl NameFilter {
         &self.0
     }
 
-    /// True for the file of a scenario whose name fits, in letters of either case.
+    /// True if the name of a scenario's file fits, in upper or lower case.
     pub(super) fn fits(&self, file: &Path) -> bool {
         let stem = file.file_stem().unwrap_or_default();
         self.value(&stem.to_string_lossy()) == Some(true)
@@ -80,7 +80,7 @@ fn term(tokens: &mut Tokens, name: &str) -> Option<bool> {
     }
 }
 
-/// Scenarios that failed when they were tested last, a path a line in a file of the folder for results.
+/// Scenarios that failed in their last test: a file in the folder for results with a path in each line.
 pub(super) struct LastFailed {
     file: PathBuf,
     paths: BTreeSet<PathBuf>,
@@ -100,7 +100,8 @@ impl LastFailed {
         self.paths.contains(&place(scenario))
     }
 
-    /// Puts scenarios that failed into the list, takes out those that held, and writes it. Others stay as they were.
+    /// Adds failed scenarios to the list, removes scenarios that held, and writes the list. Scenarios that were not
+    /// tested stay.
     pub(super) fn update<'a>(mut self, tested: impl Iterator<Item = (&'a Path, bool)>) {
         let before = self.paths.clone();
         for (path, held) in tested {
@@ -118,12 +119,14 @@ impl LastFailed {
         let made = std::fs::create_dir_all(folder).map_err(|e| e.to_string());
         let write = || whole::write(&self.file, text.as_bytes()).map_err(|e| e.to_string());
         if let Err(why) = made.and_then(|()| write()) {
-            note(&format!("--lf will not know what failed: {why}"));
+            note(&format!(
+                "the next --lf cannot know the failed scenarios: {why}"
+            ));
         }
     }
 }
 
-/// The scenario's path wherever the next command is given.
+/// Path of the scenario, valid in every current folder.
 fn place(scenario: &Path) -> PathBuf {
     scenario.canonicalize().unwrap_or_else(|_| scenario.into())
 }

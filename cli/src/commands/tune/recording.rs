@@ -9,7 +9,7 @@ use monorig_sim::error::Error;
 use monorig_sim::record::{Recorder, whole};
 use std::path::Path;
 
-/// Run it into `before_after.rrd`: under a temporary name first, so that no half of it is ever there.
+/// Records the run into `before_after.rrd`, under a temporary name first, so that the file is always complete.
 pub fn write(
     mut simulation: Simulation,
     folder: &Path,

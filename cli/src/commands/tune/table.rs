@@ -11,7 +11,7 @@ use monorig_sim::config::scenario::ParameterValue;
 use serde_json::json;
 use std::path::Path;
 
-/// Writes the winner's parameters, and at the end what was shown and on what.
+/// Writes the winner's parameters, and at the end the result of the validation.
 pub fn text(study: &TuningStudy, result: &TuningResult, folder: &Path) -> String {
     let failed = result
         .search
@@ -26,7 +26,7 @@ pub fn text(study: &TuningStudy, result: &TuningResult, folder: &Path) -> String
         .filter(|t| t.violation > 0.0)
         .count();
     let trials = format!(
-        "{} trials, {failed} failed, {broke} broke a constraint",
+        "{} trials, of which {failed} failed and {broke} broke a constraint",
         result.search.trials.len()
     );
     let Some(validation) = &result.validation else {
@@ -127,7 +127,7 @@ fn comparison(c: &PairedComparison) -> String {
     right(&mut table, 2..=4);
     let all = c.loss.as_ref().map_or("not measured".to_owned(), interval);
     format!(
-        "{}\nloss minus that of {}: {all}: {}",
+        "{}\nloss minus the loss of {}: {all}: {}",
         lines(&table),
         c.against,
         c.verdict.words()

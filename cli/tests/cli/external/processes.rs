@@ -44,7 +44,7 @@ fn what_goes_wrong_at_the_other_end_is_told() {
         ("{process: [sh, -c, kill -9 $$]}", "sh crashed: signal 9"),
         (
             "{process: [sh, -c, echo hello; sleep 9]}",
-            "sh sends `hello`, no frame of candump",
+            "sh sends `hello`, which is not a frame of candump",
         ),
         (
             "{process: [sh, -c, yes | tr -d '\\n']}",

@@ -42,7 +42,7 @@ fn answers_that_come_late_or_not_at_all_are_counted() {
         panic!("{:?}", outcome.refusals)
     };
     assert_eq!(*refused as f64, late + lost);
-    assert_eq!(reason, "its answer did not come in time");
+    assert_eq!(reason, "the answer did not come in time");
 }
 
 /// A run at a pace has the metrics of its answers; if this machine was too busy for the pace, it says so and is no

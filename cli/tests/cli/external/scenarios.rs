@@ -28,9 +28,9 @@ fn an_external_estimator_in_a_scenario() {
         ("{process: []}", "begins with a program"),
         (
             "{process: [no-such-program]}",
-            "there is no program `no-such-program`",
+            "the program `no-such-program` does not exist",
         ),
-        ("{process: [./mine]}", "there is no program `./mine`"),
+        ("{process: [./mine]}", "the program `./mine` does not exist"),
         ("{process: [sh], baud: 9600}", "baud"),
         (
             "{process: [sh], deadline_ms: 0}",
@@ -43,7 +43,7 @@ fn an_external_estimator_in_a_scenario() {
         ),
         (
             "{process: [sh]}, is: rail_fusion",
-            "`external` alone says where it is",
+            "`external` cannot be combined",
         ),
         ("{process: [sh]}, gain: 2", "no parameter `gain`"),
     ] {

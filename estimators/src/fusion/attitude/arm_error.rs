@@ -32,7 +32,7 @@ impl ArmError {
         }
     }
 
-    /// Takes a step of `way_m` at the pitch `theta` (`None` if it is not known closely) in a curve of `kappa`.
+    /// Takes a step of `way_m` at the pitch `theta` (`None` if it is not known well) in a curve of `kappa`.
     pub fn step(&mut self, way_m: Real, theta: Option<Real>, kappa: Real) {
         let part_m = self.arm_m / tuning::ARM.places as Real;
         self.way_m += way_m;

@@ -1,4 +1,4 @@
-//! Errors of an IMU that is not calibrated, which the model of the attitude filter leaves out.
+//! Errors of an uncalibrated IMU, which the model of the attitude filter leaves out.
 
 use crate::Real;
 use crate::api::real::GRAVITY;
@@ -9,7 +9,7 @@ use crate::tuning;
 /// Calibration of an IMU.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
-    /// 0 for a calibrated instrument, 1 for one that is not.
+    /// 0 for a calibrated instrument, 1 for an uncalibrated instrument.
     doubt: Real,
     accel_bias_sd_mps2: Real,
 }
@@ -28,12 +28,12 @@ impl Calibration {
         }
     }
 
-    /// Returns the doubt in the calibration: 0 for a calibrated instrument, 1 for one that is not.
+    /// Returns the doubt in the calibration: 0 for a calibrated instrument, 1 for an uncalibrated instrument.
     pub fn doubted(&self) -> Real {
         self.doubt
     }
 
-    /// Returns the variance of a measurement that rests on the calibration; none where it is not used at all.
+    /// Returns the variance of a measurement that depends on the calibration; `None` if the measurement is not used.
     pub fn trusted(&self, variance: Real) -> Option<Real> {
         let trust = 1.0 - self.doubt;
         (trust > 0.0).then(|| variance / (trust * trust))

@@ -33,13 +33,13 @@ impl GyroMonitor {
         }
     }
 
-    /// The accelerometer has had a shock: the speed has jumped, which is no sign of a wrong pitch.
+    /// Notes a shock of the accelerometer: the speed has jumped, which is no sign of a wrong pitch.
     pub fn shock(&mut self) {
         (self.mean, self.rest_s) = (0.0, self.rest_s.max(tuning::SHOCK.rest_s));
     }
 
-    /// Takes the innovation of the mean of the wheels and its variance; returns by how much the variance of the pitch
-    /// grows, rad².
+    /// Takes the innovation of the mean of the wheels and its variance; returns the growth of the variance of the
+    /// pitch, rad².
     pub fn step(
         &mut self,
         ballot: &Ballot,

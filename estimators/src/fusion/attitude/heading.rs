@@ -27,8 +27,9 @@ pub struct HeadingInput {
 }
 
 impl Heading {
-    /// Turns on for `dt` seconds. Errors of bias and scale add up as if they always had one sign: cautious where bends
-    /// to the left and to the right follow each other. The random walk adds by squares to what there is.
+    /// Integrates the heading over `dt` seconds. Errors of bias and scale add up as if they always had one sign:
+    /// cautious where bends to the left and to the right follow each other. The random walk adds by squares to what
+    /// there is.
     pub fn step(&mut self, turn: &HeadingInput, dt: Real) {
         match turn.rate_radps {
             Some(rate) => {
@@ -50,7 +51,7 @@ impl Heading {
         self.sd_rad = self.sd_rad.min(PI);
     }
 
-    /// Heading against that of the start, + left, within ±π, rad.
+    /// Heading relative to the start, + left, within ±π, rad.
     pub fn angle_rad(&self) -> Real {
         self.angle_rad
     }

@@ -8,7 +8,7 @@ use crate::instruments::stuck_detector::StuckDetector;
 use crate::tuning;
 use crate::{Real, Time};
 
-/// Instant for the stuck detectors of vectors, which go by no time.
+/// Instant for the stuck detectors of vectors, which do not depend on time.
 const NO_CLOCK: Time = Time::from_ns(0);
 
 /// Limits of the gyro's spike gate, which counts samples.
@@ -48,7 +48,7 @@ pub struct ImuHealth {
 }
 
 impl ImuHealth {
-    /// Builds the health check with the gate on |f|, and that for spikes, on or off.
+    /// Builds the health check with the gate on |f| and the gate for spikes on or off.
     pub fn new(gate: bool, spike_gate: bool) -> Self {
         Self {
             gate,
@@ -64,8 +64,8 @@ impl ImuHealth {
         }
     }
 
-    /// Takes the samples of a step and returns what of the IMU is in use. `yaw_bias_radps` is the gyro's bias about z;
-    /// without `gyro` it is not used.
+    /// Takes the samples of a step and returns the parts of the IMU that are in use. `yaw_bias_radps` is the gyro's
+    /// bias about z; without `gyro` it is not used.
     pub fn step(
         &mut self,
         z: &Channels,

@@ -64,7 +64,7 @@ pub struct Attitude {
     pub speed_mps: Real,
     /// Standard deviation of the speed, m/s.
     pub speed_sd_mps: Real,
-    /// Standard deviation of the speed but for the scale of the wheels, which differences do not see, m/s.
+    /// Standard deviation of the speed without the scale of the wheels, which differences do not show, m/s.
     pub speed_noise_mps: Real,
     /// Acceleration along the body, m/s²; 0 without an accelerometer.
     pub acceleration_mps2: Real,
@@ -78,7 +78,7 @@ pub struct Attitude {
     pub bias_mps2: Real,
     /// Standard deviation of the sum sin θ + b/g, which the rail memory keeps.
     pub sum_sd: Real,
-    /// Rate of the pitch angle, rad/s; not that about the body's y axis, which in a bend turns the heading too.
+    /// Rate of the pitch angle, rad/s; not the rate about the body's y axis, which in a bend includes the heading.
     pub pitch_rate_radps: Real,
     /// Rate of the heading, rad/s.
     pub yaw_rate_radps: Real,
@@ -88,7 +88,7 @@ pub struct Attitude {
     pub imu: bool,
     /// Wheels in use now, and wheels that slip.
     pub wheels: [usize; 2],
-    /// Change of the grade since the newest sample of the accelerometer was taken, by its stamp, rad.
+    /// Change of the grade since the newest sample of the accelerometer, by its stamp, rad.
     pub moved_on_rad: Real,
 }
 
@@ -104,7 +104,7 @@ pub struct AttitudeFilter {
     road: bool,
     turn_walk: Real,
     started: bool,
-    /// True unless the gyro has been found to be wrong.
+    /// True unless the gyro has been found wrong.
     gyro_sound: bool,
     /// True if this step has started the filter.
     starts: bool,
@@ -114,7 +114,8 @@ pub struct AttitudeFilter {
     /// Time without a sample of accelerometer and wheels, and without one of the gyro, s.
     silent_s: Real,
     gyro_out_s: Real,
-    /// Time left in which wheels may contradict a start in motion, and for which all have done so alike, s.
+    /// Remaining time in which wheels may contradict a start in motion, and time for which all wheels have contradicted
+    /// it alike, s.
     young_s: Real,
     contradicted_s: Real,
     /// Time for which the pitch stays open after a start in motion, s.
@@ -206,7 +207,7 @@ impl AttitudeFilter {
         }
     }
 
-    /// One step; `None` until there has been an accelerometer and a wheel.
+    /// Makes one step; `None` until an accelerometer and a wheel have given samples.
     pub fn step(&mut self, z: &Channels, dt: Real) -> Option<Attitude> {
         self.listen(z, dt);
         self.starts = false;
@@ -231,7 +232,7 @@ impl AttitudeFilter {
         Some(self.found)
     }
 
-    /// Compares the belief after a step with what single instruments say.
+    /// Compares the belief after a step with single instruments.
     fn separate(&mut self, rates: &AttitudeRates, force: bool, wheels: &Ballot, dt: Real) {
         if self.starts {
             self.separation = Separation::default();
@@ -252,7 +253,7 @@ impl AttitudeFilter {
         self.separation.step(&compared, dt);
     }
 
-    /// Counts the time without samples; the filter starts anew after a pause.
+    /// Counts the time without samples; the filter starts again after a pause.
     fn listen(&mut self, z: &Channels, dt: Real) {
         let wheels = z.new_wheel_speed_mps.iter().any(Option::is_some);
         if z.specific_force_mps2.is_none() && !wheels {
@@ -277,7 +278,7 @@ impl AttitudeFilter {
         self.starts
     }
 
-    /// Begins with the first samples of an accelerometer that is in use.
+    /// Starts the filter with the first samples of an accelerometer that is in use.
     fn start(&mut self, z: &Channels, dt: Real) -> Option<()> {
         self.belief = first_belief(
             z,
@@ -320,7 +321,7 @@ impl AttitudeFilter {
         rates
     }
 
-    /// With a gyro the curvature is not a state; when the gyro is lost it starts from the last one.
+    /// Handles the curvature: with a gyro it is not a state; after the loss of the gyro it starts from its last value.
     fn carry_curvature(&mut self, gyro: bool) {
         let known = self.belief.P[(KAPPA, KAPPA)] > 0.0;
         if gyro == known {
@@ -384,8 +385,8 @@ impl AttitudeFilter {
         ballot
     }
 
-    /// Without a wheel the speed is that of the accelerometer; after a long time wheels that were right all along are
-    /// let in again.
+    /// Handles the loss of wheels: the accelerometer then gives the speed; after a long time wheels with consistent
+    /// speeds are used again.
     fn coast(&mut self, dt: Real) {
         self.coast_s += dt;
         let [drifting_s, lost_s] = tuning::ATTITUDE.coast_s;
@@ -446,8 +447,8 @@ impl AttitudeFilter {
         }
     }
 
-    /// Keeps the state within what a vehicle can do. Without a finite state or a covariance, or when all wheels
-    /// contradict a start in motion, it starts anew.
+    /// Limits the state to values that are possible for a vehicle. Without a finite state or a covariance, or when all
+    /// wheels contradict a start in motion, it starts anew.
     fn limit(&mut self, z: &Channels, dt: Real) -> Option<()> {
         let x = &mut self.belief.x;
         let limits = [
@@ -470,7 +471,7 @@ impl AttitudeFilter {
         self.start(z, dt)
     }
 
-    /// Makes the output of the step, and what is remembered of the rail.
+    /// Makes the output of the step, and stores the grade of the rail.
     fn find(
         &mut self,
         (z, imu): (&Channels, &SoundImu),
@@ -528,18 +529,18 @@ impl AttitudeFilter {
         self.supervision.gyro && self.gyro_sound && self.gyro_out_s < tuning::ATTITUDE.no_gyro_s
     }
 
-    /// Returns true unless the gyro has been left out.
+    /// Returns true unless the gyro has been excluded.
     pub fn uses_gyro(&self) -> bool {
         self.gyro_sound
     }
 
-    /// Leaves the gyro out from now on. What it has taught is wrong, so the filter starts anew.
+    /// Excludes the gyro from now on. What it has taught is wrong, so the filter starts anew.
     pub fn leave_gyro_out(&mut self) {
         self.started &= !self.gyro_sound;
         self.gyro_sound = false;
     }
 
-    /// Standard deviation of the speed but for the scale of the wheels, m/s.
+    /// Standard deviation of the speed without the scale of the wheels, m/s.
     fn speed_noise(&self) -> Real {
         let P = &self.belief.P;
         let scale = P[(SCALE, SCALE)].max(Real::MIN_POSITIVE);
@@ -573,7 +574,7 @@ impl AttitudeFilter {
         self.monitor.test()
     }
 
-    /// Velocity random walk of the accelerometer along the body as seen, m/s/√s; 0 if it is not learnt.
+    /// Velocity random walk of the accelerometer along the body, learnt, m/s/√s; 0 if it is not learnt.
     pub fn seen_walk(&self) -> Real {
         self.window.seen_walk()
     }

@@ -5,14 +5,14 @@ use crate::api::real::within;
 use crate::api::snapshot::state;
 use crate::tuning;
 
-/// Low-pass of θ̇/v in way.
+/// Low-pass of θ̇/v over distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RailCurvature {
     per_m: Real,
 }
 
 impl RailCurvature {
-    /// The unit moves on at `speed_mps` and pitches at `theta_dot`, rad/s.
+    /// Takes a step at `speed_mps` with the pitch rate `theta_dot`, rad/s.
     pub fn step(&mut self, speed_mps: Real, theta_dot: Real, dt: Real) {
         if speed_mps.abs() > tuning::MOTION.moves_mps {
             let way = speed_mps.abs() * dt / tuning::CURVATURE.memory_m;
@@ -25,7 +25,7 @@ impl RailCurvature {
         }
     }
 
-    /// It is known from elsewhere.
+    /// Sets a curvature from another source.
     pub fn set(&mut self, per_m: Real) {
         self.per_m = within(
             per_m,

@@ -29,23 +29,23 @@ pub struct Compared {
     pub wheels_mps: Option<Real>,
     /// Speed of the filter, m/s.
     pub speed_mps: Real,
-    /// Random walk of a pitch by the gyro, with what turns couple into it, rad/√s.
+    /// Random walk of a pitch by the gyro, including the coupling of turns, rad/√s.
     pub angle_walk: Real,
     /// Standard deviation of the curvature of the rail, 1/m: an unseen pitch changes by as much for each m.
     pub curvature_sd_per_m: Real,
 }
 
-/// Pitch and roll that the gyro alone has carried on since a time when the filter had them.
+/// Pitch and roll by the gyro alone, started from the filter at an earlier time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Carried {
     angles: [Real; 2],
-    /// Standard deviation of the gyro's bias when it began, rad/s, and variance of the pitch without that, rad².
+    /// Standard deviation of the gyro's bias at the start, rad/s, and variance of the pitch without this bias, rad².
     bias_sd: Real,
     variance: Real,
     age_s: Real,
     /// Least and largest pitch of the filter since then, rad.
     range: [Real; 2],
-    /// True if filter, wheels and accelerometer have not agreed with it all the time.
+    /// True if filter, wheels and accelerometer have not always agreed with it.
     apart: bool,
 }
 
@@ -99,10 +99,10 @@ impl Carried {
 pub struct Separation {
     /// Speed by the wheels and acceleration by the accelerometer behind the same low-pass, m/s and m/s².
     low: Option<[Real; 2]>,
-    /// Time since the last wheel, and for which accelerometer and wheels have been there, s.
+    /// Time since the last wheel, and time for which accelerometer and wheels have given samples, s.
     waited_s: Real,
     heard_s: Real,
-    /// Separation from the pitch without the gyro, rad; the last one while an instrument of it is missing.
+    /// Separation from the pitch without the gyro, rad; the last value while an instrument is missing.
     without_gyro: Real,
     /// Pitches by the gyro alone: one that is kept while it is apart, and one that is begun anew in turn.
     carried: Option<[Carried; 2]>,
@@ -167,13 +167,13 @@ impl Separation {
         }
     }
 
-    /// True once accelerometer and wheels have been there for twice the memory.
+    /// True after accelerometer and wheels have given samples for twice the memory.
     fn is_heard(&self) -> bool {
         self.heard_s > 2.0 * tuning::GRAVITY_CHECK.window_s
     }
 
-    /// Begins the young pitch anew once it is old, or says little. The kept one gives way to it if all have agreed with
-    /// the young one all its life; after a contradiction they must have done so while the pitch changed.
+    /// Restarts the young pitch after it has become old or uncertain. The kept one gives way to it if all have agreed
+    /// with the young one all its life; after a contradiction they must have done so while the pitch changed.
     fn renew(&self, [kept, young]: &mut [Carried; 2], z: &Compared) {
         let [own, _] = z.sd;
         let says = |one: &Carried| one.sd() < 2.0 * own + tuning::SEPARATION.nominal_rad;
@@ -200,7 +200,7 @@ impl Separation {
     }
 }
 
-/// Returns true while a pitch is known well enough to say anything.
+/// Returns true while a pitch is known well enough.
 fn is_known(one: &Carried) -> bool {
     one.sd() < tuning::SOURCE.read_sum_sd
 }

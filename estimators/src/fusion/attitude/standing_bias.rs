@@ -1,4 +1,4 @@
-//! Biases of a gyro at a standstill that its sheet does not allow.
+//! Detection of gyro biases at a standstill that are beyond its sheet.
 //!
 //! The Kalman filter cannot follow them: with the standard deviation of a good sheet it has no gain left. A vehicle
 //! that stands does not turn, so that what six windows in a row read alike is the bias, whatever the sheet says. A body
@@ -21,7 +21,7 @@ struct Run {
 }
 
 impl Run {
-    /// Takes the mean of a window; `off` is how far it is from the filter's bias, rad/s.
+    /// Takes the mean of a window; `off` is its difference from the filter's bias, rad/s.
     fn take(&mut self, mean: Real, off: Real) {
         let (least, most) = (self.least.min(mean), self.most.max(mean));
         let alike =

@@ -13,7 +13,7 @@ use crate::models::attitude::{BIAS_X, GYRO_Z, SCALE};
 use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::tuning;
 
-/// A grade with a lag in way.
+/// A grade with a lag in distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LaggedGrade {
     /// Grade of the rail under the middle of the unit that carries the IMU, rad.
@@ -45,8 +45,8 @@ impl AttitudeFilter {
         sqrt(known + moved * moved)
     }
 
-    /// Standard deviation of what the filter cannot know of the pitch, rad, common to all grades: that of the IMU's
-    /// mounting, and what instruments that contradict each other leave open.
+    /// Standard deviation of errors of the pitch that the filter cannot observe, rad, common to all grades: that of the
+    /// IMU's mounting, and what instruments that contradict each other leave open.
     pub fn mount_sd_rad(&self) -> Real {
         let open = match self.supervision.separation {
             true => self.separation.open_rad(),
@@ -55,7 +55,7 @@ impl AttitudeFilter {
         self.params.mount_sd_deg * PI / 180.0 + open
     }
 
-    /// The grade where the IMU was one arm ago.
+    /// The grade at the place where the IMU was one arm length ago.
     pub fn lagged_grade(&self) -> LaggedGrade {
         let pitch = self.found.pitch_sd_rad;
         let (mount, chord) = (

@@ -1,4 +1,4 @@
-//! Time by which the wheels are ahead of the accelerometer, by the stamps of both.
+//! Time by which wheel samples are newer than accelerometer samples, by the stamps of both.
 //!
 //! The state is that of the accelerometer's time. Wheels that come sooner, or later, measure the speed of another time:
 //! in it the vehicle gains v̇ τ, and ½ v⃛ τ² that is not known.
@@ -24,7 +24,7 @@ impl WheelsAhead {
         self.mean_s += dt / (self.known_s + dt) * (force_s - wheels_s - self.mean_s);
     }
 
-    /// Speed gained in that time at an acceleration, m/s, and its variance, m²/s².
+    /// Speed gained in this time at an acceleration, m/s, and its variance, m²/s².
     pub fn gained(&self, acceleration_mps2: Real) -> (Real, Real) {
         if self.mean_s.abs() > tuning::WHEELS.max_ahead_s {
             return (0.0, 0.0);

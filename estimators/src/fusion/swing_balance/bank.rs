@@ -27,7 +27,7 @@ pub struct LoadBank {
     balance: SwingBalance,
     all: [Hypothesis; tuning::BANK.most],
     count: usize,
-    /// Time since the last share for another load, s, and blocks of use.
+    /// Time, s, and number of used blocks since the last share for another load.
     due_s: Real,
     since: u32,
 }
@@ -62,7 +62,7 @@ impl LoadBank {
         )
     }
 
-    /// The force balance of them all.
+    /// Force balance of all hypotheses.
     pub fn balance(&self) -> &SwingBalance {
         &self.balance
     }
@@ -100,12 +100,12 @@ impl LoadBank {
         found
     }
 
-    /// Takes it that another load may have been hung on.
+    /// Assumes that another load may have been hung on.
     pub fn open(&mut self) {
         self.share_out(tuning::BANK.stand_share);
     }
 
-    /// Opens what another place on the rail makes another.
+    /// Reopens the values that depend on the place on the rail.
     pub fn lose_place(&mut self, behind_sd_rad: Real) {
         self.all
             .iter_mut()
@@ -171,7 +171,7 @@ impl LoadBank {
         }
     }
 
-    /// Forgets the lightest until at most so many are left.
+    /// Forgets the hypotheses with the least weight until the allowed number is left.
     fn keep(&mut self, most: usize) {
         loop {
             let of = self.hypotheses().iter().enumerate();
@@ -194,7 +194,7 @@ impl LoadBank {
     }
 }
 
-/// Share of the weight that a fresh load has: its width among all.
+/// Share of the weight for a new load: its width among all.
 fn share([_, width]: [Real; 2]) -> Real {
     width / tuning::BANK.loads.iter().map(|[_, w]| w).sum::<Real>()
 }

@@ -21,15 +21,15 @@ fn steps(value: Real, step: Real) -> i16 {
 pub struct BlockInput {
     /// Speed by the attitude filter, m/s.
     pub speed_mps: Real,
-    /// Standard deviation of the speed but for what is common to a block, m/s.
+    /// Standard deviation of the speed without the part that is common to a block, m/s.
     pub speed_noise_mps: Real,
     /// Acceleration by the accelerometer, m/s².
     pub acceleration_mps2: Real,
     /// Traction at the rims, N, and its variance; `None` if too few torques are known.
     pub traction: Option<[Real; 2]>,
-    /// Time that the traction may be late, s.
+    /// Possible delay of the traction, s.
     pub traction_lag_s: Real,
-    /// Velocity random walk of the accelerometer as seen, m/s/√s.
+    /// Velocity random walk of the accelerometer, learnt, m/s/√s.
     pub seen_walk: Real,
     /// Horizontal curvature without its sign, 1/m.
     pub bend_per_m: Real,
@@ -39,18 +39,18 @@ pub struct BlockInput {
     pub sound: bool,
     /// True if a wheel slips.
     pub slip: bool,
-    /// True if the torques are doubted.
+    /// True if the torques are doubtful.
     pub doubt: bool,
 }
 
 /// Means over a block, in single precision: from the sixth digit on they are noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Block {
-    /// Middle of the way.
+    /// Middle of the distance covered.
     pub place: Place,
     /// Traction, N.
     pub traction_n: f32,
-    /// Its variance, N², with that of the inertia.
+    /// Variance of the traction, N², including the inertia.
     pub variance: f32,
     /// Speed, m/s.
     pub speed_mps: f32,
@@ -60,7 +60,7 @@ pub struct Block {
     acceleration: [i16; SUBSTEPS],
     /// Length of a part, in steps of `BLOCK.length_step_s`.
     substep: i16,
-    /// Fused, or why it cannot be: braked, without an instrument, slip, torques in doubt.
+    /// Fused, or the reason why the block cannot be fused: braked, without an instrument, slip, torques in doubt.
     pub outcome: AidOutcome,
 }
 
@@ -76,8 +76,7 @@ impl Block {
             .map(|steps| Real::from(steps) * tuning::BLOCK.acceleration_step)
     }
 
-    /// Standard deviation of the noise of the acceleration of a part, m/s², where it is beyond what the model's noise
-    /// covers; else 0.
+    /// Standard deviation of the noise of the acceleration of a part, m/s², if it exceeds the model's noise; else 0.
     pub fn part_noise_mps2(&self) -> Real {
         Real::from(self.part_noise) * tuning::BLOCK.part_step
     }
@@ -87,7 +86,7 @@ impl Block {
         Real::from(self.substep) * tuning::BLOCK.length_step_s
     }
 
-    /// Its length, s.
+    /// Length of the block, s.
     pub fn length_s(&self) -> Real {
         self.substep_s() * SUBSTEPS as Real
     }
@@ -112,7 +111,7 @@ pub struct BlockBuilder {
     part_way: Real,
     /// Speed at the beginning of the part, m/s.
     part_mps: Real,
-    /// Largest random walk of the accelerometer, m/s/√s, and time that the traction may be late, s.
+    /// Largest random walk of the accelerometer, m/s/√s, and possible delay of the traction, s.
     seen_walk: Real,
     lag_s: Real,
     /// First and last traction, N.
@@ -121,7 +120,7 @@ pub struct BlockBuilder {
 }
 
 impl BlockBuilder {
-    /// Takes a sample, with the total mass by the last block, kg; returns a block when it is whole.
+    /// Takes a sample, with the total mass by the last block, kg; returns a block when it is complete.
     pub fn take(
         &mut self,
         z: &BlockInput,
@@ -214,8 +213,8 @@ impl BlockBuilder {
         }
     }
 
-    /// Standard deviation of the noise of the acceleration of a part, m/s², 0 up to the nominal one, and the share that
-    /// the speed at its ends has in it beside the accelerometer, which is shaken.
+    /// Standard deviation of the noise of the acceleration of a part, m/s², 0 up to the nominal noise, and the share of
+    /// the speed at its ends in it, beside the shaken accelerometer.
     fn part_noise(&self) -> [Real; 2] {
         let by_force = self.seen_walk * self.seen_walk / tuning::BLOCK.substep_s;
         if by_force < tuning::BLOCK.nominal_part_mps2 * tuning::BLOCK.nominal_part_mps2 {
@@ -227,15 +226,14 @@ impl BlockBuilder {
         [sqrt(share * by_speed), share]
     }
 
-    /// Variance of the traction by the time that it may be late, N².
+    /// Variance of the traction due to its possible delay, N².
     fn late_variance(&self) -> Real {
         let [first, last] = self.tractions.unwrap_or_default();
         let late = self.lag_s / self.length_s.max(tuning::BLOCK.substep_s) * (last - first);
         late * late
     }
 
-    /// Variance of the force of inertia of `mass_kg` by the noise of the speed, beyond that which the model's noise
-    /// covers, N².
+    /// Variance of the force of inertia of `mass_kg` due to the noise of the speed, beyond the model's noise, N².
     fn inertia_variance(&self, mass_kg: Real) -> Real {
         let noise = self.noise / self.length_s.max(tuning::BLOCK.substep_s);
         let beyond = (2.0 * noise * noise
@@ -260,7 +258,7 @@ impl Blank for Place {
 state!(Block { place, traction_n, variance, speed_mps, part_noise, acceleration, substep, outcome; });
 state!(BlockBuilder { started, with_traction, traction, variance, speed, noise, brake, unsound, slip, doubt, part, parts, part_s, part_way, part_mps, seen_walk, lag_s, tractions, length_s; } where |this| this.part < SUBSTEPS);
 
-/// The figure as a block keeps it: single precision halves what a memory of blocks takes.
+/// The figure in the form of a block: single precision halves what a memory of blocks takes.
 #[allow(clippy::unnecessary_cast)] // not with double precision
 pub(super) fn stored(figure: Real) -> f32 {
     figure as f32

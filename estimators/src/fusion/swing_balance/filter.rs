@@ -25,12 +25,12 @@ use crate::models::swing_balance::{
 use crate::rail::train_means::TrainMeans;
 use crate::tuning;
 
-/// A load that may hang on the train, and what the blocks say if it does.
+/// A load that may hang on the train, and the state that follows from the blocks in this case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hypothesis {
     /// State and covariance.
     pub belief: Gaussian<N>,
-    /// Probability of it among all.
+    /// Probability of this load among all.
     pub weight: Real,
     last_grade: Real,
     last_behind_m: Real,
@@ -42,7 +42,7 @@ impl Hypothesis {
         [self.belief.x[MASS], self.belief.P[(MASS, MASS)]]
     }
 
-    /// Opens what another place on the rail makes another: the grade behind with the standard deviation
+    /// Reopens the values that depend on the place on the rail: the grade behind with the standard deviation
     /// `behind_sd_rad`, and the swing.
     pub fn lose_place(&mut self, behind_sd_rad: Real) {
         self.open_swing();
@@ -57,7 +57,7 @@ impl Hypothesis {
         self.belief.set_independent(RATE, 0.0, rate * rate);
     }
 
-    /// Takes in another hypothesis of the same load: both have one mean and one covariance.
+    /// Merges another hypothesis of the same load: both have one mean and one covariance.
     pub fn merge(&mut self, other: &Self) {
         let share = self.weight / (self.weight + other.weight);
         let (apart, rest) = (self.belief.x - other.belief.x, 1.0 - share);
@@ -117,8 +117,8 @@ impl SwingBalance {
         }
     }
 
-    /// Hypothesis of another load on a train of which this one knows all else: the swing is open, and the resistance a
-    /// little.
+    /// Hypothesis of another load on the train, with all other knowledge of this one: the swing is open, and the
+    /// resistance a little.
     pub fn other(&self, of: &Hypothesis, [load, sd]: [Real; 2], weight: Real) -> Hypothesis {
         let mut other = Hypothesis { weight, ..*of };
         let most = self.model.nominal.max_load_kg;
@@ -139,8 +139,7 @@ impl SwingBalance {
         self.model.f(&x, &u, block.length_s())
     }
 
-    /// Innovation of a block that has not been taken, at the state `x`, N, and the variance of its noise without that
-    /// of the rail that was not read, N².
+    /// Innovation of an unused block at the state `x`, N, and the variance of its noise without the unread rail, N².
     pub fn outlook(&self, x: &SVector<Real, N>, block: &Block, means: &TrainMeans) -> [Real; 2] {
         let read = TrainMeans {
             ahead_kgm: 0.0,
@@ -244,7 +243,7 @@ impl SwingBalance {
     }
 }
 
-/// Weight of the train by which shares of a parameter become forces, N: with a third of the largest load.
+/// Weight of the train, which turns shares of a parameter into forces, N: with a third of the largest load.
 fn typical_n(nominal: &Nominal) -> Real {
     (nominal.tare_kg + nominal.max_load_kg / 3.0) * GRAVITY
 }

@@ -64,16 +64,17 @@ pub struct SwingMass {
     front_m: Real,
     bank: LoadBank,
     found: BalanceState,
-    /// Innovation of the newest block and its variance, and the block up to which a jump of it takes the mark.
+    /// Innovation of the newest block and its variance, and the block up to which a jump of the innovation removes the
+    /// mark.
     outlook: Option<[Real; 2]>,
     jumped: u64,
     builder: BlockBuilder,
     blocks: [Block; tuning::QUEUE.blocks],
-    /// Blocks written and taken since the start.
+    /// Numbers of blocks written and used since the start.
     written: u64,
     taken: u64,
     settle_s: Real,
-    /// Blocks used since the load may have become another.
+    /// Number of blocks used since the load may have changed.
     used: u32,
     new_nis: Option<(Real, Real)>,
     status: AidStatus,
@@ -118,8 +119,8 @@ impl SwingMass {
         }
     }
 
-    /// One sample, with the total mass before it, kg; returns the grade by the force of a block when one is whole. At
-    /// most one waiting block is worked off.
+    /// Takes a sample, with the total mass before it, kg; returns the grade by the force of a complete block. At most
+    /// one waiting block is worked off.
     pub fn step(
         &mut self,
         z: &BlockInput,
@@ -157,7 +158,7 @@ impl SwingMass {
         grade
     }
 
-    /// Looks at a new block before its turn and returns the grade by its force.
+    /// Evaluates a new block before its turn and returns the grade by its force.
     fn watch(&mut self, block: &Block, rail: &RailMemory) -> GradeByForce {
         let v = Real::from(block.speed_mps);
         let means = self.train.at(rail, block.place);
@@ -189,8 +190,8 @@ impl SwingMass {
         }
     }
 
-    /// Takes the innovation of a new block against that of the last: a force that jumps from one block to the next is
-    /// that of another load, because the rail that has not been read cannot change so fast.
+    /// Compares the innovation of a new block with the innovation of the last block: a force that jumps from one block
+    /// to the next is that of another load, because the rail that has not been read cannot change so fast.
     fn look_for_jump(&mut self, now: Option<[Real; 2]>, block: &Block, means: &TrainMeans) {
         let v = Real::from(block.speed_mps);
         let last = core::mem::replace(&mut self.outlook, now);
@@ -212,7 +213,7 @@ impl SwingMass {
         }
     }
 
-    /// Reason why a block is of no use; `None` if it is of use.
+    /// Reason why a block cannot be used; `None` if it can.
     fn refusal(&self, block: &Block, means: &TrainMeans) -> Option<AidOutcome> {
         let moving = Real::from(block.speed_mps).abs() > tuning::MOTION.moves_mps;
         // Going back over rail that is no longer remembered, or never was.
@@ -229,7 +230,7 @@ impl SwingMass {
         }
     }
 
-    /// The means over the train at a block, and the reason why it is of no use, if there is one.
+    /// Means over the train at a block, and the reason why the block cannot be used, if there is one.
     fn look(&mut self, block: &Block, rail: &RailMemory) -> (Option<AidOutcome>, TrainMeans) {
         let means = self.train.at(rail, block.place);
         let moving = Real::from(block.speed_mps).abs() > tuning::MOTION.moves_mps;
@@ -260,13 +261,13 @@ impl SwingMass {
         self.blocks.get(slot(number)).copied().unwrap_or_default()
     }
 
-    /// Standard deviation of a mass of the filter's variance, kg², with that of the scale of the force, kg.
+    /// Standard deviation of a mass with the filter's variance, kg², including the scale of the force, kg.
     fn sd_kg(&self, variance: Real) -> Real {
         let gain = self.gain_sd * self.mass_kg();
         sqrt(variance + gain * gain)
     }
 
-    /// Takes it that the train came unseen to where it is: the rail of the blocks kept is no longer known, the load may
+    /// Assumes that the train came unseen to its place: the rail of the blocks kept is no longer known, the load may
     /// swing, and the grade behind the rail read has the standard deviation `behind_sd_rad`.
     pub fn lose_place(&mut self, behind_sd_rad: Real) {
         let outcome = AidOutcome::Stale;
@@ -280,7 +281,7 @@ impl SwingMass {
         self.found.x[ETA] = 0.0;
     }
 
-    /// Takes it that another load may hang on the train, which has stood: the mass keeps its value.
+    /// Assumes that another load may hang on the train, which has stood: the mass keeps its value.
     pub fn open_load(&mut self) {
         self.bank.open();
         self.found.mass_variance = self.bank.variance_about(self.found.x[MASS]);
@@ -297,7 +298,7 @@ impl SwingMass {
         self.tare_kg + self.found.x[MASS]
     }
 
-    /// Masses that the effective grade is a mean over.
+    /// Masses for the mean in the effective grade.
     pub fn carried(&self) -> MassOnRail {
         MassOnRail {
             mass_kg: self.mass_kg(),
@@ -308,7 +309,7 @@ impl SwingMass {
         }
     }
 
-    /// Total mass and its standard deviation with that of what no filter can see (scale of the torque), kg.
+    /// Total mass and its standard deviation, including errors that no filter can observe (scale of the torque), kg.
     pub fn published(&self) -> [Real; 2] {
         [self.mass_kg(), self.sd_kg(self.found.mass_variance)]
     }
@@ -328,7 +329,7 @@ impl SwingMass {
         self.used > 0
     }
 
-    /// Loads that are held possible.
+    /// Hypotheses of the load.
     pub fn bank(&self) -> &LoadBank {
         &self.bank
     }

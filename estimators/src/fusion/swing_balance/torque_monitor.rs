@@ -21,14 +21,14 @@ pub struct TorqueMonitor {
     /// N per N·m without losses, and the efficiency.
     per_nm: Real,
     efficiency: Real,
-    /// Behind a low-pass, N·m: torques and the mean command. Single precision: they are only compared.
+    /// Torques after a low-pass, N·m: torques and the mean command. Single precision: they are only compared.
     smooth: [f32; MAX_DRIVES],
     commanded: f32,
-    /// Recent change of the command that has not come through the low-pass yet, N·m.
+    /// Recent change of the command that has not passed the low-pass yet, N·m.
     changing: f32,
-    /// Regression of what the torques are behind the command on its rate: sums of products and squares.
+    /// Regression of the lag of the torques behind the command on its rate: sums of products and squares.
     behind: [f32; 2],
-    /// Mean difference of the ages of torques and specific force by their stamps, s.
+    /// Mean difference between the ages of torques and specific force by their stamps, s.
     age_s: Real,
     used: u32,
     doubt: bool,
@@ -96,7 +96,7 @@ impl TorqueMonitor {
         Some([force * all, variance * all * all])
     }
 
-    /// Takes how far the torques are behind the command while that changes by `rate_nmps`.
+    /// Takes the lag of the torques behind the command while the command changes by `rate_nmps`.
     fn observe_lag(&mut self, median: Real, rate_nmps: Real, dt: Real) {
         let off = Real::from(self.commanded) - median;
         let share = dt / tuning::TORQUE.lag_memory_s;
@@ -107,8 +107,8 @@ impl TorqueMonitor {
         }
     }
 
-    /// Time that the torques may be late against the rest, s: by their stamps, or by how far they are behind the
-    /// command beyond what a motor is.
+    /// Possible delay of the torques relative to the other signals, s: by their stamps, or by how far they are behind
+    /// the command beyond what a motor is.
     pub fn lag_s(&self) -> Real {
         if !self.on {
             return 0.0;

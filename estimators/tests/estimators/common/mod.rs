@@ -64,7 +64,7 @@ pub fn chi_square_band(degrees: usize) -> (Real, Real) {
     (at(-1.96), at(1.96))
 }
 
-/// Vehicle that the estimators are built with.
+/// Vehicle for the estimators.
 pub fn vehicle(drives: usize) -> Vehicle {
     Vehicle::new(VehicleData {
         tare_kg: 5_000.0,

@@ -23,7 +23,7 @@ pub struct World {
     pub across_mps2: Real,
     /// Grade angle, rad, at a chainage, m.
     pub grade: fn(Real) -> Real,
-    /// Speed asked for, m/s, at an instant, s.
+    /// Reference speed, m/s, at an instant, s.
     pub speed: fn(Real) -> Real,
     pub seconds: Real,
     pub seed: u64,

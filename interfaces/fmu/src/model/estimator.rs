@@ -36,7 +36,7 @@ struct EstimatorModel {
     parameters: usize,
     keys: Vec<&'static Key>,
     estimator: Option<BoxedEstimator>,
-    /// Time of the last step with a sample, s; none if that was the last step.
+    /// Time of the last step with a sample, s; `None` if it was the last step.
     waits_from_s: Option<f64>,
 }
 
@@ -70,7 +70,7 @@ fn parameter(key: &'static Key) -> Variable {
     }
 }
 
-/// Number of a word, counted from 1; 0 for none of them.
+/// Number of a word, counted from 1; 0 for an unknown word.
 fn place_of(word: &str, words: &[&str]) -> f64 {
     words
         .iter()
@@ -96,7 +96,7 @@ pub(super) fn of(
     let mut variables = Vec::new();
     let mut samples = Vec::new();
     for name in &part.measured {
-        let measurand = Measurand::named(name).ok_or(format!("there is no quantity `{name}`"))?;
+        let measurand = Measurand::named(name).ok_or(format!("no quantity is called `{name}`"))?;
         let count = match measurand.shape() {
             Shape::PerDrive => vehicle.drives,
             _ => 1,
@@ -111,7 +111,7 @@ pub(super) fn of(
                 stamp: variables.len(),
                 last_ns: i64::MIN,
             });
-            let about = "Instant of the sample; what stands here at the start is none.";
+            let about = "Instant of the sample; the value at the start means no sample.";
             variables.push(Variable {
                 start: -1.0,
                 ..Variable::input(signals::stamp_name(slot), "s", about)
@@ -142,21 +142,20 @@ pub(super) fn of(
         variables.push(Variable::output(name, q.unit, q.about));
         let about = "Its standard deviation.";
         variables.push(Variable::output(format!("{name}_sd"), q.unit, about));
-        let about = "True where it is fit for use.";
+        let about = "True if the estimate can be used.";
         variables.push(Variable::flag(format!("{name}_valid"), about));
     }
     for (name, _) in signals::NUMBERS {
-        let about = "Of the slope filter's last measurement.";
+        let about = "Innovation or NIS of the slope filter's last measurement.";
         variables.push(Variable::output(name, "1", about));
     }
     for (name, _) in signals::FLAGS {
         variables.push(Variable::flag(name, "Status of the estimator."));
     }
-    let about =
-        "True where the last step was refused: the outputs are those before, marked not valid.";
+    let about = "True if the last step was refused: the outputs are the previous outputs, marked not valid.";
     variables.push(Variable::flag(signals::REFUSED, about));
     let stamped = variables.len();
-    let about = "A sample is new where its stamp has changed; if false, every step brings all samples, at its end.";
+    let about = "If true, a sample is new when its stamp has changed; if false, every step brings all samples, at its end.";
     variables.push(Variable {
         causality: Causality::Parameter,
         ..Variable::flag(signals::STAMPED, about)
@@ -194,7 +193,7 @@ pub(super) fn of(
 }
 
 impl EstimatorModel {
-    /// Builds the estimator with the parameters there are.
+    /// Builds the estimator with the present parameters.
     fn build(&mut self, values: &[f64]) -> Result<(), String> {
         let set = values.get(self.parameters..).unwrap_or_default();
         let mut settings: Vec<(&str, Setting<'_>)> = Vec::new();
@@ -308,7 +307,10 @@ impl Model for EstimatorModel {
             Some(from_s) => t_s + dt_s - from_s,
             None => dt_s,
         };
-        let estimator = self.estimator.as_mut().ok_or("it has not begun")?;
+        let estimator = self
+            .estimator
+            .as_mut()
+            .ok_or("the instance has not begun")?;
         match estimator.step(&z, &u, dt) {
             Ok(estimate) => {
                 self.write(values, estimate);
@@ -342,7 +344,7 @@ impl Model for EstimatorModel {
     }
 
     fn load(&mut self, values: &mut [f64], state: &[u8]) -> Result<(), String> {
-        let torn = "the state has not the length it should have";
+        let torn = "the state has the wrong length";
         let mut rest = state;
         let mut next = || -> Option<[u8; 8]> {
             let (first, others) = rest.split_first_chunk()?;

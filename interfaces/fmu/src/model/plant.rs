@@ -149,16 +149,20 @@ impl Model for PlantModel {
     }
 
     fn step(&mut self, values: &mut [f64], t_s: f64, dt_s: f64) -> Result<Stepped, String> {
-        let (simulation, steps) = self.run.as_mut().ok_or("it has not begun")?;
+        let (simulation, steps) = self.run.as_mut().ok_or("the instance has not begun")?;
         let step_s = simulation.dt_s;
         let now_s = simulation.plant.truth().t_s;
         let count = (dt_s / step_s).round();
         if count < 1.0 || (count * step_s - dt_s).abs() > 1e-6 * step_s {
-            let why = format!("a step of {dt_s} s: the plant makes whole steps of {step_s} s");
+            let why = format!(
+                "a step of {dt_s} s is not possible: the plant makes whole steps of {step_s} s"
+            );
             return Ok(Stepped::NotMade(why));
         }
         if (t_s - now_s).abs() > 0.5 * step_s {
-            let why = format!("a step from {t_s} s: the plant is at {now_s} s and cannot go back");
+            let why = format!(
+                "a step from {t_s} s is not possible: the plant is at {now_s} s and cannot go back"
+            );
             return Ok(Stepped::NotMade(why));
         }
         let at = |place: usize| values.get(place).copied().unwrap_or_default();

@@ -46,10 +46,10 @@ fn from_bus(frame: &CanAnyFrame) -> Option<Frame> {
 
 fn socket(interface: &str) -> Result<CanFdSocket, Refusal> {
     CanFdSocket::open(interface).map_err(|e| {
-        let help = "an interface with CAN FD that is up, such as by `ip link add vcan0 type vcan`, \
-                    `ip link set vcan0 mtu 72 up`";
+        let help = "use an active interface with CAN FD, for example after `ip link add vcan0 type vcan`, `ip \
+                    link set vcan0 mtu 72 up`";
         Refusal::new(
-            format!("there is no way to the CAN bus `{interface}`: {e}"),
+            format!("the CAN bus `{interface}` cannot be opened: {e}"),
             help,
         )
     })
@@ -63,7 +63,7 @@ fn send(socket: &CanFdSocket, frame: &CanAnyFrame, patience: Duration) -> io::Re
             Err(e) if e.kind() == ErrorKind::Interrupted => {}
             Err(e) if e.raw_os_error() == Some(NO_BUFFERS) || e.kind() == ErrorKind::WouldBlock => {
                 if begun.elapsed() >= patience {
-                    let why = "its queue is full: a bus that is too slow, or `ip link set … txqueuelen 1000`";
+                    let why = "its queue is full: the bus is too slow, or needs `ip link set … txqueuelen 1000`";
                     return Err(io::Error::other(why));
                 }
                 std::thread::sleep(RETRY);
@@ -76,7 +76,7 @@ fn send(socket: &CanFdSocket, frame: &CanAnyFrame, patience: Duration) -> io::Re
     }
 }
 
-/// The way to an estimator on a bus.
+/// Connection to an estimator on a bus.
 struct Can {
     claim: Claim,
     socket: CanFdSocket,
@@ -84,7 +84,7 @@ struct Can {
     patience: Duration,
 }
 
-/// Opens the way to the estimator on a bus.
+/// Opens the connection to the estimator on a bus.
 pub(super) fn open(interface: &str) -> Result<Box<dyn Link>, Refusal> {
     let socket = socket(interface)?;
     let _ = socket.set_read_timeout(WAIT);
@@ -112,13 +112,13 @@ impl Link for Can {
     fn send(&mut self) -> Result<(), String> {
         let mut frames = self.out.iter();
         let sent = frames.try_for_each(|frame| send(&self.socket, frame, self.patience));
-        sent.map_err(|e| format!("cannot be sent to: {e}"))
+        sent.map_err(|e| format!("cannot receive data: {e}"))
     }
 
     fn never_wait(&mut self) -> Result<(), String> {
         self.patience = Duration::ZERO;
         let set = self.socket.set_nonblocking(true);
-        set.map_err(|e| format!("cannot be heard: {e}"))
+        set.map_err(|e| format!("cannot be read: {e}"))
     }
 
     fn receive(&mut self, each: &mut dyn FnMut(&Frame)) -> Result<bool, String> {
@@ -136,7 +136,7 @@ impl Link for Can {
                     ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted => {
                         return Ok(came);
                     }
-                    _ => return Err(format!("cannot be heard: {e}")),
+                    _ => return Err(format!("cannot be read: {e}")),
                 },
             }
         }
@@ -153,7 +153,7 @@ pub fn serve_can(
     let broken = |e: io::Error| {
         Refusal::new(
             format!("the CAN bus `{interface}`: {e}"),
-            "a bus that works",
+            "check the bus or the address",
         )
     };
     let mut ecu = Ecu::new(numbers);

@@ -1,4 +1,4 @@
-//! An estimator outside of the program in a run: each step is sent, and its answer is waited for.
+//! An estimator outside the program in a run: each step is sent, and its answer is waited for.
 
 use super::link::Link;
 use super::real_time::RealTime;
@@ -16,16 +16,16 @@ use monorig_wire::step::Step;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Time for an answer, but for the first one.
+/// Time for every answer except the first.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// Time for an answer once everything is to end.
+/// Time for an answer after the program was asked to end.
 const LAST_WORD: Duration = Duration::from_millis(500);
-/// Time between two looks for an answer in real time.
+/// Time between two checks for an answer in real time.
 const LOOKS: Duration = Duration::from_micros(50);
-/// Quantities that it shows.
+/// Internal quantities of the estimator.
 const INTERNALS: [Internal; 1] = [Internal::new("sent_again", "1")];
 
-/// An estimator at the end of a way.
+/// An estimator at the end of a connection.
 pub(super) struct Outside {
     link: Box<dyn Link>,
     numbers: Numbers,
@@ -35,9 +35,9 @@ pub(super) struct Outside {
     sequence: u16,
     /// True before the first step after a reset.
     start: bool,
-    /// Times that the last step was sent.
+    /// Number of times that the last step was sent.
     times: u32,
-    /// Steps that were sent more than once.
+    /// Number of steps that were sent more than once.
     sent_again: u64,
     /// The time, if it is real.
     real_time: Option<RealTime>,
@@ -50,7 +50,7 @@ pub(super) struct Outside {
     answered: bool,
     /// True once the first step was answered in real time.
     begun: bool,
-    /// Reason why the estimator answers no more.
+    /// Reason why the estimator no longer answers.
     lost: Option<String>,
 }
 
@@ -197,8 +197,8 @@ impl Outside {
     }
 }
 
-/// Judges what came while the answer to a step is waited for; `repeated` if the step before was sent more than once
-/// and may be answered more than once.
+/// Judges received frames during the wait for an answer; `repeated` if the previous step was sent more than once and
+/// may be answered more than once.
 fn judge(came: Came, sequence: u16, repeated: bool) -> Judged {
     let before = (sequence + SEQUENCES - 1) % SEQUENCES;
     match came {
@@ -210,9 +210,9 @@ fn judge(came: Came, sequence: u16, repeated: bool) -> Judged {
             )),
             _ if of == before && repeated => Judged::Waiting,
             _ if of == before => Judged::Wrong(format!(
-                "answers step {of} twice: are there two of them on one identifier?"
+                "answers step {of} twice: two estimators may have the same identifier"
             )),
-            _ => Judged::Wrong(format!("answers step {of}, and was given step {sequence}")),
+            _ => Judged::Wrong(format!("answers step {of}, but was given step {sequence}")),
         },
     }
 }
@@ -236,7 +236,7 @@ impl Estimator for Outside {
             self.counter.set(time.counts);
         }
         match answered {
-            Ok(None) => Err(Error::own("its answer did not come in time")),
+            Ok(None) => Err(Error::own("the answer did not come in time")),
             Ok(Some(answer)) if answer.refused => Err(Error::own("it refused the step")),
             Ok(Some(answer)) => checked(answer.estimate),
             Err(why) => {

@@ -1,25 +1,25 @@
-//! A way to an estimator outside of the program.
+//! A connection to an estimator outside the program.
 
 use monorig_wire::frame::Frame;
 
-/// A way to an estimator: frames there and back. The errors say what is wrong at the other end, in words that follow
-/// its name.
+/// A connection to an estimator: frames there and back. The errors say what is wrong at the other end, in words that
+/// follow its name.
 pub(super) trait Link: Send {
     /// Returns the address of the other end for messages.
     fn at(&self) -> &str;
 
-    /// Begins to put frames together.
+    /// Begins a group of frames.
     fn begin(&mut self);
 
     /// Adds a frame of this time, ns.
     fn put(&mut self, frame: &Frame, ns: i64);
 
-    /// Sends the frames that were put together, at once; they can be sent again.
+    /// Sends the group of frames at once; the group can be sent again.
     fn send(&mut self) -> Result<(), String>;
 
-    /// Waits no more, neither for frames nor for the other end to take them.
+    /// Stops every wait for frames or for the other end.
     fn never_wait(&mut self) -> Result<(), String>;
 
-    /// Waits for frames, for half a second at most; hands them over. False if none came.
+    /// Waits for frames for at most half a second; passes them on. False if none came.
     fn receive(&mut self, each: &mut dyn FnMut(&Frame)) -> Result<bool, String>;
 }

@@ -1,5 +1,5 @@
-//! Estimators outside of the program, which are given CAN frames and answer in CAN frames: on a controller, in a
-//! process, in firmware.
+//! Estimators outside the program, which read CAN frames and answer with CAN frames: on a controller, in a process, in
+//! firmware.
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -47,7 +47,8 @@ pub fn numbers(signals: SignalNumbers) -> Numbers {
     }
 }
 
-/// The estimator at the end of a way, in real time on a clock, else in lockstep. It is reached at its first step.
+/// The estimator at the end of a connection, in real time on a clock, else in lockstep. It is reached at its first
+/// step.
 pub(crate) fn estimator_of(
     external: &External,
     clock: Option<&Arc<WallClock>>,
@@ -68,9 +69,9 @@ pub(crate) fn estimator_of(
             Way::Process(words) => Box::new(process::Process::new(words, &external.folder)?),
             #[cfg(not(unix))]
             Way::Process(_) => {
-                let help = "`udp`, by which a program can be reached on this system, too";
+                let help = "use `udp`, which works on this system too";
                 return Err(Refusal::new(
-                    "programs as estimators run on Unix alone",
+                    "programs can be estimators only on Unix",
                     help,
                 ));
             }

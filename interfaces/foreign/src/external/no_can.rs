@@ -8,9 +8,9 @@ use monorig_wire::signal::Numbers;
 pub(super) fn open(interface: &str) -> Result<Box<dyn Link>, Refusal> {
     Err(Refusal::new(
         format!(
-            "there is no way to the CAN bus `{interface}`: this program is built without SocketCAN"
+            "the CAN bus `{interface}` cannot be opened: this program was built without SocketCAN"
         ),
-        "a program built on Linux with `--features socketcan`; or `udp`, with cannelloni between it and the bus",
+        "use a program built on Linux with `--features socketcan`; or use `udp` with cannelloni between the program and the bus",
     ))
 }
 

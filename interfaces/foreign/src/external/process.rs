@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-/// Time for frames to come before the step is sent again, and for the process to take what is written.
+/// Time for an answer before the step is sent again, and for the process to read its input.
 const WAIT: Duration = Duration::from_millis(500);
 const WRITE: Duration = Duration::from_secs(2);
 /// Largest number of bytes of a line that is read, and of a wrong line that is shown.
@@ -22,7 +22,7 @@ const SHOWN: usize = 24;
 /// Longest name of a program in a message, characters.
 const LONGEST_NAME: usize = 30;
 
-/// A process that is given frames.
+/// A process that reads frames.
 pub(super) struct Process {
     program: PathBuf,
     words: Vec<String>,
@@ -62,17 +62,17 @@ pub(super) fn find(words: &[String], folder: &Path) -> Result<PathBuf, Refusal> 
     let found = found.map(|k| places.swap_remove(k));
     let found = found.ok_or_else(|| {
         let help = match is_path {
-            true => "a path from the folder of the scenario, or from the root",
-            false => "a program in PATH; `./NAME` is one beside the scenario",
+            true => "use a path from the folder of the scenario, or an absolute path",
+            false => "use a program in PATH; `./NAME` is a program beside the scenario",
         };
-        Refusal::new(format!("there is no program `{name}`"), help)
+        Refusal::new(format!("the program `{name}` does not exist"), help)
     })?;
     // the process starts in another folder
     Ok(std::path::absolute(&found).unwrap_or(found))
 }
 
 impl Process {
-    /// A process of this program with its arguments, which starts in the folder once it is needed.
+    /// A process of this program with its arguments, which starts in the folder when it is needed.
     pub fn new(words: &[String], folder: &Path) -> Result<Self, Refusal> {
         let program = find(words, folder)?;
         let name = program.file_name().unwrap_or_default().to_string_lossy();
@@ -126,7 +126,7 @@ impl StartedProcess {
         }
     }
 
-    /// Hands over the frames of the whole lines.
+    /// Passes on the frames of the complete lines.
     fn lines(&mut self, each: &mut dyn FnMut(&Frame)) -> Result<(), String> {
         let Some(end) = self.rest.iter().rposition(|c| *c == b'\n') else {
             return match self.rest.len() > MAX_LINE {
@@ -148,7 +148,7 @@ impl StartedProcess {
                 None => {
                     let line = String::from_utf8_lossy(line);
                     let shown: String = line.trim().chars().take(SHOWN).collect();
-                    return Err(format!("sends `{shown}`, no frame of candump"));
+                    return Err(format!("sends `{shown}`, which is not a frame of candump"));
                 }
             }
         }
@@ -175,10 +175,7 @@ impl Link for Process {
         let running = self.running()?;
         let sent = running.socket.write_all(&out).map_err(|e| match e.kind() {
             ErrorKind::WouldBlock | ErrorKind::TimedOut => {
-                format!(
-                    "takes nothing from its standard input for {} s",
-                    WRITE.as_secs()
-                )
+                format!("has not read its standard input for {} s", WRITE.as_secs())
             }
             _ => running.over(),
         });
@@ -188,7 +185,7 @@ impl Link for Process {
 
     fn never_wait(&mut self) -> Result<(), String> {
         let set = self.running()?.socket.set_nonblocking(true);
-        set.map_err(|e| format!("cannot be heard: {e}"))
+        set.map_err(|e| format!("cannot be read: {e}"))
     }
 
     fn receive(&mut self, each: &mut dyn FnMut(&Frame)) -> Result<bool, String> {

@@ -1,4 +1,4 @@
-//! An estimator outside of the program in real time: an answer that has not come in time counts as not delivered.
+//! An estimator outside the program in real time: an answer that has not come in time counts as not delivered.
 
 use monorig_sim::closed_loop::{AnswerCounts, WallClock};
 use monorig_sim::config::scenario::AnswerFaults;
@@ -7,19 +7,19 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Time without any answer after which nobody is there.
+/// Time without any answer after which the estimator counts as missing.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// Most steps whose answers are still looked for.
+/// Largest number of steps whose answers are awaited.
 const MAX_SENT: usize = 4096;
 
-/// The clock, and what became of the steps so far.
+/// The clock, and the status of the steps so far.
 pub(super) struct RealTime {
     pub clock: Arc<WallClock>,
     pub deadline: Duration,
     faults: AnswerFaults,
     /// Steps without an answer, and when they were sent.
     sent: VecDeque<(u16, Instant)>,
-    /// Answers that are held up on purpose, and until when.
+    /// Answers that are delayed on purpose, and the ends of their delays.
     held: Vec<(Instant, Answer)>,
     last_answer: Instant,
     pub counts: AnswerCounts,
@@ -63,7 +63,7 @@ impl RealTime {
         }
     }
 
-    /// Takes what came. Returns the answer to the step, if it is one that is not lost or held up on purpose.
+    /// Takes received frames. Returns the answer to the step, if it is one that is not lost or held up on purpose.
     pub fn take(&mut self, came: Came, step: u16, now: Instant) -> Result<Option<Answer>, String> {
         let answer = match came {
             Came::Part => return Ok(None),
@@ -77,7 +77,7 @@ impl RealTime {
         let of = answer.sequence;
         if !self.sent.iter().any(|(sent, _)| *sent == of) {
             return Err(format!(
-                "answers step {of} twice, or was never given it; the last one was {step}"
+                "answers step {of} twice or without having received it; the last step was {step}"
             ));
         }
         self.last_answer = now;
@@ -94,7 +94,7 @@ impl RealTime {
         Ok(self.arrive(answer, step, now))
     }
 
-    /// Returns the answer to the step among those that were held up until now.
+    /// Returns the answer to the step from the answers whose delay has ended.
     pub fn released(&mut self, step: u16, now: Instant) -> Option<Answer> {
         let mut found = None;
         while let Some(k) = self.held.iter().position(|(until, _)| *until <= now) {

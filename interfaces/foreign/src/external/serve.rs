@@ -11,9 +11,9 @@ use std::io::{BufRead, ErrorKind, Result, Write};
 use std::net::{SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
-/// Most bytes of a line.
+/// Largest number of bytes of a line.
 const MAX_LINE: u64 = 4096;
-/// Most bytes of a datagram.
+/// Largest number of bytes of a datagram.
 const MAX_DATAGRAM: usize = 65_536;
 
 /// Answers lines of candump until they end. Lines that are none are passed over, as frames of others are.
@@ -42,7 +42,7 @@ pub fn serve_lines(
     Ok(())
 }
 
-/// Runs that are answered at a time, and the silence after which one is over if there are more.
+/// Largest number of runs at a time, and the silence after which a run counts as ended if there are more.
 const MAX_RUNS: usize = 16;
 const SILENT: Duration = Duration::from_secs(60);
 
@@ -54,8 +54,8 @@ struct Run {
     last: Instant,
 }
 
-/// Answers datagrams of cannelloni, each to where it came from, until the program ends. Each asker has an estimator of
-/// its own, which `build` makes.
+/// Answers datagrams of cannelloni, each to its sender, until the program ends. Each asker has an estimator of its own,
+/// which `build` makes.
 pub fn serve_udp(
     mut build: impl FnMut() -> Result<BoxedEstimator>,
     numbers: Numbers,

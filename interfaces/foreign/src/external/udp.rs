@@ -17,7 +17,7 @@ const FULL: usize = 1400;
 /// Most bytes of a datagram that comes.
 const MAX_DATAGRAM: usize = 65_536;
 
-/// The way to an address.
+/// Connection to an address.
 pub(super) struct Udp {
     claim: Claim,
     socket: UdpSocket,
@@ -44,8 +44,8 @@ impl Udp {
             Ok(socket)
         });
         let socket = opened.map_err(|e| {
-            let help = "an address that this machine can reach, such as 127.0.0.1:47800";
-            Refusal::new(format!("there is no way to {address}: {e}"), help)
+            let help = "use an address that this machine can reach, such as 127.0.0.1:47800";
+            Refusal::new(format!("{address} cannot be reached: {e}"), help)
         })?;
         Ok(Self {
             claim: Claim::of(address.to_string())?,
@@ -95,7 +95,7 @@ impl Link for Udp {
                 Ok(_) => {}
                 // nobody listens, which the answer that does not come will tell
                 Err(e) if e.kind() == ErrorKind::ConnectionRefused => {}
-                Err(e) => return Err(format!("cannot be sent to: {e}")),
+                Err(e) => return Err(format!("cannot receive data: {e}")),
             }
         }
         Ok(())
@@ -104,7 +104,7 @@ impl Link for Udp {
     fn never_wait(&mut self) -> Result<(), String> {
         self.waits = false;
         let set = self.socket.set_nonblocking(true);
-        set.map_err(|e| format!("cannot be heard: {e}"))
+        set.map_err(|e| format!("cannot be read: {e}"))
     }
 
     fn receive(&mut self, each: &mut dyn FnMut(&Frame)) -> Result<bool, String> {
@@ -113,7 +113,9 @@ impl Link for Udp {
                 let datagram = self.bytes.get(..count).unwrap_or_default();
                 match cannelloni::read(datagram, &mut |frame| each(frame)) {
                     true => Ok(true),
-                    false => Err(format!("sends {count} bytes, no datagram of cannelloni")),
+                    false => Err(format!(
+                        "sends {count} bytes, which are not a datagram of cannelloni"
+                    )),
                 }
             }
             Err(e) => match e.kind() {
@@ -124,7 +126,7 @@ impl Link for Udp {
                     Ok(false)
                 }
                 ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted => Ok(false),
-                _ => Err(format!("cannot be heard: {e}")),
+                _ => Err(format!("cannot be read: {e}")),
             },
         }
     }

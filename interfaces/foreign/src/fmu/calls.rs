@@ -144,7 +144,7 @@ impl Calls {
         let library: &'static Library = Box::leak(Box::new(open(path).map_err(|why| {
             Refusal::new(
                 format!("{at}: its shared library cannot be loaded: {why}"),
-                "an FMU for this machine, with all libraries that it needs inside",
+                "use an FMU for this machine that contains all needed libraries",
             )
         })?));
         let version = if three { "fmi3" } else { "fmi2" };
@@ -156,7 +156,7 @@ impl Calls {
                 found.map(|symbol| *symbol).map_err(|_| {
                     Refusal::new(
                         format!("{at}: its shared library has no function `{name}`"),
-                        "an FMU whose library is of the version that its description names",
+                        "use an FMU whose library has the version of its description",
                     )
                 })
             }};
@@ -332,13 +332,13 @@ impl Instance {
         match handle.is_null() {
             true => Err(Refusal::new(
                 format!("{} cannot be instantiated: {}", fmu.at, instance.told()),
-                "an FMU that runs in another tool on this machine, too",
+                "use an FMU that also runs in another tool on this machine",
             )),
             false => Ok(instance),
         }
     }
 
-    /// The last message; its words are gone then.
+    /// Removes and returns the last message.
     pub fn told(&self) -> String {
         let mut last = self
             .listener
@@ -358,7 +358,7 @@ impl Instance {
         code
     }
 
-    /// Initializes it, once its parameters are set.
+    /// Initializes the instance after its parameters are set.
     pub fn initialize(&mut self) -> i32 {
         let h = self.handle;
         let code = match &self.fmu.calls.differing {
@@ -379,7 +379,7 @@ impl Instance {
         self.status(code)
     }
 
-    /// Back to the state after it was made.
+    /// Resets the instance to its first state.
     pub fn reset(&mut self) -> i32 {
         // SAFETY: an instance.
         let code = unsafe { (self.fmu.calls.reset)(self.handle) };

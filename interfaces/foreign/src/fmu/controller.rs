@@ -13,7 +13,7 @@ use monorig_sim::config::scenario::ControllerSettings;
 use monorig_sim::control::{Controller, ControllerSetup, Perception, Reference};
 use std::path::Path;
 
-/// The controller that an FMU is, with the names that the settings map.
+/// The controller of an FMU, with the names in the settings' map.
 pub(crate) fn controller_of(
     path: &Path,
     settings: &ControllerSettings,
@@ -132,7 +132,7 @@ struct Ports {
 }
 
 impl Ports {
-    /// Finds the FMU's variables for our inputs and outputs.
+    /// Finds the FMU's variables for monorig's inputs and outputs.
     fn find(fmu: &Fmu, map: &Map) -> Result<Self, Refusal> {
         let outputs = commands();
         let mut known: Vec<String> = outputs.iter().map(|c| c.0.clone()).collect();
@@ -165,7 +165,7 @@ impl Ports {
         if ports.torques() == 0 {
             let first = torque_command(0);
             return Err(Refusal::new(
-                format!("{} gives no `{first}`", fmu.at),
+                format!("{} has no output `{first}`", fmu.at),
                 format!(
                     "`map: {{\"{first}\": …}}` with one of its outputs: {}",
                     names.outputs()
@@ -175,7 +175,7 @@ impl Ports {
         Ok(ports)
     }
 
-    /// Drive units from the first on for which there is a torque.
+    /// Number of drive units, from the first on, with a torque.
     fn torques(&self) -> usize {
         let has = |i: &usize| {
             let mut places = self.places.iter();
@@ -184,7 +184,7 @@ impl Ports {
         (0..MAX_DRIVES).take_while(has).count()
     }
 
-    /// Refuses a train with a drive unit for which there is no torque.
+    /// Refuses a train with a drive unit without a torque.
     fn drives(&self, fmu: &Fmu, drives: usize) -> Result<(), Refusal> {
         let torques = self.torques();
         if torques >= drives {
@@ -193,10 +193,10 @@ impl Ports {
         let missing = torque_command(torques);
         Err(Refusal::new(
             format!(
-                "{} gives no `{missing}`, and the train has {drives} drive units",
+                "{} has no output `{missing}`, but the train has {drives} drive units",
                 fmu.at
             ),
-            format!("`map: {{\"{missing}\": …}}`: several may be the same output"),
+            format!("use `map: {{\"{missing}\": …}}`; several may name the same output"),
         ))
     }
 }
@@ -209,7 +209,7 @@ struct FmuController {
     values: Vec<f64>,
     /// Steps made.
     steps: u64,
-    /// The reason for which it cannot go on, if it cannot.
+    /// Reason why it cannot go on, if there is one.
     broken: Option<String>,
 }
 

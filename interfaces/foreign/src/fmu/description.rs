@@ -16,7 +16,7 @@ pub(crate) struct Description {
     pub identifier: String,
     pub one_at_a_time: bool,
     pub keeps_state: bool,
-    /// The step of an FMU that takes no other, s.
+    /// Fixed step of an FMU, s.
     pub fixed_step_s: Option<f64>,
     pub variables: Vec<Variable>,
 }
@@ -27,7 +27,7 @@ pub(crate) enum Kind {
     Real,
     Integer,
     Boolean,
-    /// One word of several.
+    /// One of several words.
     Word,
     /// A text, an array, a clock, a number of another size.
     #[default]
@@ -104,7 +104,7 @@ fn number<T: std::str::FromStr>(e: &BytesStart<'_>, name: &str) -> Read<Option<T
     let number = text.trim().parse::<T>();
     number
         .map(Some)
-        .map_err(|_| format!("{name}=\"{text}\" is no number"))
+        .map_err(|_| format!("{name}=\"{text}\" is not a number"))
 }
 
 /// An attribute that must be there.
@@ -153,7 +153,7 @@ impl Reading {
             }
             ("", _) => {
                 return Err(format!(
-                    "it begins with <{name}> and not <fmiModelDescription>"
+                    "it begins with <{name}> instead of <fmiModelDescription>"
                 ));
             }
             ("fmiModelDescription", "CoSimulation") => {
@@ -163,7 +163,7 @@ impl Reading {
                 let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
                 if !d.identifier.chars().all(plain) {
                     return Err(format!(
-                        "its modelIdentifier `{}` is no name in C, and could lead out of the archive; help: letters, digits and _",
+                        "its modelIdentifier `{}` is not a name in C; help: use letters, digits and _",
                         d.identifier
                     ));
                 }
@@ -269,7 +269,7 @@ impl Reading {
             let help = "export it for variable steps, or with a stepSize in DefaultExperiment";
             let step = self.step_s.filter(|s| *s > 0.0);
             let step = step.ok_or(format!(
-                "it takes one step size only, and does not say which; help: {help}"
+                "it needs a fixed step size but does not state it; help: {help}"
             ))?;
             d.fixed_step_s = Some(step);
         }
@@ -308,7 +308,7 @@ pub(crate) fn read(at: &str, xml: &[u8]) -> Result<Description, Refusal> {
     let all = (|| {
         let text = std::str::from_utf8(xml).map_err(|e| {
             position = e.valid_up_to();
-            "it is no text in UTF-8".to_owned()
+            "it is not text in UTF-8".to_owned()
         })?;
         let mut reader = Reader::from_str(text);
         let mut within: Vec<String> = Vec::new();
@@ -336,7 +336,7 @@ pub(crate) fn read(at: &str, xml: &[u8]) -> Result<Description, Refusal> {
             .map_or(1, |b| 1 + b.iter().filter(|c| **c == b'\n').count());
         let (message, help) = match why.split_once("; help: ") {
             Some((message, help)) => (message.to_owned(), help.to_owned()),
-            None => (why, "an FMU as its tool has exported it".to_owned()),
+            None => (why, "use an FMU as exported by its tool".to_owned()),
         };
         Refusal::new(
             format!("{at}: modelDescription.xml, line {line}: {message}"),

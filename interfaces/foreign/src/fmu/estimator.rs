@@ -11,12 +11,12 @@ use monorig_sim::closed_loop::registry::{BoxedEstimator, EstimatorType, NamedSet
 use monorig_sim::config::scenario::Settings;
 use std::path::Path;
 
-/// The estimator that an FMU is, with the names that the settings map.
+/// The estimator of an FMU, with the names in the settings' map.
 pub(crate) fn estimator_of(path: &Path, settings: &Settings) -> Result<EstimatorType, Refusal> {
     let fmu = Fmu::load(path)?;
     if let Some(is) = &settings.is {
         return Err(Refusal::new(
-            format!("{} is one estimator, and `is` names `{is}` in it", fmu.at),
+            format!("{} is one estimator, but `is` names `{is}` in it", fmu.at),
             "`fmu` without `is`",
         ));
     }

@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, Once, PoisonError};
 use zip::ZipArchive;
 
-/// No FMU unpacks to more bytes, or more files.
+/// Largest number of bytes, and of files, of an unpacked FMU.
 const MAX_BYTES: u64 = 1 << 30;
 const MAX_FILES: usize = 10_000;
 
@@ -104,7 +104,7 @@ impl Fmu {
         let folder = unpack(path, &at)?;
         let xml = std::fs::read(folder.join("modelDescription.xml")).map_err(|_| {
             let help =
-                "an FMU as its tool has exported it: a zip archive with the description at its top";
+                "use an FMU as exported by its tool: a zip archive with the description at its top";
             Refusal::new(format!("{at} has no modelDescription.xml"), help)
         })?;
         let description = description::read(&at, &xml)?;
@@ -125,7 +125,7 @@ impl Fmu {
     }
 }
 
-/// Says what there is in place of a binary for this machine.
+/// Text with the existing binaries instead of a binary for this machine.
 fn no_binary(at: &str, binaries: &Path, wanted: &str, name: &str) -> Refusal {
     let there = std::fs::read_dir(binaries).into_iter().flatten().flatten();
     let mut there: Vec<String> = there
@@ -138,21 +138,21 @@ fn no_binary(at: &str, binaries: &Path, wanted: &str, name: &str) -> Refusal {
     };
     Refusal::new(
         format!("{at} has no binary for this machine (binaries/{wanted}/{name}); it has {there}"),
-        "export it on or for a system like this one; one with sources only must be compiled first",
+        "export it on or for a system like this one; an FMU with only sources must be compiled first",
     )
 }
 
 /// Unpacks an FMU into a folder of its own.
 fn unpack(path: &Path, at: &str) -> Result<PathBuf, Refusal> {
     let no_zip = |why: String| {
-        let help = "an FMU as its tool has exported it: a zip archive";
+        let help = "use an FMU as exported by its tool: a zip archive";
         Refusal::new(format!("{at} cannot be unpacked: {why}"), help)
     };
     let io = |e: std::io::Error| no_zip(e.to_string());
     let file = std::fs::File::open(path).map_err(io)?;
     let mut archive = ZipArchive::new(file).map_err(|e| no_zip(e.to_string()))?;
     if archive.len() > MAX_FILES {
-        return Err(no_zip(format!("it holds {} files", archive.len())));
+        return Err(no_zip(format!("it has {} files", archive.len())));
     }
     let folder = folder().map_err(io)?;
     let mut left = MAX_BYTES;
@@ -172,7 +172,7 @@ fn unpack(path: &Path, at: &str) -> Result<PathBuf, Refusal> {
         let copied = std::io::copy(&mut entry.take(left), &mut to).map_err(io)?;
         left -= copied;
         if left == 0 {
-            return Err(no_zip(format!("it holds more than {} GB", MAX_BYTES >> 30)));
+            return Err(no_zip(format!("it has more than {} GB", MAX_BYTES >> 30)));
         }
     }
     Ok(folder)

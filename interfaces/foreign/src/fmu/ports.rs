@@ -1,5 +1,5 @@
-//! Assignment of an FMU's variables to our inputs and outputs, by name or by the `map` of the scenario. This file has
-//! the ports of an estimator; the controller has its ports beside it.
+//! Assignment of an FMU's variables to monorig's inputs and outputs, by name or by the `map` of the scenario. This file
+//! has the ports of an estimator; the controller has its ports beside it.
 
 use super::calls::Fmu;
 use super::description::{BaseUnit, Description, Kind, Variable};
@@ -10,7 +10,7 @@ use monorig_sim::closed_loop::registry::Refusal;
 use monorig_sim::config::scenario::ParameterValue;
 use std::collections::BTreeMap;
 
-/// Names of the FMU in place of our names, and numbers in place of standard deviations.
+/// Names in the FMU that replace monorig's names, and numbers that replace standard deviations.
 pub(crate) type Map = BTreeMap<String, ParameterValue>;
 
 /// Source of the value of an input.
@@ -24,7 +24,7 @@ pub(crate) enum Source {
 }
 
 impl Source {
-    /// The value now; none without a new sample.
+    /// Present value; `None` without a new sample.
     pub fn value(self, z: &Measurements, u: &Command) -> Option<f64> {
         match self {
             Self::Sample(slot, axis) => slot.get(z)?.value.get(axis).copied(),
@@ -89,7 +89,9 @@ impl<'a> Names<'a> {
     pub fn new(fmu: &'a Fmu, map: &'a Map, known: &[String], role: &str) -> Result<Self, Refusal> {
         for (ours, value) in map {
             if !known.contains(ours) {
-                let message = format!("`map` has `{ours}`, which is no input or output of {role}");
+                let message = format!(
+                    "`map` has `{ours}`, which is neither an input nor an output of {role}"
+                );
                 let help = format!("one of {}", known.join(", "));
                 return Err(Refusal::new(message, help));
             }
@@ -100,9 +102,9 @@ impl<'a> Names<'a> {
             if !sd && !matches!(value, ParameterValue::Choice(_)) {
                 let help = match role {
                     ESTIMATOR => {
-                        "the name of a variable of the FMU; a number only for a standard deviation"
+                        "use the name of a variable of the FMU; a number only for a standard deviation"
                     }
-                    _ => "the name of a variable of the FMU",
+                    _ => "use the name of a variable of the FMU",
                 };
                 return Err(Refusal::new(format!("`map` has no name for {ours}"), help));
             }
@@ -144,8 +146,8 @@ impl<'a> Names<'a> {
             return match mapped {
                 None => Ok(None),
                 Some(_) => refuse(
-                    format!("`map` has `{name}` for {ours}, which the FMU has not"),
-                    format!("one of its {causality}s: {}", those.join(", ")),
+                    format!("`map` has `{name}` for {ours}, but the FMU has no such variable"),
+                    format!("use one of its {causality}s: {}", those.join(", ")),
                 ),
             };
         };
@@ -162,7 +164,7 @@ impl<'a> Names<'a> {
                 "Boolean"
             };
             return refuse(
-                format!("`{name}`, for {ours}, is no {is}"),
+                format!("`{name}`, for {ours}, is not a {is}"),
                 format!("a {is} of one value"),
             );
         }
@@ -180,7 +182,7 @@ impl<'a> Names<'a> {
             if !same {
                 let is = v.unit.as_deref().unwrap_or_default();
                 return refuse(
-                    format!("`{name}` is in {is}, and {ours} in {unit}"),
+                    format!("`{name}` is in {is}, but {ours} is in {unit}"),
                     format!("a variable in {unit}"),
                 );
             }
@@ -235,7 +237,7 @@ pub(crate) fn names_of(quantity: &str) -> [String; 3] {
 }
 
 impl EstimatorPorts {
-    /// Finds the FMU's variables for our inputs and outputs.
+    /// Finds the FMU's variables for monorig's inputs and outputs.
     pub fn find(fmu: &Fmu, map: &Map) -> Result<Self, Refusal> {
         let outputs = QUANTITIES.iter().flat_map(|q| names_of(q.name));
         let others = NUMBERS.iter().map(|n| n.0).chain(FLAGS.iter().map(|f| f.0));

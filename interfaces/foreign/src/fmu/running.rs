@@ -130,11 +130,11 @@ pub(crate) struct RunningFmu {
     outputs: (Vec<u32>, Vec<u32>),
     pub numbers: Vec<f64>,
     pub flags: Vec<bool>,
-    /// The step of an FMU that takes no other, s; its start, s; steps made since.
+    /// Fixed step of an FMU, s; its start, s; number of steps since the start.
     fixed_step_s: Option<f64>,
     began_s: Option<f64>,
     made: u64,
-    /// The reason for which it cannot go on, if it cannot.
+    /// Reason why it cannot go on, if there is one.
     broken: Option<String>,
     /// Dropped after the instance.
     _in_use: InUse,
@@ -155,15 +155,17 @@ impl RunningFmu {
         if let Some(v) = open.iter().find(|v| !given(v)) {
             let name = &v.name;
             let held = match v.kind {
-                Kind::Other => "texts, arrays and numbers of other sizes cannot be held".to_owned(),
-                _ => format!("`{name}: 0` among the parameters holds it there"),
+                Kind::Other => {
+                    "texts, arrays and numbers of other sizes cannot have a fixed value".to_owned()
+                }
+                _ => format!("`{name}: 0` among the parameters gives the input a fixed value"),
             };
             return Err(Refusal::new(
                 format!(
-                    "{}: its input `{name}` is none of ours, and nothing is connected to it",
+                    "{}: its input `{name}` is unknown and not connected",
                     fmu.at
                 ),
-                format!("`map: {{{like}: {name}}}` or the like; {held}"),
+                format!("use `map: {{{like}: {name}}}` or a similar entry; {held}"),
             ));
         }
         let mut set = Vec::new();
@@ -185,7 +187,7 @@ impl RunningFmu {
                     "{} can have one instance at a time (canBeInstantiatedOnlyOncePerProcess)",
                     fmu.at
                 ),
-                "one of it in a scenario, and one run at a time (`--jobs 1`)",
+                "use it once in a scenario, and make one run at a time (`--jobs 1`)",
             ));
         }
         let in_use = InUse(fmu);
@@ -204,7 +206,7 @@ impl RunningFmu {
         running.begin().map_err(|why| {
             Refusal::new(
                 format!("{} cannot be initialized: {why}", fmu.at),
-                "a vehicle and parameters that this FMU can be initialized with",
+                "use a vehicle and parameters with which this FMU can be initialized",
             )
         })?;
         Ok(running)
@@ -285,7 +287,7 @@ impl RunningFmu {
         Err(error)
     }
 
-    /// The last message of the FMU; its words are gone then.
+    /// Removes and returns the last message of the FMU.
     pub fn told(&self) -> String {
         self.instance.told()
     }

@@ -255,7 +255,7 @@ fn every_mistake_of_a_scenario_has_its_message() {
     let told = |controller: &str, parts: &[&str]| has(&of(&good, controller), parts);
     told("{fmu: ./no.fmu}", &[AT, "drive.controller.fmu", "no.fmu"]);
     told("{fmu: ./pi.fmu, kind: pi}", &[AT, "not both"]);
-    told("{map: {command_brake: x}}", &[AT, "`fmu` names none"]);
+    told("{map: {command_brake: x}}", &[AT, "`map` needs `fmu`"]);
     told(
         "{fmu: ./pi.fmu, kpp: 1}",
         &[AT, "no parameter `kpp`", "did you mean `kp`"],
@@ -290,7 +290,7 @@ fn every_mistake_of_a_scenario_has_its_message() {
         &of(&without("command_motor_torque[1]", "T"), "{fmu: ./pi.fmu}"),
         &[
             AT,
-            "gives no `command_motor_torque[1]`",
+            "has no output `command_motor_torque[1]`",
             "outputs: T, command_brake",
         ],
     );
@@ -298,7 +298,7 @@ fn every_mistake_of_a_scenario_has_its_message() {
         &of(&without("command_motor_torque[3]", "T"), "{fmu: ./pi.fmu}"),
         &[
             AT,
-            "gives no `command_motor_torque[3]`, and the train has 8 drive units",
+            "has no output `command_motor_torque[3]`, but the train has 8 drive units",
         ],
     );
     let map = "{fmu: ./pi.fmu, efficiency: 1, gear: 1, drives: 8, map: {\"command_motor_torque[3]\": \"command_motor_torque[1]\"}}";

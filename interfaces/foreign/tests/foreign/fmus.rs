@@ -124,7 +124,7 @@ fn an_fmu_with_a_fixed_step_is_called_with_that_step() {
     );
     has(
         &message("", &fixed.replace("stepSize=\"0.02\"", ""), &mine("")),
-        &[AT, "one step size only", "stepSize in DefaultExperiment"],
+        &[AT, "a fixed step size", "stepSize in DefaultExperiment"],
     );
 }
 
@@ -155,14 +155,14 @@ fn every_mistake_of_a_scenario_has_its_message() {
     );
     has(
         &of("{library: ./slope.so, map: {grade: theta}}"),
-        &[AT, "`fmu` names none"],
+        &[AT, "`map` needs `fmu`"],
     );
     let map = |map: &str| of(&format!("{{fmu: ./slope.fmu, map: {{{map}}}}}"));
     has(
         &map("grade: slope"),
         &[
             AT,
-            "`slope` for grade, which the FMU has not",
+            "`slope` for grade, but the FMU has no such variable",
             "ok, theta, theta_sd",
         ],
     );
@@ -174,7 +174,7 @@ fn every_mistake_of_a_scenario_has_its_message() {
         &map("grade: ax"),
         &[AT, "`ax`, for grade, is of causality input"],
     );
-    has(&map("grade: ok"), &[AT, "`ok`, for grade, is no number"]);
+    has(&map("grade: ok"), &[AT, "`ok`, for grade, is not a number"]);
     has(
         &map("grade: theta, grade_valid: theta"),
         &[AT, "is no Boolean"],
@@ -236,7 +236,7 @@ fn every_mistake_of_a_description_has_its_message() {
                 "modelIdentifier=\"slope\"",
                 &format!("modelIdentifier=\"{name}\""),
             ),
-            &[AT, "line 3", "is no name in C"],
+            &[AT, "line 3", "is not a name in C"],
         );
     }
     has(
@@ -276,7 +276,7 @@ fn every_mistake_of_a_description_has_its_message() {
     );
     has(
         &of("valueReference=\"4\"", "valueReference=\"-\""),
-        &[AT, "valueReference=\"-\" is no number"],
+        &[AT, "valueReference=\"-\" is not a number"],
     );
     has(
         &of("unit=\"grad\"", "unit=\"deg\""),

@@ -34,7 +34,7 @@ fn every_mistake_of_a_library_has_its_message() {
         &[
             at,
             "header number 2; this program has number 1",
-            "build it again",
+            "build the library again",
         ],
     );
     told(
@@ -46,11 +46,11 @@ fn every_mistake_of_a_library_has_its_message() {
             "as monorig_estimator.h declares it",
         ],
     );
-    told("NAMELESS", plain, &[at, "names no estimator"]);
+    told("NAMELESS", plain, &[at, "has no estimator"]);
     told(
         "SIZELESS",
         plain,
-        &[at, "takes 0 bytes", "monorig_size returns"],
+        &[at, "needs 0 bytes", "monorig_size must return"],
     );
     told(
         "WRONG_RANGE",
@@ -121,7 +121,7 @@ fn a_program_that_loads_no_libraries_says_so() {
     let refused = refused.err().unwrap().to_string();
     has(
         &refused,
-        &["this program runs no estimators or controllers of others"],
+        &["this program does not run foreign estimators or controllers"],
     );
 }
 

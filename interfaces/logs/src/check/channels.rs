@@ -10,9 +10,9 @@ use monorig_estimators::api::signals::{Measurand, Shape};
 /// Least rates, Hz: the filters are made for steps of a fast IMU, and hold what comes less often.
 const MIN_IMU_HZ: f64 = 10.0;
 const MIN_HZ: f64 = 2.0;
-/// Share of a least rate that still counts as it: clocks differ.
+/// Share of a least rate that is still accepted: clocks differ.
 const MIN_SHARE_OF_RATE: f64 = 0.99;
-/// Largest share of stamps that are those of the sample before, and of those whose value is another.
+/// Largest share of samples with the stamp of the previous sample, and of these with another value.
 const MAX_DUPLICATES: f64 = 0.05;
 const MAX_CONTRADICTING: f64 = 0.001;
 /// Longest time, s, and largest share of the log, for which a channel may have no samples while another one has.
@@ -20,14 +20,14 @@ const MAX_SILENT_S: f64 = 2.0;
 const MAX_SILENT_SHARE: f64 = 0.01;
 /// Least share of the samples that count.
 const MIN_VALID: f64 = 0.5;
-/// A value that stays longer than this, s, and so many times longer than any other value did, is frozen. A motor may be
-/// at its limit for some time.
+/// Time, s, and multiple of the longest other constant time, above which a value is frozen. A motor may be at its limit
+/// for some time.
 const FROZEN_S: f64 = 3.0;
 const FROZEN_TORQUE_S: f64 = 10.0;
 const FROZEN_TIMES: f64 = 5.0;
 /// Largest share of samples at an end of the range.
 const MAX_CLIPPED: f64 = 0.02;
-/// Largest lag, s, least correlation that shows one, and how much more must be unexplained without it.
+/// Largest lag, s, least correlation that shows a lag, and least ratio of unexplained variance without the lag.
 const MAX_LAG_S: f64 = 0.05;
 const MIN_CORRELATION: f64 = 0.6;
 const MIN_RATIO: f64 = 1.2;
@@ -49,7 +49,7 @@ pub(super) fn all(series: &Series) -> Vec<Check> {
     all
 }
 
-/// The name of a channel that is measured; none of a command.
+/// Name of a measured channel; `None` for a command.
 fn name(target: Target) -> Option<String> {
     match target {
         Target::Measured(slot) => {
@@ -99,7 +99,7 @@ fn report(c: &ChannelFigures, name: String) -> Option<ChannelReport> {
     })
 }
 
-/// The mistake in the rate, the stamps or the share that counts; none where there is none.
+/// The mistake in the rate, the stamps or the usable share; `None` without a mistake.
 fn rate(c: &ChannelFigures) -> Option<Check> {
     let report = report(c, name(c.target)?)?;
     let least = match (is_imu(c.target), is_used_for_motion(c.target)) {
@@ -116,23 +116,23 @@ fn rate(c: &ChannelFigures) -> Option<Check> {
     }
     let twice = report.duplicates as f64 / c.stamps.offered as f64;
     if twice > MAX_DUPLICATES {
-        let why = "rows that were written twice, or a clock that is too coarse".into();
-        let what = format!("{name}: share with the stamp of the sample before");
+        let why = "rows were written twice, or the clock is too coarse".into();
+        let what = format!("{name}: share with the stamp of the previous sample");
         let good = format!("below {MAX_DUPLICATES}");
         return Some(check(what, twice, "", &good, Verdict::Bad(why)));
     }
     let offered = c.stamps.offered as f64;
     let contradicting = c.stamps.contradicting as f64 / offered;
     if contradicting > MAX_CONTRADICTING {
-        let why = "two logs in one file, or rows of another instrument: which value is right nobody knows";
-        let what = format!("{name}: share with the stamp of the sample before and another value");
+        let why = "two logs are in one file, or rows belong to another instrument: the right value is unknown";
+        let what = format!("{name}: share with the stamp of the previous sample and another value");
         let good = format!("below {MAX_CONTRADICTING}");
         let verdict = Verdict::Bad(why.into());
         return Some(check(what, contradicting, "", &good, verdict));
     }
     (report.valid < MIN_VALID).then(|| {
         let why = "`valid_if` rejects the others, or their columns are empty".into();
-        let what = format!("{name}: share of its samples that count");
+        let what = format!("{name}: usable share of its samples");
         check(
             what,
             report.valid,
@@ -157,7 +157,7 @@ fn silent(c: &ChannelFigures, log_s: f64) -> Option<Check> {
                 100.0 * MAX_SILENT_SHARE
             ),
             Verdict::Bad(
-                "a gap, a file that begins later or ends earlier, or a time in another unit".into(),
+                "the channel has a gap, its file begins later or ends earlier, or its time has another unit".into(),
             ),
         )
     })
@@ -176,10 +176,10 @@ fn clipped(c: &ChannelFigures) -> Vec<Check> {
         let verdict = match range.is_constant() {
             _ if range.n <= 100 && clips => Verdict::Unknown(format!("only {} samples", range.n)),
             true if value == 0.0 => Verdict::Unknown(
-                "it is zero all the time: the vehicle stands, or nothing is connected".into(),
+                "it is always zero: the vehicle stands, or the channel is not connected".into(),
             ),
             true => Verdict::Bad(
-                "it never changes: a channel that is not connected, or the wrong column".into(),
+                "it never changes: the channel is not connected, or the column is wrong".into(),
             ),
             false if value > MAX_CLIPPED && clips => {
                 Verdict::Bad("it stays at an end of its range: clipped".into())
@@ -202,7 +202,7 @@ fn clipped(c: &ChannelFigures) -> Vec<Check> {
     ranges.filter(|(range, _)| range.n > 0).map(of).collect()
 }
 
-/// A channel whose value stays while the vehicle moves; shown only where it does.
+/// A channel with a constant value while the vehicle moves; shown only if this happens.
 fn frozen(c: &ChannelFigures, series: &Series) -> Option<Check> {
     let name = name(c.target).filter(|_| is_used_for_motion(c.target))?;
     let s = |ns: i64| ns as f64 * 1e-9;
@@ -232,7 +232,7 @@ fn frozen(c: &ChannelFigures, series: &Series) -> Option<Check> {
             longest_s,
             "s",
             &format!("below {least_s}, or as others"),
-            Verdict::Bad("it is frozen: its stamps go on, and its value does not".into()),
+            Verdict::Bad("it is frozen: its stamps change, but its value does not".into()),
         )
     })
 }
@@ -240,7 +240,7 @@ fn frozen(c: &ChannelFigures, series: &Series) -> Option<Check> {
 fn lag_check(name: &str, lag: Lag) -> Check {
     let verdict = match lag {
         l if l.correlation < MIN_CORRELATION => Verdict::Unknown(format!(
-            "it does not go with the acceleration of the wheels (correlation {:.2})",
+            "it does not follow the acceleration of the wheels (correlation {:.2})",
             l.correlation
         )),
         l if l.lag_s.abs() > MAX_LAG_S && l.unexplained_ratio() > MIN_RATIO => {
@@ -250,12 +250,12 @@ fn lag_check(name: &str, lag: Lag) -> Check {
                 "the wheels come"
             };
             Verdict::Bad(format!(
-                "{late} {:.0} ms late: `clocks: {{FILE: {{offset_s: …}}}}` of the late file; a mass is wrong by it",
+                "{late} {:.0} ms late: set `clocks: {{FILE: {{offset_s: …}}}}` of the late file; the lag makes a mass wrong",
                 1e3 * l.lag_s.abs()
             ))
         }
         l if l.lag_s.abs() > MAX_LAG_S => Verdict::Unknown(
-            "a lag of 0 explains the log nearly as well, so that this one is not sharp".into(),
+            "a lag of 0 explains the log nearly as well, so this lag is not certain".into(),
         ),
         _ => Verdict::Good,
     };

@@ -26,20 +26,20 @@ pub(super) struct Shifted {
     sums: Vec<[f64; 6]>,
 }
 
-/// A lag that was found.
+/// A detected lag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lag {
-    /// By so much the channel comes after the wheels, s.
+    /// Time by which the channel is later than the wheels, s.
     pub lag_s: f64,
     /// Time that both cover, s.
     pub covered_s: f64,
-    /// Correlation at this lag, and at none.
+    /// Correlation at this lag, and without a lag.
     pub correlation: f64,
     pub at_none: f64,
 }
 
 impl Lag {
-    /// The variance that is not explained without a lag, over that with it.
+    /// Unexplained variance without the lag, over the unexplained variance with it.
     pub fn unexplained_ratio(&self) -> f64 {
         (1.0 - self.at_none * self.at_none) / (1.0 - self.correlation * self.correlation)
     }
@@ -52,7 +52,7 @@ impl Shifted {
         Self { step_s, sums }
     }
 
-    /// Takes a stretch of both.
+    /// Takes a stretch of both signals.
     pub fn add(&mut self, wheels: &[f64], channel: &[f64]) {
         for (shift, sums) in self.sums.iter_mut().enumerate() {
             let (skip_w, skip_c) = (SHIFTS.saturating_sub(shift), shift.saturating_sub(SHIFTS));
@@ -73,7 +73,7 @@ impl Shifted {
         (xy - x * y / n) / ((xx - x * x / n) * (yy - y * y / n)).sqrt()
     }
 
-    /// The lag of the channel; none of a log that does not show it.
+    /// The lag of the channel; `None` if the log does not show it.
     pub fn lag(&self) -> Option<Lag> {
         let [n, x, _, xx, ..] = self.sums.get(SHIFTS).copied()?;
         if n * self.step_s < MIN_S || ((xx - x * x / n) / n).sqrt() < MIN_SD_MPS2 {
@@ -130,7 +130,7 @@ impl Lags {
         self.traction.add(&wheels, &fast(&averaged(&tractions)));
     }
 
-    /// Lag of the specific force; none of a log that does not show it.
+    /// Lag of the specific force; `None` if the log does not show it.
     pub fn force(&self) -> Option<Lag> {
         self.force.lag()
     }

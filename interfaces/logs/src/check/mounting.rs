@@ -1,4 +1,4 @@
-//! Checks of how the IMU is built in: a box that is not turned to the vehicle, axes of the gyro that are exchanged, an
+//! Checks of the mounting of the IMU: a box that is not turned to the vehicle, axes of the gyro that are exchanged, an
 //! accelerometer that drifts.
 
 use super::series::Series;
@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Least correlation for a verdict.
 pub(super) const MIN_CORRELATION: f64 = 0.5;
-/// Least limit of a mean that should be zero, m/s²; else three told standard deviations of the bias.
+/// Least limit of a mean that should be zero, m/s²; else three standard deviations of the map's bias.
 const MIN_OFF_MPS2: f64 = 0.3;
 const BIAS_SDS: f64 = 3.0;
 /// Largest drift from the first third of a log to the last, m/s².
@@ -38,12 +38,12 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
         return all;
     }
     all.extend(axes_by_log(map, series).map(|(axes, correlation)| {
-        let why = format!("by gravity and the change of the speed `axes: [{axes}]`; those of a gyro in the same box too");
+        let why = format!("gravity and the change of the speed show `axes: [{axes}]`; a gyro in the same box has the same axes");
         let what = "correlation of another axis, or direction, with the change of the speed";
-        check(what, correlation, "", "that of the axis taken for forward is the largest", Verdict::Bad(why))
+        check(what, correlation, "", "the forward axis has the largest correlation", Verdict::Bad(why))
     }));
     if !tells_mount(map) && !map.has_slope() {
-        let why = "no reference, no mount told: the slope may be 3° off; `mount_deg`, `calibrate`, or `monorig log calibrate --known slope`";
+        let why = "the map has no reference and no mount: the slope may be 3° off; use `mount_deg`, `calibrate`, or `monorig log calibrate --known slope`";
         all.push(check(
             "pitch of the box",
             f64::NAN,
@@ -59,7 +59,7 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
     let slopes = series.balance.windows.iter().filter(|w| off(w).is_finite());
     let pitched: Vec<&ForceWindow> = slopes.collect();
     if pitched.len() >= MIN_WINDOWS && there(0) {
-        let bad = "the box is pitched against the vehicle, or its bias is larger than told: `mount_deg`, or `monorig log calibrate --apply`";
+        let bad = "the box is pitched against the vehicle, or its bias is larger than in the map: use `mount_deg` or `monorig log calibrate --apply`";
         let what = "specific force forward beyond speed and reference slope, mean";
         all.push(mean_is_zero(
             what,
@@ -82,7 +82,7 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
         .filter(|f| f.is_finite())
         .collect();
     if rolled.len() >= MIN_WINDOWS && there(1) {
-        let bad = "the box is rolled against the vehicle, or the road is: `mount_deg`";
+        let bad = "the box is rolled against the vehicle, or the road is banked: use `mount_deg`";
         let what = "specific force to the left on a straight, mean";
         all.push(mean_is_zero(
             what,
@@ -252,7 +252,7 @@ fn exchanged(windows: &[ForceWindow]) -> Option<Check> {
             "",
             "0.5 or more",
             Verdict::Bad(format!(
-                "axes of the gyro are exchanged: the axis taken for {} shows it with {:.2}",
+                "axes of the gyro are exchanged: the axis {} shows the change with {:.2}",
                 best.0, best.1.correlation
             )),
         )

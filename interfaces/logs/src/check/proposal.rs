@@ -5,10 +5,10 @@ use crate::notation::{Quantity, STANDARD_GRAVITY_MPS2, Title, is_one};
 use crate::read::full_name;
 use std::ptr;
 
-/// A file of a log that a map is proposed for: its name in the map, that of the file, and what is in it.
+/// A file of a log for which a map is proposed: its name in the map, that of the file, and what is in it.
 pub type InspectedFile<'a> = (String, String, &'a Inspection);
 
-/// A column with the words that tell what it is.
+/// A column with the words that describe it.
 struct Candidate<'a> {
     /// Name of its file in the map.
     file: &'a str,
@@ -45,7 +45,7 @@ const OTHERS: &str = "steer steering engine rpm slope wind request requested acc
 /// Words of a speed that no wheel has.
 const NO_WHEEL: &str = "gps gnss location ground laser";
 
-/// Axes of an instrument that nothing is known of.
+/// Axes of an unknown instrument.
 pub(super) const AXES: &str = "axes: [forward, left, up]";
 
 /// A kind of instrument with three axes.
@@ -55,7 +55,7 @@ struct Kind {
     quantity: Quantity,
 }
 
-/// A map file for the files of a log, to be looked through: a comment marks guesses from names.
+/// A map file for the files of a log, to be checked by the user: a comment marks guesses from names.
 pub fn proposed_map(files: &[InspectedFile<'_>]) -> String {
     let names: Vec<String> = files
         .iter()
@@ -83,14 +83,16 @@ pub fn proposed_map(files: &[InspectedFile<'_>]) -> String {
     let all = candidates(files);
     let channels = channels(&all, files.len() > 1);
     if channels.is_empty() {
-        lines.push("  wheel_speed: [{columns: [???], unit: m/s}]   # no column has a name that says what it is".into());
+        lines.push(
+            "  wheel_speed: [{columns: [???], unit: m/s}]   # no column name shows a wheel speed"
+                .into(),
+        );
     }
     lines.extend(channels);
     let references = references(&all, files.len() > 1);
     if !references.iter().any(|line| line.starts_with("  slope")) {
         lines.push(
-            "  # no reference, no mount told: the slope may be 3° off; mount_deg: {pitch: …}"
-                .into(),
+            "  # no reference and no mount: the slope may be 3° off; mount_deg: {pitch: …}".into(),
         );
     }
     lines.extend(references);
@@ -113,7 +115,7 @@ fn pieces(files: &[InspectedFile<'_>]) -> Option<String> {
     let same = tables().all(|t| word(t).as_ref() == Some(&first));
     same.then(|| {
         format!(
-            "time: {{pieces: {}}}   # the time begins anew with each",
+            "time: {{pieces: {}}}   # the time begins again with each",
             quoted(&first)
         )
     })
@@ -199,7 +201,7 @@ fn channels<'a>(all: &'a [Candidate<'a>], several: bool) -> Vec<String> {
     lines
 }
 
-/// True if its unit is one of this quantity, or none is told.
+/// True if its unit belongs to this quantity, or is unknown.
 fn fits(c: &Candidate<'_>, quantity: Quantity) -> bool {
     c.title.unit.is_empty() || c.title.known_unit().is_some_and(|u| u.quantity == quantity)
 }
@@ -215,7 +217,7 @@ fn of_one_table<'a>(of: impl Iterator<Item = &'a Candidate<'a>>) -> Vec<&'a Cand
     found
 }
 
-/// The speeds of wheels; without any, the first speed of another name, that of a satellite receiver last.
+/// The speeds of wheels; without any, the first speed of another name, with a satellite receiver last.
 fn speeds<'a>(all: &'a [Candidate<'a>]) -> Vec<&'a Candidate<'a>> {
     let speeds = || {
         all.iter().filter(|c| {
@@ -332,7 +334,7 @@ fn references(all: &[Candidate<'_>], several: bool) -> Vec<String> {
     };
     if let Some(c) = slope {
         lines.push(format!(
-            "  slope: {{{}column: {}, unit: {}, sd_deg: 0.1}}   # sd_deg: how well it is known",
+            "  slope: {{{}column: {}, unit: {}, sd_deg: 0.1}}   # sd_deg: its standard deviation",
             file(c),
             quoted(&c.name),
             c.title.known_unit().map_or("deg", |u| u.name)
@@ -350,7 +352,7 @@ fn references(all: &[Candidate<'_>], several: bool) -> Vec<String> {
             [altitude, latitude, longitude].map(|c| quoted(&c.name));
         lines.push(format!(
             "  slope: {{{}altitude: {{column: {column}, latitude: {latitude}, longitude: {longitude}, unit: m, \
-             window_m: 20}}, sd_deg: 1}}   # sd_deg: how well it is known",
+             window_m: 20}}, sd_deg: 1}}   # sd_deg: its standard deviation",
             file(altitude),
         ));
     }

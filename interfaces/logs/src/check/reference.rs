@@ -23,8 +23,8 @@ const GAIN: [f64; 2] = [0.75, 1.33];
 /// Largest standard deviation of a gain that is seen.
 const MAX_GAIN_SD: f64 = 0.15;
 
-/// Finds the parameters of a log, and says in words what else there would be and what the log lacks for it. A reference
-/// that is late, or of a wrong sign or unit, is an error.
+/// Finds the parameters of a log, and describes further parameters and what the log lacks for them. A reference that is
+/// late, or of a wrong sign or unit, is an error.
 pub fn identify(map: &Map) -> Result<(Vec<Parameter>, Vec<String>), Error> {
     parameters(map, |balance, slope_sd| {
         let mut all = reference(balance, slope_sd).into_iter();
@@ -89,10 +89,10 @@ pub(crate) fn reference(balance: &Windows, slope_sd: f64) -> Vec<Check> {
     let [low, high] = GAIN;
     let verdict = match gain {
         g if g + 2.0 * sd > low && g - 2.0 * sd < high => Verdict::Good,
-        g if g < 0.0 => Verdict::Bad("the wrong sign: + is uphill".into()),
+        g if g < 0.0 => Verdict::Bad("the sign is wrong: + is uphill".into()),
         g if (0.5..0.65).contains(&g) => Verdict::Bad("0.57: the reference is in %".into()),
         g if (1.6..1.9).contains(&g) => Verdict::Bad("1.75: the reference is in degrees".into()),
-        _ => Verdict::Bad("the unit of the reference, or its columns".into()),
+        _ => Verdict::Bad("check the unit of the reference, or its columns".into()),
     };
     let what = "gain of the slope by specific force and wheels on the reference slope";
     all.push(check(what, gain, "", &format!("{low} to {high}"), verdict));

@@ -37,7 +37,8 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
         plan.wheels > 0,
     );
     if wheels && !series.balance.windows.iter().any(|w| w.speed.is_finite()) {
-        let why = "no wheel speed has a sample in any second: `valid_if`, or an empty column";
+        let why =
+            "no wheel speed has a sample in any second: check `valid_if`, or the column is empty";
         let verdict = Verdict::Bad(why.into());
         all.push(check(
             "seconds with a wheel speed",
@@ -70,14 +71,14 @@ pub(super) fn all(map: &Map, plan: &Plan, series: &Series) -> Vec<Check> {
     all
 }
 
-/// Columns that the map names and the log does not have.
+/// Columns that the map names but the log does not have.
 fn channels(series: &Series) -> Check {
     let verdict = match series.missing.as_slice() {
-        [] if series.samples == 0 => {
-            Verdict::Bad("no channel has a single sample: `valid_if`, or empty columns".into())
-        }
+        [] if series.samples == 0 => Verdict::Bad(
+            "no channel has a sample: check `valid_if`, or the columns are empty".into(),
+        ),
         [] if series.seconds < MIN_WINDOWS as f64 => Verdict::Bad(format!(
-            "{:.1} s of samples are too little to check anything",
+            "{:.1} s of samples are too short for a check",
             series.seconds
         )),
         [] => Verdict::Good,
@@ -129,15 +130,15 @@ fn gravity(plan: &Plan, series: &Series) -> Check {
     }
     let (value, n) = at_rest;
     let verdict = match value {
-        _ if n == 0 => Verdict::Unknown("there is no sample".into()),
+        _ if n == 0 => Verdict::Unknown("the log has no sample".into()),
         v if (v - G).abs() < 0.3 => Verdict::Good,
         v if (v - 1.0).abs() < 0.05 => Verdict::Bad("it is in g: `unit: g`".into()),
         v if (v - 1000.0).abs() < 50.0 => Verdict::Bad("it is in mg: `unit: mg`".into()),
-        v if v < 2.0 => {
-            Verdict::Bad("gravity is not in it: an acceleration, not a specific force".into())
-        }
-        v if v > 50.0 => Verdict::Bad("far more than gravity: the unit".into()),
-        _ => Verdict::Bad("more than 0.3 m/s² off: bias, scale, or the wrong columns".into()),
+        v if v < 2.0 => Verdict::Bad(
+            "it does not include gravity: this is an acceleration, not a specific force".into(),
+        ),
+        v if v > 50.0 => Verdict::Bad("it is far more than gravity: check the unit".into()),
+        _ => Verdict::Bad("it is more than 0.3 m/s² off: check bias, scale and columns".into()),
     };
     check(what, value, "m/s²", "9.5 to 10.1", verdict)
 }
@@ -178,17 +179,17 @@ fn force_gain(series: &Series) -> Check {
     if let Some(verdict) = too_little(&line, MIN_ACCEL_SD, "the speed") {
         return check(title.0, line.gain, title.1, title.2, verdict);
     }
-    let missing = Verdict::Bad("the specific force forward does not follow the change of the speed: axes, time, or the wrong columns".into());
+    let missing = Verdict::Bad("the specific force forward does not follow the change of the speed: check axes, time and columns".into());
     gain_check(title, &line, missing, |gain| {
         match gain {
         g if (low..=high).contains(&g) => Verdict::Good,
         g if g < 0.0 => Verdict::Bad(
-            "the wrong sign: the box faces backwards, or the speed counts the other way".into(),
+            "the sign is wrong: the box faces backwards, or the speed has the other sign".into(),
         ),
         g if (0.05..0.15).contains(&g) => Verdict::Bad("0.1: the specific force is in g".into()),
         g if (0.15..0.4).contains(&g) => Verdict::Bad("0.28: the speed is in km/h".into()),
         _ => Verdict::Bad(
-            "the units of specific force and speed do not go together (0.62 or 1.6: km/h and mph exchanged)"
+            "the units of specific force and speed do not fit together (0.62 or 1.6: km/h and mph exchanged)"
                 .into(),
         ),
     }
@@ -202,8 +203,8 @@ fn gyro_bias(plan: &Plan, series: &Series) -> Vec<Check> {
         let verdict = match bias.abs() {
             _ if n == 0 => Verdict::Unknown("the vehicle never stands for a second".into()),
             b if b < 0.01 => Verdict::Good,
-            b if b < 0.3 => Verdict::Bad("a bias that estimators must be told of: `calibrate: {standing_s: …}`, or `bias_sd`".into()),
-            _ => Verdict::Bad("far more than a bias: deg/s taken for rad/s, or the vehicle turns".into()),
+            b if b < 0.3 => Verdict::Bad("the estimators need this bias: set `calibrate: {standing_s: …}`, or `bias_sd`".into()),
+            _ => Verdict::Bad("it is far more than a bias: the unit may be deg/s instead of rad/s, or the vehicle turns".into()),
         };
         check(
             format!("bias of the gyro, {name}, at rest"),
@@ -239,17 +240,17 @@ fn gyro_gain(series: &Series) -> Check {
     // noise changes as much in two seconds as in five, a slope does not
     let is_slope = line.sd_x > CLEAR_SLOPE_SD && line.sd_x > CLEAR_GROWTH * soon.sd_x;
     let missing = match is_slope {
-        true => Verdict::Bad("the slope changes, and the gyro does not show it: axes, or it stands still".into()),
+        true => Verdict::Bad("the slope changes, but the gyro does not show the change: check its axes, or the gyro is stuck".into()),
         false => Verdict::Unknown(
-            "the change of the slope is not seen above noise; if the log has hills: the gyro's axes"
+            "the change of the slope is not above the noise; if the log has hills, check the gyro's axes"
                 .into(),
         ),
     };
     gain_check(title, &line, missing, |gain| match gain {
         g if (0.5..=1.5).contains(&g) => Verdict::Good,
-        g if g < 0.0 => Verdict::Bad("the wrong sign: an axis points the other way".into()),
+        g if g < 0.0 => Verdict::Bad("the sign is wrong: an axis points the other way".into()),
         g if (28.0..110.0).contains(&g) => Verdict::Bad("57: the gyro is in deg/s".into()),
-        _ => Verdict::Bad("the gyro's unit or axes".into()),
+        _ => Verdict::Bad("check the gyro's unit and axes".into()),
     })
 }
 
@@ -266,7 +267,7 @@ fn axles(series: &Series) -> Check {
         (_, 0, _) => Verdict::Unknown("the vehicle hardly moves".into()),
         (r, ..) if (0.97..=1.03).contains(&r) => Verdict::Good,
         (_, i, _) => Verdict::Bad(format!(
-            "wheel {i} differs from the mean of all: unit, radius, sign, or it slips"
+            "wheel {i} differs from the mean of all: check unit, radius and sign, or the wheel slips"
         )),
     };
     check(
@@ -303,35 +304,35 @@ fn implied_mass(plan: &Plan, series: &Series) -> Check {
     let fit = regression(&rows, MIN_FORCE_WINDOWS, series.balance.longest_s);
     let mass = fit.map_or(alike.gain, |fit| fit.value[0]);
     let missing = Verdict::Bad(
-        "traction and motion do not go together: sign, time, or the wrong columns".into(),
+        "traction and motion do not fit together: check sign, time and columns".into(),
     );
     let shown = FittedLine {
         gain: mass,
         ..alike
     };
     gain_check(title, &shown, missing, |m| match m {
-        m if m < 0.0 => Verdict::Bad("the wrong sign: the torque counts the other way".into()),
-        m if m > 2.0 * high || m < 0.5 * low => {
-            Verdict::Bad("a mass that cannot be: gear ratio, unit, or number of motors".into())
-        }
+        m if m < 0.0 => Verdict::Bad("the sign is wrong: the torque has the other sign".into()),
+        m if m > 2.0 * high || m < 0.5 * low => Verdict::Bad(
+            "this mass is impossible: check gear ratio, unit and number of motors".into(),
+        ),
         _ => Verdict::Good,
     })
 }
 
-/// The measurements that estimators have to do without.
+/// Measurements that estimators lack.
 fn lacking(map: &Map, force: bool, rate: bool, wheels: bool, traction: bool) -> Check {
     let mut lacks = Vec::new();
     if !wheels {
-        lacks.push("without a wheel speed no estimator knows whether the vehicle moves, and none marks a mass valid");
+        lacks.push("without a wheel speed no estimator knows if the vehicle moves, and no estimator marks a mass valid");
     }
     if !traction {
-        lacks.push("without traction no mass can be found: estimates stay at the nominal mass and are not marked valid, slopes from the force balance are meaningless");
+        lacks.push("without traction no mass can be estimated: estimates stay at the nominal mass and are not marked valid, and slopes from the force balance are meaningless");
     }
     if !force {
         lacks.push("without the specific force slopes come from the force balance alone");
     }
     if !rate {
-        lacks.push("without the angular rate slopes have no fast part");
+        lacks.push("without the angular rate slopes follow fast changes poorly");
     }
     let have = [force, rate, wheels, traction]
         .iter()
@@ -350,7 +351,7 @@ fn lacking(map: &Map, force: bool, rate: bool, wheels: bool, traction: bool) -> 
         }
     };
     check(
-        "of specific force, angular rate, wheel speed, traction there are",
+        "specific force, angular rate, wheel speed, traction",
         have as f64,
         "of 4",
         "4",

@@ -9,7 +9,7 @@ pub(super) struct FittedLine {
     pub n: usize,
 }
 
-/// Least squares over pairs that are both numbers.
+/// Least squares over pairs of two numbers.
 pub(super) fn line(pairs: impl Iterator<Item = (f64, f64)>) -> FittedLine {
     let pairs: Vec<(f64, f64)> = pairs
         .filter(|(x, y)| x.is_finite() && y.is_finite())

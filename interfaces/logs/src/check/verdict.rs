@@ -3,11 +3,11 @@
 /// The verdict of a check.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
-    /// Nothing is wrong.
+    /// The check found nothing wrong.
     Good,
-    /// Something is wrong, and what it may be.
+    /// The check found something wrong, with its possible cause.
     Bad(String),
-    /// The log does not show it, and why.
+    /// The log cannot decide the check, with the reason.
     Unknown(String),
 }
 
@@ -16,7 +16,7 @@ pub enum Verdict {
 pub struct Check {
     /// The quantity that was checked.
     pub what: String,
-    /// The number; not a number where there is none.
+    /// The value; NaN without a value.
     pub value: f64,
     /// Its unit.
     pub unit: &'static str,
@@ -37,11 +37,11 @@ pub struct ChannelReport {
     pub jitter_ms: f64,
     /// Steps of more than five times the median.
     pub gaps: u64,
-    /// The longest of them, s; 0 of none.
+    /// Longest of these steps, s; 0 without such a step.
     pub longest_gap_s: f64,
-    /// Samples with the stamp of the one before.
+    /// Number of samples with the stamp of the previous sample.
     pub duplicates: u64,
-    /// Share of the samples that count.
+    /// Usable share of the samples.
     pub valid: f64,
 }
 

@@ -10,7 +10,7 @@ use monorig_sim::error::Error;
 use nalgebra::Vector3;
 use serde::Serialize;
 
-/// A value that was found.
+/// A calibrated value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Found {
     /// Its name, such as `angular_rate bias left`.
@@ -23,7 +23,7 @@ pub struct Found {
     pub unit: &'static str,
 }
 
-/// Faster than this, or turning faster, is not standing, m/s and rad/s.
+/// Largest speed and angular rate of a standing vehicle, m/s and rad/s.
 const STANDING_MPS: f64 = 0.02;
 const STANDING_RADPS: f64 = 0.1;
 /// Fewest samples of a mean.
@@ -56,7 +56,7 @@ impl VectorSums {
     }
 }
 
-/// Finds what the map asks for, and puts it into the plan.
+/// Finds the values that the map asks for, and puts them into the plan.
 pub fn calibrate(map: &Map, plan: &mut Plan) -> Result<Vec<Found>, Error> {
     let c = &map.file.channels;
     let of = |measurand| c.vector(measurand).and_then(|v| v.calibrate);
@@ -105,7 +105,7 @@ pub fn calibrate(map: &Map, plan: &mut Plan) -> Result<Vec<Found>, Error> {
         "channels.specific_force.calibrate"
     };
     let refused = |message: String| {
-        map.error(key, message, "a `standing_s` within which the vehicle stands, or values of one's own (`bias`, `mount_deg`)")
+        map.error(key, message, "use a `standing_s` in which the vehicle stands, or your own values (`bias`, `mount_deg`)")
     };
     if fastest > STANDING_MPS {
         return Err(refused(format!(
@@ -117,14 +117,14 @@ pub fn calibrate(map: &Map, plan: &mut Plan) -> Result<Vec<Found>, Error> {
         let (mean, sd) = (rates.mean(), rates.sd());
         if rates.n < MIN_SAMPLES {
             return Err(refused(format!(
-                "there are only {} samples of the angular rate in {:.1} s",
+                "the angular rate has only {} samples in {:.1} s",
                 rates.n,
                 t_ns as f64 * 1e-9
             )));
         }
         if sd.max() > STANDING_RADPS {
             return Err(refused(format!(
-                "the angular rate varies by {:.3} rad/s: this is no standstill",
+                "the angular rate varies by {:.3} rad/s: this is not a standstill",
                 sd.max()
             )));
         }
@@ -141,7 +141,7 @@ pub fn calibrate(map: &Map, plan: &mut Plan) -> Result<Vec<Found>, Error> {
     if let Some(calibrate) = force {
         if forces.n < MIN_SAMPLES {
             return Err(refused(format!(
-                "there are only {} samples of the specific force in {:.1} s",
+                "the specific force has only {} samples in {:.1} s",
                 forces.n,
                 t_ns as f64 * 1e-9
             )));

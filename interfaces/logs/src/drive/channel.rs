@@ -20,11 +20,11 @@ pub(crate) enum Target {
     Force,
     /// Power of the motors that reaches the rims, W.
     Power,
-    /// Torque asked of a motor, N·m.
+    /// Commanded torque of a motor, N·m.
     CommandTorque(usize),
-    /// Clamp pressure asked for, MPa.
+    /// Commanded clamp pressure, MPa.
     CommandClamp,
-    /// Share of the brake force asked for.
+    /// Commanded share of the brake force.
     CommandBrake,
 }
 
@@ -220,7 +220,7 @@ impl Channel {
         self.of_values()
     }
 
-    /// Forgets what other files said longer than a second ago.
+    /// Forgets values of other files that are older than a second.
     fn forget_old(&mut self, now_ns: i64) {
         let slots = self.sources.iter().zip(&self.came_ns);
         for ((source, came_ns), value) in slots.zip(&mut self.values) {

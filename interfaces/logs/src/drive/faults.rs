@@ -19,7 +19,7 @@ pub(super) struct ChannelFaults {
     stream: Stream,
 }
 
-/// Jitter, loss or lag, and when it holds.
+/// Jitter, loss or lag, and its time interval.
 #[derive(Clone, Copy, Debug)]
 struct Timing {
     from_s: f64,
@@ -110,9 +110,9 @@ impl ChannelFaults {
         let good = if is_loss { 0.0..=1.0 } else { 0.0..=1000.0 };
         if !good.contains(&size) {
             let help = if is_loss {
-                "`size`: share of the samples that are lost, 0 to 1"
+                "`size`: share of the lost samples, 0 to 1"
             } else {
-                "`size`: by how much stamps are off at most, or samples late, 0 to 1000 ms"
+                "`size`: largest error of the stamps, or delay of the samples, 0 to 1000 ms"
             };
             return Err(map.error(format!("{key}.size"), "this fault needs a size", help));
         }

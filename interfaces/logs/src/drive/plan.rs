@@ -1,4 +1,4 @@
-//! The channels of a map, and the vehicle that estimators are given.
+//! The channels of a map, and the nominal vehicle for the estimators.
 
 use super::channel::{Channel, MAX_TERMS, Target, VectorPath};
 use crate::map::{
@@ -20,22 +20,22 @@ use std::slice;
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub(super) channels: Vec<Channel>,
-    /// The vehicle that estimators are given.
+    /// Nominal vehicle for the estimators.
     pub(crate) vehicle: Vehicle,
     /// Wheels that are measured.
     pub(crate) wheels: usize,
     /// Motors whose torque is measured.
     pub(crate) motors: usize,
-    /// Motors whose commanded torque is recorded; 0 where no command is.
+    /// Number of motors whose commanded torque is recorded; 0 without a command.
     pub(crate) commanded: usize,
     /// Axes of specific force and angular rate in the order forward, left, up that the log does not have.
     pub(crate) absent: Vec<(Measurand, usize)>,
-    /// Values that the map is silent on, with those taken in their place.
+    /// Values that the map does not give, with their replacements.
     pub(crate) taken: Vec<String>,
 }
 
-/// Standard deviations of the biases of instruments that nobody has calibrated, where a map is silent: m/s² and rad/s.
-/// Of a box whose mount nobody told two of them are a pitch of 3°.
+/// Standard deviations of the biases of uncalibrated instruments, if a map does not give them: m/s² and rad/s. Of a box
+/// whose mount nobody told two of them are a pitch of 3°.
 const ACCEL_BIAS_MPS2: f64 = 0.1;
 const UNTOLD_MOUNT_MPS2: f64 = 0.25;
 const GYRO_BIAS_RADPS: f64 = 0.01;
@@ -131,7 +131,7 @@ impl Plan {
             map.error(
                 "nominal",
                 e.to_string(),
-                "values that the data sheet of a vehicle can have",
+                "use values that the data sheet of a vehicle can have",
             )
         })?;
         Ok(Self {
@@ -223,8 +223,8 @@ impl Channel {
         if channel.slots.is_empty() {
             return Err(map.error(
                 key,
-                "there is no column in this channel",
-                "the name of a column, or an expression with one",
+                "this channel has no column",
+                "use the name of a column, or an expression with a column",
             ));
         }
         Ok(channel)
@@ -331,7 +331,7 @@ fn vector(map: &Map, measurand: Measurand, v: &VectorChannel) -> Result<Channel,
     Ok(channel)
 }
 
-/// True if the map says how the accelerometer is built in, or how much it is off.
+/// True if the map gives the accelerometer's mounting or bias.
 pub(crate) fn tells_mount(map: &Map) -> bool {
     let force = map.file.channels.vector(Measurand::SpecificForce);
     force.is_none_or(|v| {
@@ -490,7 +490,7 @@ fn unit_of(
     quantity.unit(unit.as_str()).ok_or_else(|| {
         map.error(
             format!("{key}.unit"),
-            format!("this is no unit of {}", quantity.words()),
+            format!("this is not a unit of {}", quantity.words()),
             quantity.names(),
         )
     })
@@ -566,7 +566,7 @@ fn road(n: &Nominal, of_file: Option<RoadVehicle>) -> Option<RoadVehicle> {
     })
 }
 
-/// Values of a compact car, for those that a map with some of them does not tell.
+/// Values of a compact car, for values that are missing in a map.
 const COMPACT_CAR: RoadVehicle = RoadVehicle {
     drag_area_m2: 0.65,
     air_density_kgpm3: 1.2,

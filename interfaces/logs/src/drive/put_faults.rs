@@ -22,8 +22,8 @@ pub(super) fn add(map: &Map, channels: &mut [Channel]) -> Result<(), Error> {
         if !found {
             return Err(map.error(
                 format!("{key}.channel"),
-                "the map has no such channel to put a fault on",
-                "a channel of the map, and an index below the number of its columns",
+                "the map does not have the channel of this fault",
+                "use a channel of the map, and an index below the number of its columns",
             ));
         }
     }

@@ -9,7 +9,7 @@ use monorig_sim::config::checked::Finite;
 use monorig_sim::error::Error;
 use std::collections::BTreeSet;
 
-/// Between two samples further apart than this the slope is not known, ns.
+/// Largest time between two samples between which the slope is known, ns.
 const MAX_GAP_NS: i64 = 2_000_000_000;
 
 /// The slope over time.
@@ -18,20 +18,20 @@ enum ReferenceSlope {
     /// Not known.
     #[default]
     None,
-    /// The same all the time, rad.
+    /// Constant, rad.
     Constant(f64),
     /// Samples: ns of the replay and rad.
     Samples(Vec<(i64, f64)>),
 }
 
-/// A slope that is asked for at times that do not fall.
+/// A slope that is read at times that do not decrease.
 #[derive(Clone, Debug, Default)]
 struct SlopeOverTime {
     slope: ReferenceSlope,
     next: usize,
 }
 
-/// The references that estimates are held against.
+/// References with which estimates are compared.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reference {
     slope: SlopeOverTime,
@@ -100,7 +100,7 @@ impl Reference {
         Ok(reference)
     }
 
-    /// True for a slope that is known, and true for a mass.
+    /// Two flags: the slope is known; the mass is known.
     pub fn known(&self) -> (bool, bool) {
         (
             !matches!(self.slope.slope, ReferenceSlope::None),
@@ -108,12 +108,12 @@ impl Reference {
         )
     }
 
-    /// The effective slope (rad) at a time, which must not fall; none if there is no reference of it.
+    /// The effective slope (rad) at a time, which must not decrease; `None` without a reference.
     pub fn effective_at(&mut self, t_ns: i64) -> Option<f64> {
         self.effective.as_mut().map(|slope| slope.at(t_ns))
     }
 
-    /// Slope (rad) and mass (kg) at a time, which must not fall; not a number where they are not known.
+    /// Slope (rad) and mass (kg) at a time, which must not decrease; NaN if unknown.
     pub fn at(&mut self, t_ns: i64) -> (f64, f64) {
         let mass = self
             .masses

@@ -11,7 +11,7 @@ const SILENT_NS: i64 = 2_000_000_000;
 /// Figures of the samples of a channel.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stamps {
-    /// Samples that the log has, and those that count.
+    /// Numbers of samples in the log, and of usable samples.
     pub offered: u64,
     pub accepted: u64,
     /// Samples with the stamp of the one before; those of them whose value is another.
@@ -130,8 +130,8 @@ impl ColumnRange {
         self.n > 1 && self.min == self.max
     }
 
-    /// Share of the samples that are exactly at one end of the range, the larger of the two; of an end that is zero (a
-    /// vehicle that stands) none.
+    /// Share of the samples exactly at an end of the range, the larger of the two shares; an end at zero (a standing
+    /// vehicle) does not count.
     pub fn at_an_end(&self) -> f64 {
         let of = |end: f64, count: u64| if end == 0.0 { 0 } else { count };
         of(self.min, self.at_min).max(of(self.max, self.at_max)) as f64 / self.n.max(1) as f64

@@ -48,7 +48,7 @@ pub struct Drive {
     wheels_mps: Vec<f64>,
     torques_nm: Vec<f64>,
     torques_ns: Vec<i64>,
-    /// Torques asked for, and the rest of the command.
+    /// Commanded torques, and the rest of the command.
     commanded_nm: Vec<f64>,
     command: Command,
     origin_ns: i64,
@@ -142,7 +142,7 @@ impl Drive {
         missing
     }
 
-    /// The next step; none at the end of the log.
+    /// The next step; `None` at the end of the log.
     pub fn next(&mut self, map: &Map) -> Result<Option<Step>, Error> {
         let mut step = Step::default();
         Ok(self.next_into(map, &mut step)?.then_some(step))
@@ -173,8 +173,8 @@ impl Drive {
         if self.made > FREE_STEPS + STEPS_A_ROW * self.taken {
             return Err(map.error(
                 "step.rate_hz",
-                format!("there are more than {STEPS_A_ROW} steps for each row of this log"),
-                "fewer steps a second, or a shorter `time.segment_gap_s`: the steps of a longer gap are left out",
+                format!("each row of this log would have more than {STEPS_A_ROW} steps"),
+                "use fewer steps per second, or a shorter `time.segment_gap_s`: the steps of a longer gap are left out",
             ));
         }
         let until_ns = self.steps.saturating_mul(self.step_ns);
@@ -197,7 +197,7 @@ impl Drive {
         (next <= self.until_ns).then_some(next)
     }
 
-    /// Counts the samples of each channel from now on.
+    /// Starts to count the samples of each channel.
     pub(crate) fn watch(&mut self) {
         let channels = self.channels.iter_mut();
         channels.for_each(|c| c.watched = Some(Box::default()));
@@ -384,8 +384,8 @@ fn columns_are_there(map: &Map, plan: &Plan, merged: &Merged) -> Result<(), Erro
             let file = map.files.values().nth(*source);
             let path = file.cloned().unwrap_or_default();
             if merged.is_empty(*source) {
-                let message = "there is no row behind the names of the columns in this file";
-                return Err(wrong(&path, None, message, "a log with rows"));
+                let message = "this file has no row after the names of the columns";
+                return Err(wrong(&path, None, message, "use a log with rows"));
             }
             let file = path.display();
             return Err(map.error(

@@ -22,7 +22,7 @@ pub struct VehicleFile {
     nominal_vehicle: NominalValues,
 }
 
-/// The nominal values of a vehicle, which estimators are given.
+/// Nominal values of a vehicle for the estimators.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -35,23 +35,23 @@ struct NominalValues {
     wheel_radius_m: f64,
     /// Motor revolutions per wheel revolution.
     gear_ratio: f64,
-    /// Share of motor power that reaches the rim.
+    /// Share of motor power that reaches the wheel rim.
     efficiency: f64,
     /// Rotating masses reflected to the rim, kg.
     rotating_mass_kg: f64,
     /// Running-resistance coefficient.
     running_resistance: f64,
-    /// Smallest and largest total mass thought possible, kg.
+    /// Smallest and largest possible total mass, kg.
     mass_range_kg: [f64; 2],
-    /// First guess of the total mass, kg; none = not told.
+    /// First guess of the total mass, kg; none = not given.
     mass_guess_kg: Option<f64>,
     /// From where to where behind the middle of the unit with the IMU the tare is spread, m; both 0 = a point.
     #[serde(default)]
     tare_span_m: [f64; 2],
-    /// The same for where the load's weight comes onto the rail, m.
+    /// Span in which the load's weight acts on the rail, in the same form, m.
     #[serde(default)]
     load_span_m: [f64; 2],
-    /// Distance of the IMU ahead of that middle, m.
+    /// Distance of the IMU ahead of this middle, m.
     #[serde(default)]
     imu_arm_m: f64,
     /// Places of the masses, as the numbers of `MassLayout::numbers` in their order: four a mass (front and rear place,
@@ -126,8 +126,8 @@ impl VehicleFile {
         file.data().ok_or_else(|| {
             document.error(
                 format!("{KEY}.layout"),
-                "these are too few numbers for a mass layout",
-                "all of them, as `monorig log export` writes them, or no layout",
+                "a mass layout needs more numbers",
+                "give all numbers, as `monorig log export` writes them, or no layout",
             )
         })
     }

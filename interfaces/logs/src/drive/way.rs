@@ -1,11 +1,11 @@
-//! The way gone by a reference of speed or distance, beside that by the wheels.
+//! The distance by a reference of speed or distance, compared with the distance by the wheels.
 
 use super::reference_columns::Columns;
 use crate::map::{Map, WayReference};
 use crate::notation::Quantity;
 use monorig_sim::error::Error;
 
-/// Over longer gaps a speed is not integrated, ns.
+/// Longest gap over which a speed is integrated, ns.
 const MAX_GAP_NS: i64 = 2_000_000_000;
 
 /// A reference of the way, sample by sample.

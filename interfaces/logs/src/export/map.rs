@@ -12,7 +12,7 @@ use std::path::Path;
 
 /// Name of the file with the vehicle.
 const VEHICLE: &str = "vehicle.yaml";
-/// More changes of the mass than this are no steps of the load.
+/// Largest number of changes of the mass that count as steps of the load.
 const MAX_MASS_STEPS: usize = 10_000;
 
 /// Writes map and vehicle into the folder; the name of the map file.
@@ -32,8 +32,7 @@ pub(super) fn write(
     };
     // numbers and lists of them: nothing that cannot be JSON
     let vehicle = serde_json::to_value(&samples.vehicle_file).unwrap_or_default();
-    let title =
-        "The vehicle as the estimators of the run were told it; written by `monorig log export`.";
+    let title = "The nominal vehicle of the run's estimators; written by `monorig log export`.";
     put(VEHICLE, &vehicle, title)?;
     let names = Names { format, tables };
     let mut map = json!({

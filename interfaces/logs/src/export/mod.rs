@@ -32,7 +32,7 @@ use std::path::{Path, PathBuf};
 use tables::Tables;
 use writer::{LogWriter, NewLog};
 
-/// All formats that a run can be written as, a line each.
+/// All formats for the samples of a run, a line each.
 const FORMATS: &[&dyn LogWriter] = &[
     &csv::CsvWriter,
     &parquet::ParquetWriter,
@@ -44,7 +44,7 @@ const FORMATS: &[&dyn LogWriter] = &[
     &can::CanWriter,
 ];
 
-/// A format that a run can be written as.
+/// A format for the samples of a run.
 #[derive(Clone, Copy)]
 pub struct ExportFormat(&'static dyn LogWriter);
 
@@ -93,12 +93,12 @@ pub struct Exported {
     pub map: PathBuf,
     /// Rows of all tables.
     pub rows: u64,
-    /// Values beyond the range of their signal, written as its end (CAN only).
+    /// Number of values beyond the range of their signal, which were limited (CAN only).
     pub clipped: u64,
 }
 
-/// Writes the samples of a run as logs into a new folder, with a map file and the vehicle that the estimators were
-/// given. What the run had of the folder of its `scenario`, if that is known, is named by its whole path.
+/// Writes the samples of a run as logs into a new folder, with a map file and the nominal vehicle. What the run had of
+/// the folder of its `scenario`, if that is known, is named by its whole path.
 pub fn export(
     run: &Path,
     format: ExportFormat,
@@ -114,7 +114,7 @@ pub fn export(
         return Err(crate::wrong(
             &path,
             None,
-            "this run has not kept its samples",
+            "this run was made without --keep-samples",
             "`monorig run --keep-samples` keeps every sample at its full rate, with stamps",
         ));
     }
@@ -123,8 +123,8 @@ pub fn export(
         return Err(crate::wrong(
             out,
             None,
-            "there is something in this folder already",
-            "--out with another folder, or remove it",
+            "this folder is not empty",
+            "use --out with another folder, or remove this folder",
         ));
     }
     let samples = Samples::open(&path)?;
@@ -174,7 +174,7 @@ pub fn export(
     })
 }
 
-/// A folder that goes when it was not moved to its place.
+/// A folder that is removed unless it was moved to its place.
 struct Partial(PathBuf);
 
 impl Drop for Partial {

@@ -37,7 +37,7 @@ const ROWS: usize = 8192;
 struct About {
     /// Length of a step, ns.
     step_ns: i64,
-    /// The vehicle that the estimators were given.
+    /// Nominal vehicle of the estimators.
     vehicle: VehicleFile,
 }
 
@@ -316,7 +316,8 @@ impl<'a> SampleColumns<'a> {
             let name = column.name();
             let array = batch.column_by_name(&name);
             let array = array.filter(|a| *a.data_type() == kind);
-            let array = array.ok_or_else(|| format!("there is no column `{name}` of {kind}"))?;
+            let array =
+                array.ok_or_else(|| format!("the samples have no column `{name}` of {kind}"))?;
             Ok((column, array))
         });
         found.collect::<Result<_, String>>().map(Self)
@@ -352,7 +353,7 @@ pub struct Samples {
     path: PathBuf,
     /// Length of a step, ns.
     pub step_ns: i64,
-    /// The vehicle that the estimators were given.
+    /// Nominal vehicle of the estimators.
     pub(super) vehicle: Vehicle,
     /// The same as a file.
     pub(super) vehicle_file: VehicleFile,
@@ -366,9 +367,9 @@ impl Samples {
         let about = pairs.into_iter().flatten().find(|kv| kv.key == ABOUT);
         let about: About = about
             .and_then(|kv| serde_json::from_str(kv.value.as_deref()?).ok())
-            .ok_or_else(|| broken_read(path, &"it does not say what it is of"))?;
+            .ok_or_else(|| broken_read(path, &"it has no description"))?;
         if !(1..=NS).contains(&about.step_ns) {
-            return Err(broken_read(path, &"its step is none of a run"));
+            return Err(broken_read(path, &"its step is not valid for a run"));
         }
         let vehicle = about
             .vehicle
@@ -377,7 +378,7 @@ impl Samples {
         Ok(Self {
             path: path.into(),
             step_ns: about.step_ns,
-            vehicle: vehicle.ok_or_else(|| broken_read(path, &"its vehicle cannot be"))?,
+            vehicle: vehicle.ok_or_else(|| broken_read(path, &"its vehicle is not possible"))?,
             vehicle_file: about.vehicle,
         })
     }
@@ -420,7 +421,7 @@ fn broken_read(path: &Path, what: &dyn std::fmt::Display) -> Error {
         path,
         None,
         format!("these kept samples cannot be read: {what}"),
-        "make them again with `monorig run --keep-samples`",
+        "make the samples again with `monorig run --keep-samples`",
     )
 }
 

@@ -1,4 +1,4 @@
-//! The map with what was found: which keys get which values, and the file with them, its comments kept.
+//! The map with the found values: which keys get which values, and the file with them, its comments kept.
 
 use super::{Parameter, ParameterKind};
 use crate::drive::{Plan, axes, mount, turned};
@@ -26,11 +26,11 @@ pub struct Applied {
 /// Beginning of the name of the noise of a wheel speed.
 const NOISE_OF_WHEELS: &str = "noise of the wheel speed";
 
-/// A change below this many standard deviations is not one that was seen: the map keeps what it says.
+/// Least change, in standard deviations, that is significant: the map keeps what it says.
 const SEEN_SDS: f64 = 2.0;
 
-/// The keys that a map gets by what was found of its log, where that differs from what the map says by more than two
-/// standard deviations. What the map says already is in what was found: values add up.
+/// Keys for a map, with the values found from its log that differ from the map by more than two standard deviations.
+/// What the map says already is in what was found: values add up.
 pub fn apply(map: &Map, found: &[Parameter]) -> Vec<Applied> {
     let file = &map.file;
     let vehicle = Plan::new(map).map(|plan| plan.vehicle);
@@ -136,8 +136,8 @@ pub fn apply(map: &Map, found: &[Parameter]) -> Vec<Applied> {
     all
 }
 
-/// Writes a map file with the keys that it gets; `source` says what they were found of. Comments and layout stay. The
-/// file is as it was, or it is whole.
+/// Writes a map file with the new keys; `source` describes the drive on which they were found. Comments and layout
+/// stay. The file is as it was, or it is whole.
 pub fn write(map: &Map, applied: &[Applied], source: &str) -> Result<(), Error> {
     let edits = applied.iter().map(|a| edit::Edit {
         key: a.key.clone(),
@@ -177,7 +177,7 @@ fn mount_of(turn: Rotation3<f64>) -> String {
     format!("{{{}}}", told.join(", "))
 }
 
-/// A number with four digits that count.
+/// A number with four significant digits.
 fn short(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return "0".into();

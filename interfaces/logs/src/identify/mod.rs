@@ -51,10 +51,10 @@ const MAX_DRAG_SD: f64 = 0.5;
 const MAX_LEAN: f64 = 6.0;
 /// Forward a larger mean is the pitch of the box and no bias, m/s²; to the left one twice as large: roads have a crown.
 const MAX_BIAS_MPS2: f64 = 0.15;
-/// Turning faster than this is no straight, rad/s.
+/// Largest angular rate on a straight, rad/s.
 pub(crate) const STRAIGHT_RADPS: f64 = 0.05;
 
-/// A parameter that was found.
+/// A found parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Parameter {
     /// Its name.
@@ -94,7 +94,7 @@ pub enum ParameterKind {
     Roll,
     /// Bias of the gyro about an axis: 0 forward, 1 left, 2 up.
     GyroBias(usize),
-    /// Noise, and what no key of a map holds.
+    /// Noise, and parameters without a key in a map.
     #[default]
     Figure,
 }
@@ -106,24 +106,24 @@ impl ParameterKind {
     #[rustfmt::skip]
     fn told(self) -> Told {
         let any = [f64::NEG_INFINITY, f64::INFINITY];
-        let mount = "channels.specific_force.mount_deg and that of the angular rate";
+        let mount = "mount_deg of channels.specific_force and channels.angular_rate";
         match self {
             Self::WheelRadius => ("wheel radius", "m",
                 "nominal.wheel_radius_m, where the wheel speeds of the log were made with the nominal one", any),
             Self::TorqueGain => ("torque gain", "1",
-                "channels.traction.gain: force at the rims over that of gear, efficiency and radius of the map, or of the \
-                 radius found", [0.5, 2.0]),
+                "channels.traction.gain: force at the rims over the force by gear, efficiency and radius of the map (or the \
+                 found radius)", [0.5, 2.0]),
             Self::RunningResistance => ("running resistance", "1", "nominal.running_resistance", [0.0, 1.0]),
             Self::DragArea => ("drag area", "m2", "nominal.drag_area_m2", [0.0, 20.0]),
             Self::Lean => ("lean", "deg/g",
-                "channels.specific_force.lean_deg_per_g; an error of scale shows as the same", [-MAX_LEAN, MAX_LEAN]),
+                "channels.specific_force.lean_deg_per_g; an error of scale has the same effect", [-MAX_LEAN, MAX_LEAN]),
             Self::AccelerometerBias => ("accelerometer bias", "m/s2",
-                "channels.specific_force.bias forward; with the pitch of its mount times g", any),
+                "channels.specific_force.bias forward; it includes the pitch of its mount times g", any),
             Self::Pitch => ("pitch of the box", "deg", mount, [-20.0, 20.0]),
             Self::Roll => ("roll of the box", "deg", mount, [-20.0, 20.0]),
             Self::GyroBias(axis) => (
                 ["gyro bias forward", "gyro bias left", "gyro bias up"].get(axis).copied().unwrap_or_default(), "rad/s",
-                "channels.angular_rate.bias: while the vehicle stands, else against the change of the slope", any),
+                "channels.angular_rate.bias: at standstill, else from the change of the slope", any),
             Self::Figure => ("", "", "standard deviation of a sample", any),
         }
     }
@@ -142,8 +142,8 @@ impl ParameterKind {
     }
 }
 
-/// Finds the parameters of a log, and says in words what else there would be and what the log lacks for it. `suspect`
-/// says what is wrong with the reference slope of the windows, whose standard deviation is given in rad, and why.
+/// Finds the parameters of a log, and describes further parameters and what the log lacks for them. `suspect` says what
+/// is wrong with the reference slope of the windows, whose standard deviation is given in rad, and why.
 pub(crate) fn parameters(
     map: &Map,
     suspect: impl FnOnce(&Windows, f64) -> Option<(String, String)>,
@@ -184,11 +184,11 @@ pub(crate) fn parameters(
     }
     found.extend(gyro_parameters(&balance));
     if found.is_empty() {
-        let why = format!("nothing can be found: {}", lacks.join("; "));
+        let why = format!("no parameter can be found: {}", lacks.join("; "));
         return Err(map.error(
             "",
             why,
-            "a longer drive, or more of its channels in the map",
+            "use a longer drive, or more of its channels in the map",
         ));
     }
     found.retain(|p| {
@@ -197,7 +197,7 @@ pub(crate) fn parameters(
         if !is_found {
             let (name, value, sd, unit) = (&p.name, p.value, p.sd, p.unit);
             lacks.push(format!(
-                "{name}: {value:.3} ± {sd:.3} {unit} could be anything"
+                "{name}: {value:.3} ± {sd:.3} {unit} is too uncertain"
             ));
         }
         is_found
@@ -210,8 +210,9 @@ pub(crate) fn parameters(
                 "{} {:.3} ± {:.3} {} cannot be",
                 p.name, p.value, p.sd, p.unit
             );
-            let help =
-                format!("{low} to {high}: `monorig log check` names wrong units, signs and lags");
+            let help = format!(
+                "expected {low} to {high}: `monorig log check` finds wrong units, signs and lags"
+            );
             return Err(map.error("", what, help));
         }
         p.value = nearest;
@@ -233,8 +234,8 @@ fn radius_ratio(map: &Map, seen: &Seen) -> Result<Option<(f64, f64)>, Error> {
         return Ok(None);
     };
     rolled.ratio().map(Some).ok_or_else(|| {
-        let help = "a reference that covers at least four times 5 m of the way in one stretch";
-        let why = "too little of the way has both wheel speeds and a reference";
+        let help = "use a reference that covers at least four times 5 m in one stretch";
+        let why = "too short a distance has both wheel speeds and a reference";
         map.error("reference", why, help)
     })
 }
@@ -260,7 +261,7 @@ fn drive_parameters(
     let weight = |w: &ForceWindow| -w.mass_kg * G * w.against;
     let nominal_m2 = vehicle.road.map_or(0.0, |r| r.drag_area_m2);
     let lacks = || match plan.targets().any(Target::is_traction) {
-        false => "they need `channels.traction`".to_owned(),
+        false => "these need `channels.traction`".to_owned(),
         true => too_few(
             moving.len(),
             "speed, traction, slope and, where it is known, mass while the vehicle moves one way and does not brake",
@@ -468,7 +469,7 @@ fn windows(map: &Map, plan: &Plan, seen: &mut Seen) -> Result<Windows, Error> {
             return Err(map.error(
                 "reference.mass",
                 what,
-                "the mass of vehicle and load together",
+                "use the mass of vehicle and load together",
             ));
         }
         if slope.abs() > MAX_SLOPE_RAD {

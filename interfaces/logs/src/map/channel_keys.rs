@@ -24,7 +24,7 @@ pub(crate) enum Axis {
     Down,
 }
 
-/// The turn of an instrument against the vehicle, degrees: first rolled, then pitched, then yawed.
+/// Rotation of an instrument against the vehicle, degrees: first rolled, then pitched, then yawed.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct Mount {
@@ -50,10 +50,10 @@ impl Default for Mount {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Calibrate {
-    /// Time for which it stands from the first row on, s. Of the angular rate the bias is found; of the specific force
-    /// the roll and pitch of the mount.
+    /// Time at standstill from the first row on, s. Of the angular rate the bias is found; of the specific force the
+    /// roll and pitch of the mount.
     pub standing_s: Positive,
-    /// Slope on which it stands meanwhile, degrees, + uphill; of the specific force only.
+    /// Slope during the standstill, degrees, + uphill; only for the specific force.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope_deg: Option<Finite>,
 }
@@ -63,7 +63,7 @@ pub(crate) struct Calibrate {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct VectorChannel {
-    /// File, by its name under `files`; not needed where there is one.
+    /// File, by its name under `files`; not needed if the map has only one file.
     pub file: Option<String>,
     /// The columns of its three axes; `none` for one that the instrument does not have or the log does not hold: it is
     /// taken for what it is on a level vehicle at rest.
@@ -72,17 +72,17 @@ pub(crate) struct VectorChannel {
     pub unit: UnitName,
     /// Directions of the axes; none = forward, left, up.
     pub axes: Option<[Axis; 3]>,
-    /// The turn of the instrument against these directions.
+    /// Rotation of the instrument against these directions.
     #[serde(default)]
     pub mount_deg: Mount,
-    /// Pitch nose up of the sprung body that carries it for each g of specific force along the vehicle, degrees; taken
-    /// out of the specific force.
+    /// Pitch (nose up) of the sprung body with the instrument per g of specific force along the vehicle, degrees; the
+    /// specific force is corrected for it.
     pub lean_deg_per_g: Option<Finite>,
-    /// Bias of the three columns, in their unit, taken off first.
+    /// Bias of the three columns, in their unit, subtracted first.
     pub bias: Option<[Finite; 3]>,
-    /// Standard deviation of the bias that is left, in the SI unit; estimators are given it.
+    /// Standard deviation of the remaining bias, in the SI unit, for the estimators.
     pub bias_sd: Option<Positive>,
-    /// Values that are found while the vehicle stands.
+    /// Values that are found at standstill.
     pub calibrate: Option<Calibrate>,
     /// Samples count only where this is true, such as `status == 1`.
     pub valid_if: Option<Condition>,
@@ -95,13 +95,13 @@ pub(crate) struct VectorChannel {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ScalarChannel {
-    /// File, by its name under `files`; not needed where there is one.
+    /// File, by its name under `files`; not needed if the map has only one file.
     pub file: Option<String>,
     /// The column.
     pub column: Formula,
     /// Its unit.
     pub unit: UnitName,
-    /// 1, or −1 where the log counts the other way.
+    /// 1, or −1 if the log has the other sign.
     #[serde(default = "plus")]
     pub sign: Finite,
     /// Samples count only where this is true.
@@ -115,7 +115,7 @@ pub(crate) struct ScalarChannel {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct WheelChannel {
-    /// File, by its name under `files`; not needed where there is one.
+    /// File, by its name under `files`; not needed if the map has only one file.
     pub file: Option<String>,
     /// A column for each wheel.
     pub columns: Vec<Formula>,
@@ -124,10 +124,10 @@ pub(crate) struct WheelChannel {
     /// True for driven wheels. Where some wheels are not driven only those are used, because they do not slip.
     #[serde(default = "yes")]
     pub driven: bool,
-    /// 1, or −1 where the log counts the other way.
+    /// 1, or −1 if the log has the other sign.
     #[serde(default = "plus")]
     pub sign: Finite,
-    /// Times the value, as `monorig log calibrate --apply` writes it; none = 1.
+    /// Factor on the value, as `monorig log calibrate --apply` writes it; none = 1.
     pub gain: Option<Positive>,
     /// Samples count only where this is true.
     pub valid_if: Option<Condition>,
@@ -140,7 +140,7 @@ pub(crate) struct WheelChannel {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Traction {
-    /// File, by its name under `files`; not needed where there is one.
+    /// File, by its name under `files`; not needed if the map has only one file.
     pub file: Option<String>,
     /// Torque of each motor.
     pub torque: Option<Vec<Formula>>,
@@ -155,10 +155,10 @@ pub(crate) struct Traction {
     pub gear_ratio: Option<Formula>,
     /// Of a power: share of it that reaches the rims; none = all.
     pub efficiency: Option<Fraction>,
-    /// 1, or −1 where the log counts the other way.
+    /// 1, or −1 if the log has the other sign.
     #[serde(default = "plus")]
     pub sign: Finite,
-    /// Times the value, as `monorig log calibrate --apply` writes it; none = 1.
+    /// Factor on the value, as `monorig log calibrate --apply` writes it; none = 1.
     pub gain: Option<Positive>,
     /// Samples count only where this is true, such as `engine_rpm / turbine_rpm < 1.1`.
     pub valid_if: Option<Condition>,
@@ -171,15 +171,15 @@ pub(crate) struct Traction {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CommandChannel {
-    /// File, by its name under `files`; not needed where there is one.
+    /// File, by its name under `files`; not needed if the map has only one file.
     pub file: Option<String>,
-    /// Torque of each motor at its shaft; of another number of columns than drive units the sum, in equal shares. None
-    /// = the measured one.
+    /// Torque of each motor at its shaft; if the numbers of columns and drive units differ, the sum is shared equally.
+    /// None = the measured one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub torque: Vec<Formula>,
     /// Unit of the torques.
     pub unit: Option<UnitName>,
-    /// 1, or −1 where the log counts the torques the other way.
+    /// 1, or −1 if the log has the other sign for torques.
     #[serde(default = "plus")]
     pub sign: Finite,
     /// Clamp cylinder pressure, MPa; none = 0.

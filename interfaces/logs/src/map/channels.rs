@@ -15,7 +15,10 @@ use std::sync::LazyLock;
 /// Columns of a measured quantity.
 #[derive(Clone, Debug, serde::Serialize)]
 #[serde(untagged)]
-#[allow(clippy::large_enum_variant, reason = "a map file has a few of them")]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "a map file has some of these channels"
+)]
 pub(crate) enum MeasuredChannel {
     /// Columns of three axes.
     Vector(VectorChannel),
@@ -146,7 +149,7 @@ impl Serialize for Channels {
     }
 }
 
-/// The keys of a form of their own, as the schema describes them.
+/// Keys with their own form, for the schema.
 #[derive(JsonSchema)]
 #[schemars(deny_unknown_fields)]
 #[expect(dead_code, reason = "only its schema is used")]
@@ -154,9 +157,9 @@ struct OwnKeys {
     /// Speeds of wheels at their circumference.
     #[schemars(default)]
     wheel_speed: Vec<WheelChannel>,
-    /// What drives the vehicle.
+    /// Torque, force or power that drives the vehicle.
     traction: Option<Traction>,
-    /// What the controller asked for. Without it the measured torque stands for it.
+    /// Command of the controller. Without it the measured torque stands for it.
     command: Option<CommandChannel>,
 }
 
@@ -167,7 +170,8 @@ impl JsonSchema for Channels {
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let mut schema = OwnKeys::json_schema(generator);
-        let about = "What the columns of a log measure. What is not there, estimators do without.";
+        let about =
+            "Quantities in the columns of a log. Estimators run without missing quantities.";
         schema.insert("description".into(), about.into());
         for measurand in Measurand::ALL.iter().copied().filter(|m| is_usual(*m)) {
             let mut channel = match measurand.shape() {

@@ -32,8 +32,8 @@ pub(super) fn check(file: &MapFile) -> Result<(), Wrong> {
     {
         return wrong(
             format!("clocks.{name}"),
-            format!("there is no file `{name}` under `files`"),
-            "a name of `files`",
+            format!("`files` has no file `{name}`"),
+            "use a name of `files`",
         );
     }
     let times = file.clocks.iter();
@@ -44,7 +44,7 @@ pub(super) fn check(file: &MapFile) -> Result<(), Wrong> {
         if wraps.is_some_and(|bits| !counts || !(8..=48).contains(&bits)) {
             return wrong(
                 format!("{key}.wraps"),
-                "a counter that begins anew has 8 to 48 bits, and a unit",
+                "a counter that wraps needs 8 to 48 bits, and a unit",
                 "`unit: us, wraps: 32` for a counter of microseconds with 32 bits",
             );
         }
@@ -52,22 +52,22 @@ pub(super) fn check(file: &MapFile) -> Result<(), Wrong> {
     if file.files.len() > MAX_FILES {
         return wrong(
             "files",
-            format!("{} files are more than a log has", file.files.len()),
+            format!("{} files are too many for a log", file.files.len()),
             format!("at most {MAX_FILES}"),
         );
     }
     if file.time.pieces.is_some() && file.files.len() > 1 {
         return wrong(
             "time.pieces",
-            "runs in which time begins anew cannot be told apart in several files",
-            "one file, or times that grow",
+            "runs in which time begins again cannot be separated in several files",
+            "use one file, or times that grow",
         );
     }
     if file.step.rate_hz.get() > MAX_RATE_HZ || file.step.rate_hz.get() < 1.0 {
         return wrong(
             "step.rate_hz",
-            "the estimators are not made for such steps",
-            "1 to 10000 Hz; 100 or 200 as a rule",
+            "the estimators are not made for these steps",
+            "use 1 to 10000 Hz; 100 or 200 are usual",
         );
     }
     if file.vehicle.is_none()
@@ -75,8 +75,8 @@ pub(super) fn check(file: &MapFile) -> Result<(), Wrong> {
     {
         return wrong(
             "vehicle",
-            "estimators must be told what the vehicle is",
-            "`vehicle: FILE` with a train or a car, or `nominal:` with at least tare_kg and wheel_radius_m",
+            "the estimators need the vehicle's data",
+            "give `vehicle: FILE` with a train or a car, or `nominal:` with at least tare_kg and wheel_radius_m",
         );
     }
     if let (Some(from), Some(until)) = (file.trim.from_s, file.trim.until_s)
@@ -84,7 +84,7 @@ pub(super) fn check(file: &MapFile) -> Result<(), Wrong> {
     {
         return wrong(
             "trim.until_s",
-            "the part that is played ends before it begins",
+            "the played part ends before its begin",
             "a time after `from_s`",
         );
     }
@@ -102,8 +102,8 @@ fn channels(c: &Channels) -> Result<(), Wrong> {
     if !c.measured.keys().any(of_use) && c.wheel_speed.is_empty() && c.traction.is_none() {
         return wrong(
             "channels",
-            "nothing of the log is used",
-            "at least one of specific_force, angular_rate, wheel_speed, traction",
+            "the map uses no channel of the log",
+            "give at least one of specific_force, angular_rate, wheel_speed, traction",
         );
     }
     let mut wheels = 0;
@@ -115,7 +115,7 @@ fn channels(c: &Channels) -> Result<(), Wrong> {
         if w.columns.is_empty() || wheels > MAX_DRIVES {
             return wrong(
                 format!("{key}.columns"),
-                format!("there are {} wheels", wheels),
+                format!("the map has {} wheels", wheels),
                 format!("1 to {MAX_DRIVES} wheels together"),
             );
         }
@@ -139,12 +139,12 @@ fn channels(c: &Channels) -> Result<(), Wrong> {
         }
         let else_empty = command.brake.is_none() && command.clamp_pressure_mpa.is_none();
         if command.torque.is_empty() && else_empty {
-            return wrong(key, "nothing is commanded", "`torque` or `brake`");
+            return wrong(key, "the command has no column", "`torque` or `brake`");
         }
         if command.torque.len() > MAX_DRIVES {
             return wrong(
                 format!("{key}.torque"),
-                format!("there are {} motors", command.torque.len()),
+                format!("the map has {} motors", command.torque.len()),
                 format!("1 to {MAX_DRIVES}"),
             );
         }
@@ -158,7 +158,7 @@ fn channels(c: &Channels) -> Result<(), Wrong> {
                 if list.len() > most {
                     return wrong(
                         format!("channels.{}", measurand.name()),
-                        format!("there are {} of them", list.len()),
+                        format!("the map has {} of these columns", list.len()),
                         format!("at most {most}"),
                     );
                 }
@@ -183,24 +183,24 @@ fn vector(key: &str, v: &VectorChannel, quantity: Quantity) -> Result<(), Wrong>
     if v.lean_deg_per_g.is_some() && !force {
         return wrong(
             format!("{key}.lean_deg_per_g"),
-            "the lean is taken out of the specific force only",
-            "the same key of `specific_force`",
+            "the lean is corrected only in the specific force",
+            "use this key in `specific_force`",
         );
     }
     if let Some(c) = &v.calibrate {
         if c.slope_deg.is_some() && !force {
             return wrong(
                 format!("{key}.calibrate.slope_deg"),
-                "the slope does not matter to a gyro",
-                "leave it out",
+                "a gyro does not depend on the slope",
+                "leave this out",
             );
         }
         let m = &v.mount_deg;
         if force && (m.roll.get() != 0.0 || m.pitch.get() != 0.0) {
             return wrong(
                 format!("{key}.calibrate"),
-                "roll and pitch of the mount are given, and are to be found as well",
-                "keep one of the two",
+                "roll and pitch of the mount are given, but must also be found",
+                "keep only one of the two",
             );
         }
     }
@@ -220,8 +220,8 @@ fn vector(key: &str, v: &VectorChannel, quantity: Quantity) -> Result<(), Wrong>
     if a.0 == b.0 || b.0 == c.0 || a.0 == c.0 {
         return wrong(
             format!("{key}.axes"),
-            "two axes lie along one direction",
-            "one of forward/backward, one of left/right, one of up/down",
+            "two axes have the same direction",
+            "use one of forward/backward, one of left/right, one of up/down",
         );
     }
     // a right-handed triad has determinant 1: a turned box is one, a mirrored one does not exist
@@ -229,8 +229,8 @@ fn vector(key: &str, v: &VectorChannel, quantity: Quantity) -> Result<(), Wrong>
     if a.1 * b.1 * c.1 * if even { 1 } else { -1 } != 1 {
         return wrong(
             format!("{key}.axes"),
-            "these axes are left-handed, which no instrument is",
-            "axes such as [forward, left, up] or [forward, right, down]; a column that counts the other way as `= -column`",
+            "these axes are left-handed, but instruments are right-handed",
+            "use axes such as [forward, left, up] or [forward, right, down]; write a column with the other sign as `= -column`",
         );
     }
     Ok(())
@@ -241,8 +241,8 @@ fn traction(key: &str, t: &Traction) -> Result<(), Wrong> {
     if given.iter().filter(|g| **g).count() != 1 {
         return wrong(
             key,
-            "traction is one of a torque, a force and a power",
-            "exactly one of `torque`, `force`, `power`",
+            "traction must be a torque, a force or a power",
+            "give exactly one of `torque`, `force`, `power`",
         );
     }
     let quantity = match given {
@@ -258,7 +258,7 @@ fn traction(key: &str, t: &Traction) -> Result<(), Wrong> {
     {
         return wrong(
             format!("{key}.torque"),
-            "there is no motor, or there are too many",
+            "the number of motors is not valid",
             format!("1 to {MAX_DRIVES} columns"),
         );
     }
@@ -266,20 +266,20 @@ fn traction(key: &str, t: &Traction) -> Result<(), Wrong> {
         return wrong(
             format!("{key}.gear_ratio"),
             "a gear ratio belongs to a torque",
-            "leave it out",
+            "leave this out",
         );
     }
     if t.efficiency.is_some() && t.power.is_none() {
         return wrong(
             format!("{key}.efficiency"),
             "this efficiency belongs to a power",
-            "that of the motors is `nominal.efficiency`",
+            "use `nominal.efficiency` for the motors",
         );
     }
     if t.efficiency.is_some_and(|e| e.get() == 0.0) {
         return wrong(
             format!("{key}.efficiency"),
-            "nothing would reach the rims",
+            "this leaves no force at the rims",
             "a share above zero",
         );
     }
@@ -302,8 +302,8 @@ fn references(r: &References) -> Result<(), Wrong> {
     if r.speed.is_some() && r.distance.is_some() {
         return wrong(
             "reference.distance",
-            "there is a reference of the speed too",
-            "one of `speed` and `distance`",
+            "the map also has a reference of the speed",
+            "give only one of `speed` and `distance`",
         );
     }
     mass_reference(r)
@@ -316,7 +316,7 @@ fn slope_reference(key: &str, slope: Option<&SlopeReference>) -> Result<(), Wron
             return wrong(
                 key,
                 "a slope is a constant, a column, or comes from altitude and distance",
-                "exactly one of `deg`, `column`, `altitude`",
+                "give exactly one of `deg`, `column`, `altitude`",
             );
         }
         match (&s.column, &s.unit) {
@@ -332,7 +332,7 @@ fn slope_reference(key: &str, slope: Option<&SlopeReference>) -> Result<(), Wron
                 return wrong(
                     format!("{key}.unit"),
                     "only a column has a unit here",
-                    "leave it out",
+                    "leave this out",
                 );
             }
             (None, None) => {}
@@ -343,8 +343,8 @@ fn slope_reference(key: &str, slope: Option<&SlopeReference>) -> Result<(), Wron
             if given != [true, false, false] && given != [false, true, true] {
                 return wrong(
                     format!("{key}.altitude"),
-                    "an altitude goes over a distance, or over positions",
-                    "either `distance`, or `latitude` and `longitude`",
+                    "an altitude needs a distance or positions",
+                    "give either `distance`, or `latitude` and `longitude`",
                 );
             }
         }
@@ -364,7 +364,7 @@ fn mass_reference(r: &References) -> Result<(), Wrong> {
                 if steps.is_empty() || !ascending {
                     return wrong(
                         format!("{key}.steps"),
-                        "the steps are none, or not in the order of time",
+                        "the steps are missing, or not in the order of time",
                         "`[{at_s: 0, kg: …}, {at_s: …, kg: …}]`",
                     );
                 }
@@ -373,7 +373,7 @@ fn mass_reference(r: &References) -> Result<(), Wrong> {
                 return wrong(
                     key,
                     "a mass is a constant, or changes in steps",
-                    "exactly one of `kg` and `steps`",
+                    "give exactly one of `kg` and `steps`",
                 );
             }
         }
@@ -386,8 +386,8 @@ fn sign(key: &str, sign: f64) -> Result<(), Wrong> {
         true => Ok(()),
         false => wrong(
             format!("{key}.sign"),
-            format!("{sign} is no sign"),
-            "1 or -1; a factor goes into an expression",
+            format!("{sign} is not a sign"),
+            "use 1 or -1; write a factor as an expression",
         ),
     }
 }
@@ -397,7 +397,7 @@ fn unit(key: &str, unit: &UnitName, quantity: Quantity) -> Result<(), Wrong> {
         Some(_) => Ok(()),
         None => wrong(
             format!("{key}.unit"),
-            format!("`{}` is no unit of {}", unit.as_str(), quantity.words()),
+            format!("`{}` is not a unit of {}", unit.as_str(), quantity.words()),
             format!("one of: {}", quantity.names()),
         ),
     }

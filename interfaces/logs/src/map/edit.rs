@@ -1,4 +1,4 @@
-//! Values put into the text of a map file: comments, order and layout stay as they are.
+//! Inserting values into the text of a map file: comments, order and layout stay as they are.
 
 use super::Map;
 use monorig_sim::config::file::{Document, Sets, read_result};
@@ -7,7 +7,7 @@ use monorig_sim::error::Error;
 use monorig_sim::record::whole;
 use std::ops::Range;
 
-/// Begins the comments that are written, so that those of an earlier time are found.
+/// Beginning of the written comments, by which earlier comments are found.
 const MARK: &str = "# ";
 
 /// A key that gets a value.
@@ -32,7 +32,7 @@ pub(crate) fn write(map: &Map, edits: &[Edit]) -> Result<(), Error> {
             .collect();
         map.error(
             "",
-            "this map file is written in a way that values cannot be put into; it was left as it is",
+            "the layout of this map file does not allow inserted values; the file was not changed",
             format!("write by hand: {}", lines.join("; ")),
         )
     };
@@ -84,7 +84,7 @@ fn steps(path: &str) -> Vec<PathStep> {
     all
 }
 
-/// The text with one value put in; none where its layout is not understood.
+/// The text with one value inserted; `None` if its layout is not understood.
 fn put(text: &str, edit: &Edit) -> Option<String> {
     let path = steps(&edit.key);
     let mut mask = masked(text);

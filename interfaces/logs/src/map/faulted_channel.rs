@@ -1,4 +1,4 @@
-//! The channel that a fault of a map file is put on.
+//! The channel of a fault in a map file.
 
 use monorig_estimators::api::signals::Measurand;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -7,7 +7,7 @@ use serde::ser::{Serialize, Serializer};
 use std::borrow::Cow;
 use std::sync::LazyLock;
 
-/// A channel that a fault can be put on.
+/// A channel that can have a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FaultedChannel {
     /// Specific force and angular rate.
@@ -72,7 +72,7 @@ impl JsonSchema for FaultedChannel {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         let one = |(name, channel): &(&str, Self)| json_schema!({ "description": channel.about(), "type": "string", "const": name });
         json_schema!({
-            "description": "A channel that a fault can be put on.",
+            "description": "A channel that can have a fault.",
             "oneOf": ALL.iter().map(one).collect::<Vec<_>>()
         })
     }

@@ -25,7 +25,8 @@ pub struct MapFile {
     pub(crate) why: String,
     /// Source of the recording.
     pub(crate) source: Option<Provenance>,
-    /// The files of the log by a name of one's own, relative to this file; one alone can be given on the command line.
+    /// Files of the log, each with a name of your choice, relative to this file; a single file can be given on the
+    /// command line.
     #[serde(default)]
     pub(crate) files: BTreeMap<String, String>,
     /// Database of CAN messages (DBC), relative to this file.
@@ -42,36 +43,35 @@ pub struct MapFile {
     /// Train file, car file or file of nominal values (as `monorig log export` writes it), relative to this file: the
     /// nominal vehicle, which estimators are given.
     pub(crate) vehicle: Option<String>,
-    /// The part of the log that is played; none = all of it.
+    /// The part of the log that is played; none = the whole log.
     #[serde(default, skip_serializing_if = "Trim::is_all")]
     pub(crate) trim: Trim,
-    /// Nominal values where they differ from the vehicle's file, or all there is without one.
+    /// Nominal values that differ from the vehicle's file, or all nominal values without such a file.
     #[serde(default)]
     pub(crate) nominal: Nominal,
     /// The measurements in the columns.
     pub(crate) channels: Channels,
-    /// Faults put on the channels, as events of a scenario put them on sensors.
+    /// Faults of the channels, like the events of a scenario for sensors.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) faults: Vec<LogFault>,
-    /// The references that estimates are held against.
+    /// References with which estimates are compared.
     #[serde(default)]
     pub(crate) reference: References,
     /// Estimators by name, with their parameters, as in a scenario.
     #[serde(default)]
     pub(crate) estimators: BTreeMap<String, Settings>,
-    /// Source of the measurement noise that estimators are given; none = from the log where that is more than the
-    /// default of an estimator.
+    /// Source of the measurement noise for estimators; none = from the log if it exceeds an estimator's default.
     pub(crate) noise: Option<NoiseSource>,
     /// Bounds to hold, as in a scenario.
     #[serde(default)]
     pub(crate) expect: Vec<Expectation>,
-    /// Shares of the time in which estimates must be marked valid, as in a scenario.
+    /// Least shares of the time in which estimates are marked valid, as in a scenario.
     #[serde(default)]
     pub(crate) availability: Availability,
     /// Limits beyond which an estimate marked valid is misleading, as in a scenario.
     #[serde(default)]
     pub(crate) integrity: Integrity,
-    /// Bounds that do not hold, for reasons of physics, as in a scenario.
+    /// Bounds that cannot hold, for reasons of physics, as in a scenario.
     #[serde(
         default,
         skip_serializing_if = "Vec::is_empty",
@@ -84,7 +84,7 @@ pub struct MapFile {
     pub(crate) record: Record,
 }
 
-/// Source of the measurement noise that estimators are given.
+/// Source of the measurement noise for estimators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum NoiseSource {
@@ -110,35 +110,35 @@ pub(crate) struct Provenance {
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct TimeSettings {
-    /// Column of the time (CSV, Parquet); without it one that is called like a time. The other formats have their own
-    /// time.
+    /// Column of the time (CSV, Parquet); without this key a column whose name shows a time. The other formats have
+    /// their own time.
     pub column: Option<String>,
-    /// Unit of that column; without it by its name or type, else seconds.
+    /// Unit of the time column; without this key by its name or type, else seconds.
     pub unit: Option<TimeUnit>,
-    /// Bits after which the counter of that column begins anew, such as 32.
+    /// Number of bits after which the counter of the time column wraps, such as 32.
     pub wraps: Option<u32>,
     /// Column of when the values were taken, in the same unit (of text and whole numbers too a number: exact to 2^53
     /// ns), where the time above is when they were recorded.
     pub stamp: Option<String>,
-    /// By which time samples are given to the estimators.
+    /// Time by which samples reach the estimators.
     pub order: Order,
     /// Time zero of the replay.
     pub origin: Origin,
-    /// Column of text (CSV) whose change begins a new run, in which time begins anew: a new segment.
+    /// Column of text (CSV) whose change begins a new run, in which time begins again: a new segment.
     pub pieces: Option<String>,
     /// A gap longer than this begins a new segment, with estimators reset, s; none = 60.
     pub segment_gap_s: Option<Positive>,
 }
 
-/// By which time samples are given to the estimators.
+/// Time by which samples reach the estimators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Order {
-    /// The time at which they were taken.
+    /// The time at which the values were measured.
     #[default]
     Stamp,
-    /// The time at which they were recorded: MCAP has it beside the stamp, and so has a log with `stamp`; elsewhere it
-    /// is the stamp.
+    /// The time at which the values were recorded: MCAP has it beside the stamp, and so has a log with `stamp`;
+    /// elsewhere it is the stamp.
     Arrival,
 }
 
@@ -158,9 +158,9 @@ pub(crate) enum Origin {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct Trim {
-    /// From here on, s of the replay.
+    /// Begin, s of the replay.
     pub from_s: Option<NonNegative>,
-    /// Until here, s of the replay.
+    /// End, s of the replay.
     pub until_s: Option<Positive>,
 }
 
@@ -175,13 +175,13 @@ impl Trim {
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct Clock {
-    /// Column of the time, instead of that under `time`.
+    /// Column of the time, instead of the column under `time`.
     pub column: Option<String>,
     /// Its unit.
     pub unit: Option<TimeUnit>,
-    /// Bits after which its counter begins anew.
+    /// Number of bits after which its counter wraps.
     pub wraps: Option<u32>,
-    /// Added to its stamps, s.
+    /// Offset added to its stamps, s.
     pub offset_s: Option<Finite>,
     /// Rate by which the clock is too slow, parts per million: stamps grow by it from the file's first one on.
     pub drift_ppm: Option<Finite>,
@@ -193,7 +193,7 @@ pub(crate) struct Clock {
 pub(crate) struct StepSettings {
     /// Steps per second, Hz.
     pub rate_hz: Positive,
-    /// The sample that is made of several ones of a channel in a step.
+    /// Sample that replaces several samples of a channel in a step.
     pub many: Many,
 }
 
@@ -206,11 +206,11 @@ impl Default for StepSettings {
     }
 }
 
-/// The sample that is made of several ones of a channel in a step.
+/// Sample that replaces several samples of a channel in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Many {
-    /// Their mean, and the mean of their stamps.
+    /// Mean of the samples, and mean of their stamps.
     #[default]
     Mean,
     /// The last one.
@@ -233,7 +233,7 @@ pub(crate) struct Nominal {
     pub wheel_radius_m: Option<Positive>,
     /// Motor revolutions per wheel revolution.
     pub gear_ratio: Option<Positive>,
-    /// Share of motor power that reaches the rim.
+    /// Share of motor power that reaches the wheel rim.
     pub efficiency: Option<Fraction>,
     /// Rotating masses reflected to the rim, kg.
     pub rotating_mass_kg: Option<NonNegative>,
@@ -256,7 +256,7 @@ pub(crate) struct Nominal {
     pub rear_cornering_npr: Option<Positive>,
 }
 
-/// A fault put on a channel of a log.
+/// A fault of a channel of a log.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -265,9 +265,9 @@ pub(crate) struct LogFault {
     pub from_s: NonNegative,
     /// s; none = to the end.
     pub to_s: Option<Positive>,
-    /// The channel that it is put on.
+    /// Channel of the fault.
     pub channel: FaultedChannel,
-    /// Number of the wheel, motor, … from 0; none = all of them.
+    /// Number of the wheel, motor, … from 0; none = all.
     pub index: Option<usize>,
     /// Kind of fault.
     pub fault: LogFaultKind,
@@ -281,7 +281,7 @@ pub(crate) struct LogFault {
 pub(crate) enum LogFaultKind {
     /// No samples.
     Off,
-    /// The last value again and again.
+    /// The last value repeated.
     Stuck,
     /// Constant bias of `size` SI units.
     Bias,
@@ -309,7 +309,7 @@ pub(crate) enum LogFaultKind {
     AxesXzSwapped,
     /// Left and up exchanged.
     AxesYzSwapped,
-    /// Stamps are off by up to `size` ms, evenly spread to both sides.
+    /// Stamps have errors up to ±`size` ms, uniformly distributed.
     Jitter,
     /// Samples are lost, a share of `size`.
     Loss,
@@ -318,14 +318,14 @@ pub(crate) enum LogFaultKind {
 }
 
 impl LogFaultKind {
-    /// The fault of the rig's sensors that it is; none of those of a log alone.
+    /// Fault of the rig's sensors; `None` for a fault that only logs have.
     pub fn of_rig(self) -> Option<FaultKind> {
         let named = serde_json::to_value(self);
         named.and_then(serde_json::from_value).ok()
     }
 }
 
-/// Names and descriptions of the faults that are put on logs alone.
+/// Names and descriptions of the faults that only logs have.
 pub fn faults_of_logs() -> Vec<(String, String)> {
     let schema = serde_json::to_value(schemars::schema_for!(LogFaultKind)).unwrap_or_default();
     let all = schema.get("oneOf").and_then(|all| all.as_array().cloned());

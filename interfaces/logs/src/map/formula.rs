@@ -18,7 +18,7 @@ pub(crate) struct Formula {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(
     untagged,
-    expecting = "the name of a column, an expression that begins with `=`, or a number"
+    expecting = "use the name of a column, an expression that begins with `=`, or a number"
 )]
 enum Written {
     Number(f64),

@@ -25,7 +25,7 @@ pub struct Map {
     pub(crate) files: BTreeMap<String, PathBuf>,
     /// The database of CAN messages.
     pub(crate) dbc: Option<PathBuf>,
-    /// The file as it was read: errors are reported in it.
+    /// The file with its read content: errors are reported in it.
     pub(crate) document: Document,
     /// The files that were read so far.
     pub(crate) inputs: InputFiles,
@@ -65,7 +65,7 @@ impl Map {
         Self::of(document, inputs, log, changes)
     }
 
-    /// The same of a map file that is nowhere yet, of this text.
+    /// Reads and checks a map file from this text, without a file.
     pub(crate) fn of_text(text: String, log: &Path) -> Result<Self, Error> {
         let document = Document::of(Path::new("proposed.map.yaml"), text)?;
         Self::of(document, InputFiles::default(), Some(log), &[])
@@ -94,7 +94,7 @@ impl Map {
                     BTreeMap::from([(only.to_owned(), log.to_owned())])
                 }
                 n => {
-                    let help = "the folder in which they are, or none to take them from where the map file says";
+                    let help = "give the folder with these files, or no LOG to use the paths in the map file";
                     return Err(wrong(
                         log,
                         None,
@@ -114,8 +114,8 @@ impl Map {
         if files.is_empty() {
             return Err(document.error(
                 "files",
-                "this map names no file",
-                "`files: {log: FILE}`, or the log on the command line",
+                "this map has no file",
+                "add `files: {log: FILE}`, or give the log on the command line",
             ));
         }
         for (name, path) in &files {
@@ -137,7 +137,7 @@ impl Map {
         })
     }
 
-    /// The estimators of others that these changes name, and not the file, which somebody may have sent.
+    /// Foreign estimators that these changes name; estimators of the file do not count, as somebody may have sent it.
     pub fn foreign_named_by<'a>(
         &'a self,
         changes: &'a [(String, String)],
@@ -156,7 +156,7 @@ impl Map {
         })
     }
 
-    /// Takes the estimators of others out that the registry does not run; returns what they are.
+    /// Removes the foreign estimators that the registry does not run; returns their descriptions.
     pub fn leave_out_foreign(&mut self, registry: &Registry) -> Vec<String> {
         registry.leave_out_foreign(&mut self.file.estimators)
     }
@@ -177,12 +177,12 @@ impl Map {
         self.files.values().map(name).collect::<Vec<_>>().join(", ")
     }
 
-    /// True if there is a reference of the mass.
+    /// True if the map has a reference of the mass.
     pub fn has_mass(&self) -> bool {
         self.file.reference.mass.is_some()
     }
 
-    /// True if there is a reference of the slope.
+    /// True if the map has a reference of the slope.
     pub fn has_slope(&self) -> bool {
         self.file.reference.slope.is_some()
     }
@@ -204,14 +204,14 @@ impl Map {
             Some(name) => self.files.keys().position(|n| n == name).ok_or_else(|| {
                 self.error(
                     format!("{key}.file"),
-                    format!("there is no file `{name}` under `files`"),
+                    format!("`files` has no file `{name}`"),
                     format!("one of: {}", all()),
                 )
             }),
             None if self.files.len() == 1 => Ok(0),
             None => Err(self.error(
                 key,
-                "this log has several files, and the channel does not say which",
+                "this log has several files, but the channel names none",
                 format!("`file:` with one of: {}", all()),
             )),
         }
@@ -258,7 +258,7 @@ impl Map {
         each.map(source).collect()
     }
 
-    /// By which time rows are merged.
+    /// Time by which rows are merged.
     pub(crate) fn by(&self) -> By {
         match self.file.time.order {
             Order::Stamp => By::Stamp,
@@ -266,7 +266,7 @@ impl Map {
         }
     }
 
-    /// True if a part of the log is all that is played and checked.
+    /// True if only a part of the log is played and checked.
     pub fn is_trimmed(&self) -> bool {
         self.file.trim.from_s.is_some() || self.file.trim.until_s.is_some()
     }

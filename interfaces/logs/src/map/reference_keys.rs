@@ -6,22 +6,22 @@ use monorig_sim::config::checked::{Finite, NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// References that estimates are held against, with their standard deviations.
+/// References with which estimates are compared, with their standard deviations.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct References {
     /// The slope under the vehicle.
     pub slope: Option<SlopeReference>,
-    /// The effective slope, asin(Σ mᵢ sin θᵢ / Σ mᵢ) over the length of the vehicle; none = that under the vehicle
-    /// where it is a point, else not known.
+    /// The effective slope, asin(Σ mᵢ sin θᵢ / Σ mᵢ) over the length of the vehicle; none = the slope under the vehicle
+    /// if the vehicle is a point, else unknown.
     pub effective_slope: Option<SlopeReference>,
     /// The total mass.
     pub mass: Option<MassReference>,
     /// The speed of the vehicle, by an instrument that does not roll with its wheels: of this or `distance` `monorig
     /// calibrate` finds the radius of the wheels.
     pub speed: Option<WayReference>,
-    /// The way along the track: marks that were surveyed, a laser, a measuring wheel.
+    /// The distance along the track: marks that were surveyed, a laser, a measuring wheel.
     pub distance: Option<WayReference>,
 }
 
@@ -36,7 +36,7 @@ pub(crate) struct WayReference {
     pub column: Formula,
     /// Its unit.
     pub unit: UnitName,
-    /// Standard deviation, in that unit: of a speed one error of the whole log, of a distance one of each row.
+    /// Standard deviation, in this unit: of a speed one error of the whole log, of a distance one of each row.
     pub sd: NonNegative,
     /// Samples count only where this is true.
     pub valid_if: Option<Condition>,
@@ -63,7 +63,7 @@ pub(crate) struct SlopeReference {
     pub valid_if: Option<Condition>,
 }
 
-/// The slope from altitude over distance, or over the way between positions: the regression over a stated window,
+/// The slope from altitude over distance, or over the distance between positions: the regression over a stated window,
 /// centred.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
@@ -71,7 +71,7 @@ pub(crate) struct SlopeReference {
 pub(crate) struct Altitude {
     /// Column of the altitude.
     pub column: Formula,
-    /// Column of the distance along the way, in the same file; or `latitude` and `longitude`.
+    /// Column of the distance along the track, in the same file; or `latitude` and `longitude`.
     pub distance: Option<Formula>,
     /// Column of the latitude, degrees (WGS 84), in the same file.
     pub latitude: Option<Formula>,
@@ -100,7 +100,7 @@ pub(crate) struct MassReference {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MassStep {
-    /// From here on, s of the replay.
+    /// Begin, s of the replay.
     pub at_s: NonNegative,
     /// Total mass, kg.
     pub kg: Positive,

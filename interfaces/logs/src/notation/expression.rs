@@ -86,7 +86,7 @@ impl Expression {
                 root,
             }),
             Some((at, token)) => Err(format!(
-                "{token:?} at character {at} is too much; an operator is missing before it"
+                "{token:?} at character {at} is not expected; an operator is missing before it"
             )),
         }
     }
@@ -187,7 +187,7 @@ fn tokens(text: &str) -> Result<Vec<(usize, Token)>, String> {
         } else if c.is_ascii_digit() || c == '.' {
             let number = number(&chars, i);
             let x = number.parse::<f64>();
-            let x = x.map_err(|_| format!("`{number}` at character {at} is no number"))?;
+            let x = x.map_err(|_| format!("`{number}` at character {at} is not a number"))?;
             (Token::Number(x), number.len())
         } else if c.is_alphabetic() || c == '_' || topic {
             let name = word(i, &|c| {
@@ -199,7 +199,7 @@ fn tokens(text: &str) -> Result<Vec<(usize, Token)>, String> {
             let rest: String = chars.iter().skip(i).take(2).collect();
             let Some(mark) = MARKS.into_iter().find(|m| rest.starts_with(m)) else {
                 return Err(format!(
-                    "`{c}` at character {at} means nothing here; names with such characters go into backquotes"
+                    "`{c}` at character {at} has no meaning here; write names with such characters in backquotes"
                 ));
             };
             (Token::Mark(mark), mark.len())
@@ -297,7 +297,7 @@ impl Parser<'_> {
                 Ok(Node::Column(index))
             }
             Token::Mark(mark) => Err(format!(
-                "`{mark}` at character {at} stands where a value is expected"
+                "`{mark}` at character {at} is in the place of a value"
             )),
         }
     }
@@ -309,12 +309,12 @@ impl Parser<'_> {
         }
         let Some((_, function)) = OF_TWO.iter().find(|f| f.0 == name) else {
             return Err(format!(
-                "there is no function `{name}` (character {at}); there are abs, sqrt, min, max"
+                "the function `{name}` (character {at}) is unknown; known are abs, sqrt, min, max"
             ));
         };
         if !self.mark(",") {
             return Err(format!(
-                "`{name}` at character {at} takes two values with a comma between them"
+                "`{name}` at character {at} needs two values with a comma between them"
             ));
         }
         let second = Box::new(self.terms(0, depth + 1)?);

@@ -183,7 +183,7 @@ impl TryFrom<String> for UnitName {
     fn try_from(name: String) -> Result<Self, String> {
         match UNITS.iter().position(|u| u.is_called(&name)) {
             Some(place) => Ok(Self(place)),
-            None => Err(format!("`{name}` is no unit known here; known: {}", list())),
+            None => Err(format!("`{name}` is an unknown unit; known: {}", list())),
         }
     }
 }

@@ -61,10 +61,7 @@ pub fn columns(
         let names: Vec<&str> = wanted.iter().map(|w| w.name.as_str()).collect();
         let message = match names.is_empty() {
             true => "this log has several tables, or none".to_owned(),
-            false => format!(
-                "there is no one table with the columns {}",
-                names.join(", ")
-            ),
+            false => format!("no single table has the columns {}", names.join(", ")),
         };
         let help = format!("columns here: {}", here.join(", "));
         return Err(input_error(path, "", message, help));

@@ -156,7 +156,7 @@ impl Titles {
         let place = |name: &String| {
             names.iter().position(|n| n == name).ok_or_else(|| {
                 refused(
-                    format!("there is no column `{name}` for the pieces"),
+                    format!("the file has no column `{name}` for the pieces"),
                     format!("columns here: {}", names.join(", ")),
                 )
             })

@@ -55,7 +55,7 @@ pub(super) fn reader_of(path: &Path) -> Result<&'static dyn LogReader, Error> {
     }
     let refused = |message: &str, help: &str| Err(wrong(path, None, message, help));
     if head.is_empty() {
-        return refused("this file is empty", "a log with a header and rows");
+        return refused("this file is empty", "use a log with a header and rows");
     }
     if let Some(format) = find(&|f| f.recognises(&head, &ending)) {
         return Ok(format);
@@ -64,10 +64,7 @@ pub(super) fn reader_of(path: &Path) -> Result<&'static dyn LogReader, Error> {
         return refused("this is text in UTF-16", "save it as UTF-8");
     }
     if head.contains(&0) {
-        return refused(
-            "this is no log of a format that is known here",
-            &all_formats(),
-        );
+        return refused("this is not a log of a known format", &all_formats());
     }
     Ok(&super::csv::CsvReader)
 }
@@ -80,11 +77,11 @@ fn not_as_promised(path: &Path, format: &dyn LogReader) -> Error {
         path,
         None,
         format!(
-            "this is no {} file: it does not begin with {}",
+            "this is not a {} file: it does not begin with {}",
             format.name(),
             magic.trim_end()
         ),
-        "the file as the logger wrote it; if it is another format, give it that ending",
+        "use the file as the logger wrote it; if it has another format, give it the ending of this format",
     )
 }
 
@@ -147,7 +144,7 @@ impl LogReader for Absent {
                 self.name
             ),
             format!(
-                "a `monorig` built with the feature `{}`, or the log in another format",
+                "use a `monorig` built with the feature `{}`, or the log in another format",
                 self.feature
             ),
         ))

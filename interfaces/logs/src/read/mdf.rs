@@ -20,7 +20,7 @@ fn broken(path: &Path, e: &dyn std::fmt::Display) -> Error {
         path,
         None,
         format!("this MDF file cannot be read: {e}"),
-        "a whole file of MDF 4.10 or 4.20",
+        "use a complete file of MDF 4.10 or 4.20",
     )
 }
 
@@ -35,7 +35,7 @@ fn open(path: &Path) -> Result<Mf4File, Error> {
         return Err(wrong(
             path,
             None,
-            "this file is MDF 4.30, whose compressed blocks are not read",
+            "this file is MDF 4.30, whose compressed blocks monorig cannot read",
             "save it as MDF 4.20 (asammdf: `MDF(name).convert('4.20')`)",
         ));
     }
@@ -79,8 +79,9 @@ impl LogReader for MdfReader {
         let is_frame = |ch: &Channel| ch.name.starts_with("CAN_DataFrame");
         let is_bus = || groups(&file).any(|(.., group)| group.channels.iter().any(is_frame));
         if options.wanted.is_none() && options.dbc.is_some() && is_bus() {
-            let what = "this MDF file holds frames of a CAN bus, which are not read out of MDF: `--dbc` has no effect";
-            let help = "the same frames as candump, ASC or BLF, such as asammdf and python-can export them";
+            let what = "this MDF file has frames of a CAN bus, which monorig cannot read from MDF: `--dbc` has no effect";
+            let help =
+                "export the frames as candump, ASC or BLF, for example with asammdf or python-can";
             return Err(wrong(path, None, what, help));
         }
         for (d, c, group) in groups(&file) {

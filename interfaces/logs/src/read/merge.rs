@@ -19,7 +19,7 @@ const REORDER_NS: i64 = NS;
 /// Most rows that are kept to be put in order.
 const MAX_WAITING: usize = 1 << 20;
 
-/// By which of its two times a row is given to the estimators.
+/// Time, of the two times of a row, by which it reaches the estimators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum By {
     /// The time at which the values were taken.
@@ -29,7 +29,7 @@ pub(crate) enum By {
     Arrival,
 }
 
-/// A file to be merged, and its clock.
+/// A file to merge, and its clock.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
     /// The file.
@@ -198,10 +198,10 @@ impl Stream {
             let taken = column.and_then(|c| into.values.get(c)).copied();
             let Some(ns) = taken.and_then(|x| unit.of_f64(x)) else {
                 let message = match column {
-                    None => format!("there is no column `{name}` for when values were taken"),
-                    Some(_) => format!("row {} does not say when it was taken", row.place),
+                    None => format!("the file has no column `{name}` for when values were taken"),
+                    Some(_) => format!("row {} has no time of measurement", row.place),
                 };
-                let help = "`time: {stamp: COLUMN}` names a column that every table has";
+                let help = "`time: {stamp: COLUMN}` must name a column that every table has";
                 return Err(wrong(&self.path, None, message, help));
             };
             if ns.abs_diff(row.arrival_ns) > MAX_GAP_NS.unsigned_abs() {
@@ -241,7 +241,7 @@ impl Stream {
                 "the time goes back by {back_s:.6} s here (row {})",
                 row.place
             ),
-            "rows in the order of time; `time: {pieces: COLUMN}` in the map file where time begins anew with each run",
+            "sort the rows by time; use `time: {pieces: COLUMN}` in the map file if time begins again with each run",
         )
     }
 
@@ -384,7 +384,7 @@ impl Merged {
                         range(begin, end),
                         range(last_begin, end_of_late)
                     ),
-                    "files of one clock; `clocks: {NAME: {offset_s: …}}` in the map adds to the times of a file, `column` and `unit` there choose another time",
+                    "use files of one clock; `clocks: {NAME: {offset_s: …}}` in the map adds an offset to the times of a file, and `column` and `unit` there choose another time",
                 ));
             }
         }

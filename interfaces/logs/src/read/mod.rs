@@ -132,7 +132,7 @@ impl Part {
                 &self.path,
                 None,
                 format!("this {} file cannot be read: {what}", self.format.name()),
-                "a file that is whole; see what `monorig log info` reads of it",
+                "use a complete file; `monorig log info` shows its readable part",
             ))
         })
     }

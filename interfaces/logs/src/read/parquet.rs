@@ -67,11 +67,11 @@ impl LogReader for ParquetReader {
         }
         if wanted.len() > MAX_COLUMNS {
             let message = format!(
-                "this file has {} columns of numbers, and each takes memory before a value of it is read",
+                "this file has {} columns of numbers, and each needs memory before its values are read",
                 wanted.len()
             );
             let help =
-                format!("at most {MAX_COLUMNS} columns; a map file names those that are wanted");
+                format!("use at most {MAX_COLUMNS} columns; a map file names the needed columns");
             return Err(wrong(path, None, message, help));
         }
         let roots = wanted.iter().copied().chain([time]);
@@ -94,7 +94,7 @@ impl LogReader for ParquetReader {
             let mut values = Vec::with_capacity(wanted.len());
             for &i in &wanted {
                 let numbers = floats(column(i)?.as_ref());
-                values.push(numbers.ok_or_else(|| broken(path, &"a column holds no numbers"))?);
+                values.push(numbers.ok_or_else(|| broken(path, &"a column has no numbers"))?);
             }
             let values: Vec<_> = values.iter().map(numbers).collect();
             for (row, stamp) in stamps.into_iter().enumerate() {
@@ -122,7 +122,7 @@ fn broken(path: &Path, e: &dyn std::fmt::Display) -> Error {
         path,
         None,
         format!("this Parquet file cannot be read: {e}"),
-        "a whole file, compressed with nothing, snappy, gzip or zstd",
+        "use a complete file, uncompressed or compressed with snappy, gzip or zstd",
     )
 }
 
@@ -165,6 +165,6 @@ fn stamps(column: &dyn Array, unit: TimeUnit) -> Result<Vec<Option<i64>>, String
     }
     match floats(column).filter(|_| kind.is_floating()) {
         Some(floats) => Ok(floats.iter().map(|x| unit.of_f64(x?)).collect()),
-        None => Err(format!("its column of time is of the type {kind}")),
+        None => Err(format!("its time column has the type {kind}")),
     }
 }

@@ -54,10 +54,10 @@ pub(crate) fn implausible(path: &Path, place: u64, stamp_ns: i64, what: &str) ->
     wrong(
         path,
         None,
-        format!("row {place} has the time {s:.3} s, {what}: this is no time of the same log"),
+        format!("row {place} has the time {s:.3} s, {what}: this cannot be a time of the same log"),
         format!(
-            "rows of one clock, at most {} days apart and at most {} days in all; another column or unit of time, or rows \
-             that do not belong here taken out",
+            "use rows of one clock, at most {} days apart and at most {} days in all; choose another column or unit of time, \
+             or remove rows that do not belong to the log",
             MAX_GAP_NS / DAY_NS,
             MAX_LENGTH_NS / DAY_NS
         ),

@@ -1,4 +1,4 @@
-//! The functions of a format that logs are read from, and what they are asked for.
+//! The functions of a format for reading logs, and their options.
 
 use super::rows::Out;
 use crate::notation::TimeUnit;
@@ -13,11 +13,11 @@ pub struct ReadOptions {
     pub time: Option<String>,
     /// Unit of that column; without it by the column's name or type, else seconds.
     pub unit: Option<TimeUnit>,
-    /// Bits after which the counter of that column begins anew; none of one that goes on.
+    /// Number of bits after which the counter of the column wraps; `None` if it does not wrap.
     pub wraps: Option<u32>,
-    /// Column of text (CSV) whose change begins a new piece of the log, in which time begins anew.
+    /// Column of text (CSV) whose change begins a new piece of the log, in which time begins again.
     pub pieces: Option<String>,
-    /// Columns that are wanted, as `column` or `table.column`; without it all.
+    /// Wanted columns, as `column` or `table.column`; `None` = all.
     pub wanted: Option<BTreeSet<String>>,
     /// Database of the messages of a CAN log.
     pub dbc: Option<PathBuf>,

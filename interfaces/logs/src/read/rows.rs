@@ -1,4 +1,4 @@
-//! Rows of a log, as a reader hands them on.
+//! Rows of a log, as a reader passes them on.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -26,9 +26,9 @@ pub struct LogTable {
 pub struct Row {
     /// Index of its table.
     pub table: u32,
-    /// Piece of the log, from 0; time begins anew with each.
+    /// Piece of the log, from 0; time begins again with each piece.
     pub piece: u32,
-    /// The time at which the values were taken, ns.
+    /// The time at which the values were measured, ns.
     pub stamp_ns: i64,
     /// The time at which they were recorded, ns; the stamp where the format has no such time.
     pub arrival_ns: i64,
@@ -89,7 +89,7 @@ pub(crate) struct Out<'a> {
 }
 
 impl<'a> Out<'a> {
-    /// Hands chunks to this sink, which returns false to stop.
+    /// Passes chunks to this sink, which returns false to stop.
     pub fn new(sink: &'a mut dyn FnMut(Chunk) -> bool) -> Self {
         Self {
             sink,
@@ -123,7 +123,7 @@ impl<'a> Out<'a> {
             .map_or(0, |t| t.columns.len())
     }
 
-    /// A row, and whether more is wanted. Its values are as many as the table has columns.
+    /// Adds a row; returns true if more rows are wanted. Its values are as many as the table has columns.
     pub fn row(&mut self, row: Row, values: impl IntoIterator<Item = f64>) -> bool {
         let first = self.chunk.values.len();
         self.chunk.rows.push(Row {
@@ -140,7 +140,7 @@ impl<'a> Out<'a> {
         self.go_on
     }
 
-    /// Hand on what there is.
+    /// Passes on the collected rows.
     pub fn flush(&mut self) {
         if self.chunk.rows.is_empty() && self.chunk.unread.is_empty() || !self.go_on {
             return;

@@ -24,7 +24,7 @@ pub(super) fn find(
             wrong(
                 file,
                 Some(1),
-                format!("there is no column `{name}` for the time"),
+                format!("the file has no column `{name}` for the time"),
                 format!("columns here: {}", all()),
             )
         })?,
@@ -32,8 +32,8 @@ pub(super) fn find(
             wrong(
                 file,
                 Some(1),
-                format!("none of the columns {} is called like a time", all()),
-                "`time: {column: NAME, unit: s}` in the map file",
+                format!("none of the columns {} has the name of a time", all()),
+                "set `time: {column: NAME, unit: s}` in the map file",
             )
         })?,
     };
@@ -41,7 +41,7 @@ pub(super) fn find(
     Ok((column, options.unit.or(named)))
 }
 
-/// The column of these names that is called most like a time.
+/// The column whose name is most similar to a time.
 pub(super) fn called(names: &[String]) -> Option<usize> {
     TIMES.split('|').find_map(|time| {
         let is = |title: &String| Title::of(title).words.join(" ") == time;
@@ -72,7 +72,7 @@ pub(super) fn guessed(first: &str) -> TimeUnit {
     }
 }
 
-/// A time that begins anew after a period.
+/// A time that wraps after a period.
 pub(super) struct Wraps {
     period_ns: i64,
     last_ns: Option<i64>,
@@ -80,7 +80,7 @@ pub(super) struct Wraps {
 }
 
 impl Wraps {
-    /// Begins anew after this, ns.
+    /// Period, ns.
     pub fn of(period_ns: i64) -> Self {
         Self {
             period_ns,
@@ -89,7 +89,7 @@ impl Wraps {
         }
     }
 
-    /// The time that has gone on; one that goes back by more than half a period has begun anew.
+    /// The continued time; a step back by more than half a period counts as a wrap.
     pub fn unwrapped(&mut self, ns: i64) -> i64 {
         let last = self.last_ns.replace(ns).unwrap_or(ns);
         let anew = last.saturating_sub(ns) > self.period_ns / 2;

@@ -1,5 +1,5 @@
-//! Estimates made elsewhere: a table of them as an estimator that plays it back, so that it is judged as those in the
-//! loop are.
+//! Estimates of another program: a table of them as an estimator that plays it back, so that it is judged as those in
+//! the loop are.
 
 use crate::read::{self, ReadOptions};
 use crate::wrong;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 monorig_estimators::params! {
     /// Parameters of an estimator that plays a file.
-    PlayedParams { max_age_s ["s"] = 1.0, 1e-3 => 3600.0, "An estimate counts until the next row, and is marked invalid when it is older than this."; }
+    PlayedParams { max_age_s ["s"] = 1.0, 1e-3 => 3600.0, "Age after which an estimate is marked invalid; until then it counts until the next row."; }
 }
 
 /// A quantity of an estimate, the columns it may be in with their factors to SI units, and those of its standard
@@ -106,7 +106,7 @@ impl EstimatesFile {
         })?;
         if let Some(place) = backwards {
             let message = format!("the time goes back in row {place}");
-            return Err(wrong(path, None, message, "rows in the order of time"));
+            return Err(wrong(path, None, message, "sort the rows by time"));
         }
         let has =
             |q: &EstimatedQuantity| columns.iter().any(|c| q.value.iter().any(|(n, _)| n == c));
@@ -118,8 +118,8 @@ impl EstimatesFile {
             return Err(wrong(
                 path,
                 None,
-                format!("there is no estimate in the columns {}", columns.join(", ")),
-                format!("at least one of: {}", known.join(", ")),
+                format!("the columns {} have no estimate", columns.join(", ")),
+                format!("give at least one of: {}", known.join(", ")),
             ));
         }
         Ok(Self {

@@ -38,15 +38,15 @@ use std::collections::BTreeMap;
 use std::sync::atomic::AtomicU32;
 use std::sync::{Arc, Mutex};
 
-/// Options of a replay, beside those of the map.
+/// Options of a replay, in addition to the map.
 #[derive(Clone, Debug, Default)]
 pub struct ReplayOptions {
     /// Estimators by their names in the registry, instead of those of the map.
     pub estimators: Vec<String>,
-    /// Estimates made elsewhere, by the name under which they are judged.
+    /// Estimates of another program, with the name for the results.
     pub judged: Vec<(String, EstimatesFile)>,
-    /// Source of the noise that estimators are given, instead of that of the map. From the log, a parameter so given is
-    /// among the values found.
+    /// Source of the noise for estimators, instead of the map's source. From the log, a parameter so given is among the
+    /// values found.
     pub noise: Option<NoiseSource>,
     /// Records the vehicle of the map on the same drive beside the log: the traction that it needs, with the speed that
     /// was measured on the reference slope with the reference mass.
@@ -64,13 +64,13 @@ pub fn simulation(
     build(map, options, registry).map(|built| built.simulation)
 }
 
-/// A simulation that plays a log, and what is to be said of it.
+/// A simulation that plays a log, and notes about it.
 pub struct Built {
     /// The simulation.
     pub simulation: Simulation,
     /// Values found by calibration and, where it was asked for, of noise.
     pub found: Vec<Found>,
-    /// Values taken where the map is silent, and how to tell better; none where it tells all.
+    /// Default values for missing values of the map, with advice; `None` if the map is complete.
     pub taken: Option<String>,
 }
 
@@ -87,8 +87,8 @@ pub fn build(map: &Map, options: &ReplayOptions, registry: &Registry) -> Result<
     if options.ghost && reference.known() != (true, true) {
         return Err(map.error(
             "reference",
-            "a ghost drives over a slope with a mass, and one of the two is not known",
-            "`slope` and `mass` under `reference`",
+            "a ghost needs a slope and a mass, but one of them is unknown",
+            "give `slope` and `mass` under `reference`",
         ));
     }
     let Some(first) = drive.next(map)? else {
@@ -96,8 +96,8 @@ pub fn build(map: &Map, options: &ReplayOptions, registry: &Registry) -> Result<
         return Err(wrong(
             &path,
             None,
-            "there is no row in this log",
-            "a log with rows, and columns that the map file names",
+            "this log has no row",
+            "use a log with rows, and with the columns that the map file names",
         ));
     };
     let mut registry = registry.clone();
@@ -120,20 +120,19 @@ pub fn build(map: &Map, options: &ReplayOptions, registry: &Registry) -> Result<
     if estimators.is_empty() {
         return Err(map.error(
             "estimators",
-            "there is no estimator to be run",
-            "`estimators: {NAME: {}}` in the map file, or --estimators NAME,…",
+            "the map has no estimator to run",
+            "give `estimators: {NAME: {}}` in the map file, or --estimators NAME,…",
         ));
     }
     let all: Vec<Found> = found.iter().chain(&silent).cloned().collect();
     let scenario = scenario(map, options, estimators, &all)?;
     let recorded = recorded(map, &plan, drive, reference, first, scenario, options.ghost);
-    let how =
-        "`bias_sd` of the channels and `noise: from-log` or `noise: defaults` in the map say it";
+    let how = "set `bias_sd` of the channels and `noise: from-log` or `noise: defaults` in the map";
     Ok(Built {
         simulation: Simulation::recorded(recorded, &registry)?,
         found,
         taken: (!taken.is_empty())
-            .then(|| format!("the map is silent on {}; {how}", taken.join(", "))),
+            .then(|| format!("the map does not give {}; {how}", taken.join(", "))),
     })
 }
 
@@ -151,7 +150,14 @@ fn estimators(
     };
     for (name, file) in &options.judged {
         let added = file.add(registry, name, origin_ns);
-        added.map_err(|e| wrong(&file.path, None, e.to_string(), "--name with another name"))?;
+        added.map_err(|e| {
+            wrong(
+                &file.path,
+                None,
+                e.to_string(),
+                "use --name with another name",
+            )
+        })?;
         estimators.insert(name.clone(), Settings::default());
     }
     Ok(estimators)

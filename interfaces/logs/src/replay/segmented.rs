@@ -9,7 +9,7 @@ use monorig_sim::closed_loop::registry::BoxedEstimator;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// A first sample later than this after zero of the log's clock is of a clock that has run before, s.
+/// Time of the first sample after zero of the log's clock above which the clock has run before the log, s.
 const MAX_FIRST_STEP_S: f64 = 1.0;
 
 /// An estimator that is reset where a new segment of the log begins.

@@ -105,9 +105,12 @@ fn each_check_fires_on_a_log_broken_that_way_and_on_no_good_one() {
         ("specific force in g", "|f| at rest", "unit: g", |r| {
             r.f = r.f.map(|x| x / G)
         }),
-        ("no gravity", "|f| at rest", "gravity is not in it", |r| {
-            r.f = [r.f[0], r.f[1], r.f[2] - G]
-        }),
+        (
+            "no gravity",
+            "|f| at rest",
+            "does not include gravity",
+            |r| r.f = [r.f[0], r.f[1], r.f[2] - G],
+        ),
         ("speed in km/h", "gain of f on dv/dt", "km/h", |r| {
             r.wheels = r.wheels.map(|v| v * 3.6)
         }),
@@ -127,7 +130,7 @@ fn each_check_fires_on_a_log_broken_that_way_and_on_no_good_one() {
             r.wheels[1] *= 1.12
         }),
         (
-            "torque counts the other way",
+            "torque has the other sign",
             "mass by traction",
             "sign",
             |r| r.torque = -r.torque,

@@ -299,7 +299,7 @@ fn mistakes_in_a_map_are_told_with_line_and_key() {
             "files: {a: log.csv, b: other.csv}",
             &["several files", "a, b"],
         ),
-        ("files: {log: log.csv}", "files: {}", &["names no file"]),
+        ("files: {log: log.csv}", "files: {}", &["has no file"]),
         ("tare_kg: 4000, ", "", &["x.map.yaml", "tare_kg"]),
         ("tare_kg: 4000", "tare_kg: -1", &["x.map.yaml:4", "-1"]),
         (

@@ -175,7 +175,7 @@ fn what_cannot_be_exported_says_why() {
     std::fs::create_dir(&out).unwrap();
     std::fs::write(out.join("x"), "x").unwrap();
     assert!(
-        told(&out).contains("something in this folder"),
+        told(&out).contains("this folder is not empty"),
         "{}",
         told(&out)
     );

@@ -376,7 +376,7 @@ fn mistakes_are_told_with_file_and_place() {
                 dbc: Some(data("crane.dbc")),
                 ..all.clone()
             },
-            &["j.log:2", "no frame"],
+            &["j.log:2", "not a frame"],
         ),
         (
             "k.log",

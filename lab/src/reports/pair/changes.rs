@@ -6,11 +6,11 @@ use crate::reports::table::Table;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
-/// A difference is shown with at most so many characters of a value.
+/// Largest number of characters of a value in a difference.
 const LONGEST: usize = 80;
-/// At most so many differences are shown open.
+/// Largest number of differences that are shown unfolded.
 const SHOWN: usize = 30;
-/// Text where one of the runs has no such value.
+/// Text for a value that one of the runs does not have.
 const NONE: &str = "–";
 
 /// A value that differs: where, of A, of B.
@@ -43,16 +43,16 @@ pub(crate) fn of(pair: &Pair) -> Vec<Change> {
 /// The number of differences in a sentence.
 pub(crate) fn sentence(changes: &[Change]) -> String {
     match changes {
-        [] => "Both runs were made from the same".into(),
+        [] => "Both runs have the same inputs".into(),
         [one] => format!(
             "One difference: {} is {} in A and {} in B",
             one.path, one.a, one.b
         ),
-        all => format!("{} differences in what the runs were made from", all.len()),
+        all => format!("{} differences in the inputs of the runs", all.len()),
     }
 }
 
-/// As a table; a long one is folded from some row on.
+/// Differences as a table; the end of a long table is folded.
 pub(crate) fn section(changes: &[Change]) -> Section {
     let section = Section::new("What differs");
     if changes.is_empty() {

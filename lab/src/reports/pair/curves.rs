@@ -32,7 +32,7 @@ pub(crate) fn section(pair: &Pair) -> Result<Section, Error> {
     Ok(errors)
 }
 
-/// Curves of one estimator; empty where it had no valid sample.
+/// Curves of one estimator; empty if it had no valid sample.
 fn errors_of(all: &ErrorGroups, name: &str) -> Vec<(f64, f64)> {
     let of = all.iter().find(|g| g.name == name);
     of.map_or(Vec::new(), |g| g.values.clone())

@@ -32,7 +32,7 @@ impl Pair {
         Ok(page)
     }
 
-    /// The number of differences in what the two runs were made from, in a sentence.
+    /// Number of differences in the inputs of the two runs, in a sentence.
     pub fn sentence(&self) -> String {
         changes::sentence(&changes::of(self))
     }

@@ -8,9 +8,9 @@ use crate::verdicts::signals::{DifferentSignal, SignalComparison, SignalToleranc
 use monorig_sim::error::Error;
 use monorig_sim::record::readback;
 
-/// Rows of the table that are shown open.
+/// Number of rows of the table that are shown unfolded.
 const OPEN: usize = 12;
-/// Signals that are drawn.
+/// Number of signals that are drawn.
 const DRAWN: usize = 6;
 
 impl Pair {
@@ -33,7 +33,7 @@ pub(crate) fn section(pair: &Pair, all: &SignalComparison) -> Result<Section, Er
         time_s,
     } = all.tolerance;
     let section = Section::new("Signals").text(format!(
-        "{}. Two samples are the same within {absolute} + {relative} · |value in A|, at most {time_s} s apart.",
+        "{}. Two samples count as equal within {absolute} + {relative} · |value in A|, at most {time_s} s apart.",
         all.sentence()
     ));
     let (open, folded) = all.differ.split_at(all.differ.len().min(OPEN));

@@ -5,7 +5,7 @@ use crate::verdicts::run_files::CHANNELS;
 use monorig_sim::error::Error;
 use std::path::{Path, PathBuf};
 
-/// Two runs; A is the one that B is held against.
+/// Two runs; B is compared with A.
 pub struct Pair {
     pub(super) a: Recorded,
     pub(super) b: Recorded,

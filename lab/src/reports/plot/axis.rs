@@ -70,8 +70,8 @@ impl Axis {
         }
     }
 
-    /// The axis over these values; none if there is no value to show. `margin`: free room at both ends as a share of
-    /// the range, if it comes from the data.
+    /// Axis over these values; `None` without a value to show. `margin`: free room at both ends as a share of the
+    /// range, if it comes from the data.
     pub(super) fn fix(&self, values: impl Iterator<Item = f64>, margin: f64) -> Option<FixedAxis> {
         let log = self.is_log();
         let shown = |x: f64| if log { x.log10() } else { x };
@@ -146,7 +146,7 @@ impl FixedAxis {
     }
 }
 
-/// 0.001 … 1000 in full, else as a power.
+/// A number from 0.001 to 1000 in full, else as a power.
 fn power_of_ten(x: f64) -> String {
     match x {
         x if (0.999e-3..0.9999).contains(&x) => format!("{x:.4}").trim_end_matches('0').to_owned(),
@@ -155,7 +155,7 @@ fn power_of_ten(x: f64) -> String {
     }
 }
 
-/// Round values 1, 2, 5 × 10ⁿ apart, four to eight of them, and the decimals they need.
+/// Four to eight round values, 1, 2 or 5 × 10ⁿ apart, and their number of decimals.
 fn ticks(low: f64, high: f64) -> (Vec<f64>, usize) {
     let raw = (high - low) / 5.0;
     let power = 10f64.powf(raw.log10().floor());
@@ -191,7 +191,7 @@ fn log_ticks(low: f64, high: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Room above and below a line that is level: it still needs some height.
+/// Room above and below a level line: it still needs some height.
 fn least_room(low: f64, high: f64) -> f64 {
     match low.abs().max(high.abs()) {
         // zero, but for rounding
@@ -200,8 +200,8 @@ fn least_room(low: f64, high: f64) -> f64 {
     }
 }
 
-/// A range that shows nearly all values without being blown up by a few far ones: from the `share`-quantile to its
-/// opposite, with `margin` of room, but no wider than the values.
+/// Range that shows nearly all values and ignores a few distant values: from the `share`-quantile to its opposite, with
+/// `margin` of room, but no wider than the values.
 pub(crate) fn without_outliers(
     values: impl Iterator<Item = f64>,
     share: f64,
@@ -224,11 +224,11 @@ pub(crate) fn without_outliers(
     ))
 }
 
-/// Limit of a common range, in reaches of the middle kind of values. A kind that reaches further is cut, so that it
-/// does not flatten the others.
+/// Limit of a common range, as a multiple of the range of the middle kind of values. A kind that reaches further is
+/// cut, so that it does not flatten the others.
 const FURTHER: f64 = 4.0;
 
-/// The common range of several kinds of values, and whether some of them reach beyond it.
+/// Common range of several kinds of values, and true if some values lie beyond it.
 pub(crate) fn common_range(ranges: &[(f64, f64)]) -> Option<((f64, f64), bool)> {
     let widest = |r: &(f64, f64)| r.0.abs().max(r.1.abs());
     let mut reach: Vec<f64> = ranges.iter().map(widest).collect();

@@ -20,13 +20,13 @@ pub struct Boxes {
     pub bounds: Vec<(usize, f64)>,
 }
 
-/// Groups with at most so many values show them all as dots.
+/// Largest number of values of a group that is shown as dots.
 const FEW: usize = 200;
-/// Bounds are drawn up to so many times the largest value.
+/// Largest bound that is drawn, as a multiple of the largest value.
 const FARTHEST: f64 = 3.0;
 
 impl Boxes {
-    /// Boxes without references and bounds.
+    /// Makes boxes without references and bounds.
     pub(crate) fn new(
         title: impl Into<String>,
         y: Axis,
@@ -127,7 +127,7 @@ impl Boxes {
         let keys = groups.chain(bound).chain(references);
         let note = match common {
             Some(_) => {
-                "Thick line: median; box: quartiles; whiskers: 5 % and 95 %. Cut where the axis ends."
+                "Thick line: median; box: quartiles; whiskers: 5 % and 95 %. They are cut at the end of the axis."
             }
             None => "Thick line: median; box: quartiles; whiskers: 5 % and 95 %.",
         };

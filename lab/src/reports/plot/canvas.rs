@@ -17,11 +17,11 @@ const LEFT: u32 = 165;
 const BOTTOM: u32 = 98;
 const TOP: u32 = 22;
 const RIGHT: u32 = 34;
-/// Long lines are thinned to as many columns.
+/// Number of columns to which long lines are thinned.
 const COLUMNS: usize = 480;
-/// Marks of a line beyond an edge stand so far apart, as a part of the width.
+/// Distance between the marks of a line beyond an edge, as a share of the width.
 const MARKS: f64 = 40.0;
-/// Size plotters needs to place text; the style sheet sets what is seen.
+/// Text size for the layout by plotters; the style sheet sets the visible size.
 const TEXT: f64 = 25.0 * 1.24;
 
 type Coord = Cartesian2d<AxisSpan, AxisSpan>;
@@ -69,7 +69,7 @@ impl From<&FixedAxis> for AxisSpan {
     }
 }
 
-/// The ends of a line that goes across the drawing.
+/// Ends of a line across the drawing.
 pub(super) fn across() -> (f64, f64) {
     (f64::NEG_INFINITY, f64::INFINITY)
 }
@@ -82,7 +82,7 @@ pub(super) struct Canvas<'a> {
     failed: bool,
 }
 
-/// Draw on axes; none if there is nothing to draw on (an axis without data).
+/// Draws on axes; `None` for an axis without data.
 pub(super) fn draw(
     x: Option<FixedAxis>,
     y: Option<FixedAxis>,
@@ -160,7 +160,7 @@ impl<'a> Canvas<'a> {
         (self.x.at(x), self.y.at(y))
     }
 
-    /// A line through points, however many; cut where it leaves the axes, broken where it is not finite.
+    /// A line through any number of points, cut at the axes, with gaps at points that are not finite.
     pub(crate) fn line(&mut self, points: &[(f64, f64)], ink: Ink, width: u32, opacity: f64) {
         let points: Vec<_> = points.iter().map(|p| self.scaled(*p)).collect();
         let [x_low, x_high, low, high] = self.bounds();
@@ -212,7 +212,7 @@ impl<'a> Canvas<'a> {
         self.draw(&Polygon::new(outline, style));
     }
 
-    /// Dots; those outside of the axes are left out.
+    /// Dots; dots outside the axes are left out.
     pub(crate) fn dots(&mut self, points: &[(f64, f64)], ink: Ink, radius: u32, opacity: f64) {
         let style = ink.rgb().mix(opacity).filled();
         for p in points {

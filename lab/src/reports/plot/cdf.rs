@@ -16,8 +16,8 @@ pub struct Cdf {
 }
 
 impl Cdf {
-    /// Draw them, up to the largest of the 99.5 % quantiles; a kind of values that reaches much further than the
-    /// others is cut off.
+    /// Draws the functions, up to the largest of the 99.5 % quantiles; a kind of values with a much larger range than
+    /// the others is cut off.
     pub fn figure(self) -> Figure {
         let mut ends = Vec::new();
         let mut chart = LineChart::new(self.title, self.x, Axis::linear("share of values, %"));
@@ -40,7 +40,7 @@ impl Cdf {
         {
             chart.x.range = Some((a, b));
             if cut {
-                chart.note = "Lines are cut where the axis ends.".into();
+                chart.note = "Lines are cut at the end of the axis.".into();
             }
         }
         chart.figure()

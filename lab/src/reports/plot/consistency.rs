@@ -1,4 +1,4 @@
-//! Is the uncertainty that a filter states the one it has? Normalised squares over time with their χ² band.
+//! Is the stated uncertainty of a filter its real uncertainty? Normalised squares over time with their χ² band.
 
 use crate::reports::plot::axis::Axis;
 use crate::reports::plot::line::{Happening, Level, Line, LineChart};
@@ -13,14 +13,14 @@ pub struct Consistency {
     pub y: String,
     /// (time, value) of each filter.
     pub groups: Vec<ValueGroup<(f64, f64)>>,
-    /// The mean over as many samples is shown; 1 = every sample. More only for values that are independent in time,
-    /// as the innovations of a consistent filter are and its errors are not: else the band is too narrow.
+    /// Number of samples in each shown mean; 1 = every sample. More only for values that are independent in time, as
+    /// the innovations of a consistent filter are and its errors are not: else the band is too narrow.
     pub mean_of: usize,
     /// Faults and events on the way.
     pub happenings: Vec<Happening>,
 }
 
-/// Values below are drawn at the lower end of the axis.
+/// Lower end of the axis, at which smaller values are drawn.
 const LOWEST: f64 = 1e-3;
 
 impl Consistency {
@@ -63,7 +63,7 @@ impl Consistency {
                 format!("means of {n} samples")
             };
             chart.note = format!(
-                "Share of {what} in the band: {}. It is 95 % where the standard deviation is right, and more where it is too wide.",
+                "Share of {what} in the band: {}. The share is 95 % if the standard deviation is right, and more if it is too large.",
                 shares.join(", ")
             );
         }
@@ -71,7 +71,7 @@ impl Consistency {
     }
 }
 
-/// Means over `n` values each, of each stretch of finite ones by itself; between two stretches a gap.
+/// Means over `n` values, computed for each stretch of finite values; with a gap between two stretches.
 fn means_of(values: &[(f64, f64)], n: usize) -> Vec<(f64, f64)> {
     let mut out: Vec<(f64, f64)> = Vec::new();
     for stretch in values.chunk_by(|a, b| a.1.is_finite() == b.1.is_finite()) {

@@ -15,11 +15,11 @@ pub(crate) struct GroupedBars {
     pub(crate) names: Vec<String>,
     /// Axis of the values. Bars are cut where they leave it.
     pub(crate) y: Axis,
-    /// Series, each with a value for every name; one that is not finite has no bar.
+    /// Series, each with a value for every name; a value that is not finite has no bar.
     pub(crate) series: Vec<ValueGroup<f64>>,
 }
 
-/// Share of a group's width that has bars.
+/// Share of a group's width for its bars.
 const FILLED: f64 = 0.8;
 
 impl GroupedBars {

@@ -11,11 +11,11 @@ use crate::text::number;
 pub struct History {
     /// Title.
     pub title: String,
-    /// Title of the vertical axis with unit, such as `slope RMSE, °`; its scale as well.
+    /// Title of the vertical axis with unit, such as `slope RMSE, °`, and its scale.
     pub y: Axis,
     /// Score of each trial in order; not finite = failed.
     pub scores: Vec<f64>,
-    /// Scores to compare with, such as that of the published constants: name, score.
+    /// Scores to compare with, such as the score of the published constants: name, score.
     pub references: Vec<(String, f64)>,
 }
 

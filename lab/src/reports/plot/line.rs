@@ -17,7 +17,7 @@ pub struct LineChart {
     pub(crate) y: Axis,
     /// Areas, drawn first.
     pub bands: Vec<Band>,
-    /// Stretches of x that are shaded, and what that means.
+    /// Shaded stretches of x, and their meaning.
     pub shades: Option<(String, Vec<(f64, f64)>)>,
     /// Lines.
     pub lines: Vec<Line>,
@@ -36,7 +36,7 @@ pub(crate) struct Level {
     pub(crate) name: String,
     /// Value of y.
     pub(crate) value: f64,
-    /// Its ends, infinite where it goes across the drawing.
+    /// Its ends, infinite for a line across the drawing.
     pub(crate) from_to: (f64, f64),
 }
 
@@ -52,7 +52,7 @@ impl Level {
     }
 }
 
-/// Something that happened, such as a fault: from one value of x to another, which may be the same.
+/// An event, such as a fault: from one value of x to another, which may be the same.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Happening {
     /// Its name.
@@ -63,9 +63,9 @@ pub struct Happening {
     pub(crate) to: f64,
 }
 
-/// The colour of what happened.
+/// Colour of an event.
 const HAPPENING: Ink = Ink::Series(3);
-/// So many names stand in the legend; more are counted.
+/// Largest number of names in the legend; further names are counted.
 const NAMED: usize = 3;
 
 /// A line.
@@ -75,7 +75,7 @@ pub struct Line {
     pub(crate) name: String,
     /// Colour.
     pub(crate) ink: Ink,
-    /// Points; one that is not finite is a gap.
+    /// Points; a point that is not finite is a gap.
     pub(crate) points: Vec<(f64, f64)>,
     /// Drawn as dots instead.
     pub(crate) dots: bool,
@@ -120,12 +120,12 @@ impl Line {
     }
 }
 
-/// One value in so many may lie outside the vertical axis at each end.
+/// One value in this number may lie outside the vertical axis at each end.
 const OUTLIERS: f64 = 0.005;
 
-/// Notes on what leaves the vertical axis.
-const BAND_BEYOND: &str = "A band goes on beyond the axis.";
-const BEYOND: &str = "▲▼ at the edge: the line goes on beyond the axis.";
+/// Notes on values beyond the vertical axis.
+const BAND_BEYOND: &str = "A band continues beyond the axis.";
+const BEYOND: &str = "▲▼ at the edge: the line continues beyond the axis.";
 
 impl LineChart {
     /// An empty chart.
@@ -149,7 +149,7 @@ impl LineChart {
         self.lines.push(line);
     }
 
-    /// The first name of a level is grey, further ones are dashed in colours of their own.
+    /// Adds a level; the first name of a level is grey, further names are dashed in their own colours.
     fn level_ink(&self, name: &str) -> Ink {
         let mut names: Vec<&str> = Vec::new();
         for level in self.levels.iter().filter(|l| !l.name.is_empty()) {
@@ -270,7 +270,7 @@ impl LineChart {
     }
 }
 
-/// Stretches of time in which `is` is false, from rows in order of time.
+/// Time intervals in which `is` is false, from rows in order of time.
 pub(crate) fn stretches_without(rows: impl Iterator<Item = (f64, bool)>) -> Vec<(f64, f64)> {
     let mut out: Vec<(f64, f64)> = Vec::new();
     let mut open: Option<f64> = None;

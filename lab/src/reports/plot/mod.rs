@@ -30,7 +30,7 @@ pub struct Figure {
     pub(crate) note: String,
     /// Legend. It stands above the drawing, so that it never hides data.
     pub(crate) legend: Vec<LegendEntry>,
-    /// The drawing; none if there was nothing to draw.
+    /// The drawing; `None` if there is nothing to draw.
     pub svg: Option<String>,
 }
 
@@ -42,7 +42,7 @@ pub(crate) struct LegendEntry {
     pub(crate) look: Look,
 }
 
-/// Values of one kind, such as those of one estimator.
+/// Values of one kind, such as values of one estimator.
 #[derive(Clone, Debug)]
 pub struct ValueGroup<T> {
     /// Name; without one it is not in the legend.
@@ -163,7 +163,7 @@ impl Figure {
         }
     }
 
-    /// The drawing with the title as its label, for readers who cannot see it.
+    /// The drawing with the title as its label, for readers who cannot see the drawing.
     fn labelled(&self, svg: &str) -> String {
         let title = escape(&self.title);
         let label = format!("<svg class=\"plot\" role=\"img\" aria-label=\"{title}\"");

@@ -17,12 +17,12 @@ pub struct Parallel {
     pub parameters: Vec<(String, f64, f64, bool)>,
     /// Candidates: a value a parameter, and the score; not finite = failed, left out.
     pub candidates: Vec<(Vec<f64>, f64)>,
-    /// As many are drawn: the best ones.
+    /// Number of candidates that are drawn: the best ones.
     pub most: usize,
 }
 
 impl Parallel {
-    /// Draw it, the best on top.
+    /// Draws the candidates, with the best on top.
     pub fn figure(self) -> Figure {
         let mut good: Vec<_> = self.candidates.iter().filter(|c| c.1.is_finite()).collect();
         good.sort_by(|a, b| a.1.total_cmp(&b.1));

@@ -1,4 +1,5 @@
-//! Two scores of every candidate, both better when lower, and the candidates that no other beats in both.
+//! Two scores of every candidate, for which less is better, and the candidates that no other candidate beats in both
+//! scores.
 
 use crate::reports::plot::axis::Axis;
 use crate::reports::plot::scatter::Scatter;
@@ -16,12 +17,12 @@ pub struct Pareto {
     pub y: Axis,
     /// Scores of all candidates.
     pub candidates: Vec<(f64, f64)>,
-    /// Candidates to point out, such as the published constants: name and scores.
+    /// Candidates to mark, such as the published constants: name and scores.
     pub named: Vec<(String, (f64, f64))>,
 }
 
-/// The points that no other beats or equals in both coordinates, from left to right; points that are not finite are no
-/// candidates.
+/// Points that no other point beats or equals in both coordinates, from left to right; points that are not finite do
+/// not count.
 pub(crate) fn front(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut sorted: Vec<_> = points
         .iter()

@@ -1,4 +1,4 @@
-//! A score over one parameter, all others fixed.
+//! A score over one parameter, with all others fixed.
 
 use crate::reports::plot::Figure;
 use crate::reports::plot::axis::Axis;

@@ -24,7 +24,7 @@ pub(crate) struct Stanford {
     pub(crate) samples: Vec<(f64, f64)>,
 }
 
-/// Both axes reach over so many alert limits at least, and at most.
+/// Least and largest range of both axes, in alert limits.
 const REACH: (f64, f64) = (1.5, 20.0);
 
 impl Stanford {
@@ -86,7 +86,7 @@ impl Stanford {
     }
 }
 
-/// Cells along each axis of which one sample is drawn: a dot is as large.
+/// Number of cells along each axis; one sample of each cell is drawn: a dot is as large.
 const CELLS: f64 = 200.0;
 
 /// The first sample of every cell: many samples are close to each other.

@@ -6,7 +6,7 @@
 use monorig_sim::record::palette;
 use plotters::style::RGBColor;
 
-/// Colours for series; after as many, the next ones are dashed.
+/// Number of colours for series; further series are dashed.
 pub(crate) const SERIES: u8 = 6;
 
 /// The role of a colour.
@@ -14,7 +14,7 @@ pub(crate) const SERIES: u8 = 6;
 pub enum Ink {
     /// Text, axes, the truth.
     Text,
-    /// Things of second rank.
+    /// Secondary items.
     Muted,
     /// Grid lines.
     Grid,
@@ -28,7 +28,7 @@ pub enum Ink {
     Value(u8),
 }
 
-/// Numbers of roles begin with these; series are counted from `FIRST_SERIES`.
+/// First numbers of the roles; series are counted from `FIRST_SERIES`.
 const MARK: (u8, u8) = (1, 2);
 const ROLES: [(Ink, &str); 5] = [
     (Ink::Text, "text"),
@@ -50,7 +50,7 @@ const CIVIDIS: [[u8; 3]; 6] = [
 ];
 
 impl Ink {
-    /// The series' colour for number `i`, however many there are.
+    /// Colour of series number `i`, for any number of series.
     pub fn series(i: usize) -> Self {
         Self::Series((i % (u8::MAX - FIRST_SERIES) as usize) as u8)
     }
@@ -138,7 +138,7 @@ pub(super) fn gradient() -> String {
     format!("linear-gradient(90deg,{})", stops.join(","))
 }
 
-/// A finished drawing with the style sheet's colours; it takes the width it is given.
+/// A finished drawing with the style sheet's colours, which fits any width.
 pub(super) fn themed(svg: &str) -> String {
     let mark = format!("#{:02X}{:02X}", MARK.0, MARK.1);
     let mut out = String::with_capacity(svg.len());
@@ -180,7 +180,7 @@ pub(super) fn themed(svg: &str) -> String {
     fill_opacity(&out.replace(" stroke=\"none\" stroke-width=\"1\"", ""))
 }
 
-/// Opacity of fills as such: opacity of whole elements makes a printed page a hundred times as large.
+/// Opacity of fills: opacity of whole elements makes a printed page a hundred times as large.
 fn fill_opacity(svg: &str) -> String {
     const WHOLE: &str = " opacity=\"";
     let mut parts = svg.split(WHOLE);

@@ -1,4 +1,4 @@
-//! Making long series short without changing what is seen.
+//! Shortening long series without a visible change.
 
 /// A line of many points reduced to what a drawing `columns` wide can show: of each column the first, least, greatest
 /// and last value. A value that is not finite breaks the line, and stays as one.
@@ -49,8 +49,8 @@ fn flush(column: &mut Vec<(f64, f64)>, out: &mut Vec<(f64, f64)>) {
     column.clear();
 }
 
-/// A band `(x, low, high)` reduced likewise: of each column the least low and the greatest high. Rows that are not
-/// finite part it; the parts come one by one.
+/// A band `(x, low, high)` reduced in the same way: of each column the least low and the greatest high. Rows that are
+/// not finite part it; the parts come one by one.
 pub(crate) fn band(
     rows: &[(f64, f64, f64)],
     range: (f64, f64),

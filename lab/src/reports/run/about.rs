@@ -10,7 +10,7 @@ const FILES: [(&str, &str); 4] = [
     ("run.rrd", "recording for the Rerun viewer"),
     ("channels.parquet", "every signal, column by column"),
     ("metrics.json", "metrics and verdicts"),
-    ("manifest.json", "what the run was made from"),
+    ("manifest.json", "program and inputs of the run"),
 ];
 
 /// Metadata and links.

@@ -11,17 +11,23 @@ use crate::reports::table::{Cell, Table};
 use monorig_sim::config::file::{input_error, read_result};
 use monorig_sim::error::Error;
 
-/// Shares are drawn from here to 1: one that gets much worse does not flatten the others.
+/// Least share that is drawn; the largest is 1: one that gets much worse does not flatten the others.
 const LEAST: f64 = -1.0;
 
-/// Table and plots; none without a budget. One of another run is an error.
+/// Table and plots; `None` without a budget. One of another run is an error.
 pub(crate) fn section(run: &Recorded) -> Result<Option<Section>, Error> {
     let path = run.folder.join(NAME);
     if !path.is_file() {
         return Ok(None);
     }
-    let wrong =
-        |message: String| input_error(&path, "", message, "make it again with `monorig explain`");
+    let wrong = |message: String| {
+        input_error(
+            &path,
+            "",
+            message,
+            "make the budget again with `monorig explain`",
+        )
+    };
     let budget: Budget = serde_json::from_str(&read_result(&path)?)
         .map_err(|e| wrong(format!("this is not an error budget: {e}")))?;
     if (budget.kind.as_str(), budget.version) != ("explain", 1) {
@@ -40,12 +46,12 @@ pub(crate) fn section(run: &Recorded) -> Result<Option<Section>, Error> {
     let mut section = Section::new("Error budget").text(sentence);
     if budget.changed {
         section = section.text(
-            "Files of this run were changed before the budget was made: it is of the changed ones, not of this run.",
+            "Files of this run were changed before the budget was made: the budget is of the changed files, not of this run.",
         );
     }
     section = section.table(greatest(&budget, name)).text(
-        "In brackets 95 % intervals over the seeds. Of sources that do not act on each other the mean squares add up; a negative share \
-         means that the error is larger without the source.",
+        "95 % intervals over the seeds are in brackets. The mean squares of independent sources add up; a negative share means that the error is \
+         larger without the source.",
     );
     section = section.folded("The sources", legend(&budget));
     for metric in METRICS {
@@ -59,7 +65,7 @@ pub(crate) fn section(run: &Recorded) -> Result<Option<Section>, Error> {
     Ok(Some(section.folded_figures("Plots of the shares", figures)))
 }
 
-/// The sources that make most of the errors of an estimator.
+/// Largest sources of the errors of an estimator.
 fn greatest(budget: &Budget, name: &str) -> Table {
     let mut errors: Vec<_> = METRICS
         .iter()
@@ -115,7 +121,7 @@ fn figure(run: &Recorded, budget: &Budget, metric: &str) -> Figure {
     let series: Vec<ValueGroup<f64>> = series.collect();
     let values = series.iter().flat_map(|s| &s.values).copied();
     let least = values.filter(|x| x.is_finite()).fold(0.0, f64::min);
-    let axis = Axis::linear("share of mean square error that is gone, %");
+    let axis = Axis::linear("share of mean square error that disappears, %");
     GroupedBars {
         title: find(metric).map_or(metric.to_owned(), |m| m.doc.to_owned()),
         note: match least < 100.0 * LEAST {

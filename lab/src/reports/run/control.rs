@@ -8,7 +8,7 @@ use crate::reports::run::recorded::{DEGREES, Recorded};
 use crate::reports::table::{Cell, Table};
 use monorig_sim::error::Error;
 
-/// Wheel slip below is not worth a plot, m/s.
+/// Least wheel slip that is plotted, m/s.
 const MIN_SLIP_MPS: f64 = 0.05;
 
 /// Plots of the control, and events.
@@ -21,7 +21,7 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
         run.line(("true", Ink::Text), "truth/speed", 1.0)?,
     ];
     let torques = vec![
-        Line::new("acting, mean of the motors", Ink::Text, torque(run)?),
+        Line::new("actual, mean of the motors", Ink::Text, torque(run)?),
         line("command", 0, "control/motor_torque", 1.0)?,
     ];
     let mut figures = Vec::new();

@@ -14,7 +14,7 @@ use crate::reports::run::recorded::{DEGREES, Recorded};
 use crate::verdicts::summary::ExpectationVerdict;
 use monorig_sim::error::Error;
 
-/// Errors of one quantity of all estimators that have valid samples of it, each with its times.
+/// Errors of one quantity for all estimators with valid samples of this quantity, with their times.
 pub(crate) type ErrorGroups = Vec<ValueGroup<(f64, f64)>>;
 
 /// Plots of the errors.
@@ -28,7 +28,7 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     };
     let section = Section::new("Errors").text(format!(
             "Estimate minus {truth} where the estimator marks its value valid; distributions from {after_s} s on. The slope's \
-             {truth} is the grade of the track at the IMU. Metrics are taken from every estimator step, plots from the recorded rows."
+             {truth} is the grade of the track at the IMU. Metrics use every estimator step, plots use the recorded rows."
         ));
     let section = over_time(run, section, Quantity::Slope, &slope)?;
     let section = over_time(run, section, Quantity::Mass, &mass)?;
@@ -50,7 +50,7 @@ pub(crate) fn mass(run: &Recorded) -> Result<ErrorGroups, Error> {
     errors(run, "total_mass", error, truth.len())
 }
 
-/// `error` of each row, counted from 0, of which there are `rows`; not a number where the sample is not valid.
+/// `error` of each of the `rows` rows, counted from 0; NaN if the sample is not valid.
 fn errors(
     run: &Recorded,
     what: &str,
@@ -105,7 +105,7 @@ fn bounds(run: &Recorded, quantity: Quantity) -> Vec<Level> {
     all
 }
 
-/// A plot of each judged estimator with its ± 2 σ, all with one axis, and one of all others, folded away.
+/// A plot of each judged estimator with its ± 2 σ, all with the same axis, and a folded plot of all others.
 fn over_time(
     run: &Recorded,
     section: Section,
@@ -143,7 +143,7 @@ fn over_time(
     Ok(section.folded_figures(what, vec![chart.figure()]))
 }
 
-/// The range of these errors, and of the bands and bounds that do not flatten them.
+/// Range of these errors, and of bands and bounds that are not too wide for the plot.
 fn range(
     errors: &[&ValueGroup<(f64, f64)>],
     bands: &[Band],
@@ -164,9 +164,9 @@ fn range(
     Some((low.min(0.0), high.max(0.0) + 1e-9))
 }
 
-/// One half width of a band in so many may lie outside the axis.
+/// One half width of a band in this number may lie outside the axis.
 const USUAL: f64 = 0.1;
-/// Bounds are drawn up to so many times the errors themselves.
+/// Largest bound that is drawn, as a multiple of the errors.
 const REACH: f64 = 3.0;
 
 /// An empty plot of errors with the bounds that are on its axis.
@@ -188,7 +188,7 @@ fn chart(
     Ok(chart)
 }
 
-/// Two reported standard deviations round zero, where the error is drawn.
+/// Band of two reported standard deviations around zero, where the error is drawn.
 fn told(run: &Recorded, quantity: Quantity, of: &ValueGroup<(f64, f64)>) -> Result<Band, Error> {
     let sd = run.column(&format!("estimates/{}/{}_sd", of.name, quantity.channel()))?;
     let mass = run.column("truth/total_mass")?;
@@ -215,7 +215,7 @@ fn in_unit(quantity: Quantity, sd: f64, mass: f64) -> f64 {
     }
 }
 
-/// The Cramér-Rao bound of the run, as lines two standard deviations from zero; none if the run has no such channel.
+/// The Cramér-Rao bound of the run, as lines two standard deviations from zero; empty if the run has no such channel.
 fn cramer_rao(run: &Recorded, quantity: Quantity) -> Result<Vec<Line>, Error> {
     let Some(sd) = run.find(&format!("bound/{}", quantity.channel())) else {
         return Ok(Vec::new());
@@ -231,7 +231,7 @@ fn cramer_rao(run: &Recorded, quantity: Quantity) -> Result<Vec<Line>, Error> {
         .into())
 }
 
-/// One value in so many may lie outside the axis at each end.
+/// One value in this number may lie outside the axis at each end.
 const FAR: f64 = 0.005;
 
 /// Distributions of the errors of the judged estimators.
@@ -267,7 +267,7 @@ fn distributions(run: &Recorded, what: &str, errors: &ErrorGroups, after_s: f64)
     figures
 }
 
-/// Means of the NIS are taken over as many rows: a second, as a rule.
+/// Number of rows in each mean of the NIS: a second, as a rule.
 const MEAN_OF: usize = 50;
 
 /// Plots of the consistency.
@@ -312,8 +312,8 @@ pub(crate) fn consistency(run: &Recorded) -> Result<Section, Error> {
     };
     Ok(Section::new("Consistency")
         .text(
-            "Is the stated uncertainty the real one? 95 % of the samples of a consistent filter lie between the lines. Above: the \
-             filter is too sure of itself; below: too careful. Errors change slowly, so in a single run their share may stray.",
+            "Is the stated uncertainty the real uncertainty? 95 % of the samples of a consistent filter lie between the lines. Above: the \
+             stated uncertainty is too small; below: too large. Errors change slowly, so this share may vary in a single run.",
         )
         .figure(nees("Slope error (NEES)", "grade", "truth/grade_at_imu")?)
         .figure(nees("Mass error (NEES)", "total_mass", "truth/total_mass")?)

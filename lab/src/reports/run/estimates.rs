@@ -14,7 +14,7 @@ struct DrawnQuantity {
     estimate: &'static str,
     truth: &'static str,
     factor: f64,
-    /// The reference in a map, the key of its standard deviation, and the factor of that.
+    /// Reference in a map, key of its standard deviation, and factor of this standard deviation.
     reference: (&'static str, &'static str, f64),
 }
 
@@ -36,7 +36,7 @@ const QUANTITIES: [DrawnQuantity; 2] = [
         reference: ("slope", "sd_deg", 1.0),
     },
 ];
-/// The effective slope is drawn too where it differs from that at the IMU by more, rad.
+/// Least difference of the effective slope from the slope at the IMU for a plot, rad.
 const MIN_DIFFERENCE_RAD: f64 = 0.1 / DEGREES;
 
 /// Plots of the estimates.
@@ -138,11 +138,11 @@ fn effective_differs(run: &Recorded) -> Result<bool, Error> {
         .any(|(a, b)| (a - b).abs() > MIN_DIFFERENCE_RAD))
 }
 
-/// One half width of a band in so many may lie outside the axis.
+/// One half width of a band in this number may lie outside the axis.
 const USUAL: f64 = 0.1;
 
-/// Range of the valid values and the truth, with room around for a band of this half width where it does not flatten
-/// them: values that are not valid may be far off.
+/// Range of the valid values and the truth, with room for a band of this half width if the band is not too wide: values
+/// that are not valid may be far off.
 fn range(valid: &[(f64, f64)], truth: &[(f64, f64)], half: f64) -> Option<(f64, f64)> {
     let all = valid.iter().chain(truth).map(|p| p.1);
     let ends = all

@@ -1,4 +1,4 @@
-//! A log beside its ghost: a train with the parameters of the estimators on the same drive.
+//! A log compared with its ghost: a train with the parameters of the estimators on the same drive.
 
 use crate::reports::page::Section;
 use crate::reports::plot::Figure;
@@ -8,12 +8,12 @@ use crate::reports::plot::theme::Ink;
 use crate::reports::run::recorded::Recorded;
 use monorig_sim::error::Error;
 
-/// Measured signals beside those of the ghost; `None` for a run without one.
+/// Measured signals and signals of the ghost; `None` for a run without a ghost.
 pub(crate) fn section(run: &Recorded) -> Result<Option<Section>, Error> {
     if run.find("ghost/traction").is_none() {
         return Ok(None);
     }
-    let mut section = Section::new("Beside the ghost");
+    let mut section = Section::new("Log and ghost");
     for (title, axis, path) in [
         ("Traction", "force at the rims, N", "traction"),
         (

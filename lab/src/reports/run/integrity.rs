@@ -15,9 +15,10 @@ use monorig_sim::error::Error;
 pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     let limits = run.summary.limits;
     let section = Section::new("Integrity").text(format!(
-        "Is what is marked valid right? A valid sample is misleading when its error exceeds the protection level, {} reported standard \
-         deviations and at most 43 % or 9°, and the alert limit. Right of the diagonal of a Stanford diagram the error is beyond the protection level. Counted \
-         from the start of the run, and in every step of the estimator; drawn are the recorded rows.",
+        "Are the values marked valid right? A valid sample is misleading if its error exceeds both the alert limit and \
+         the protection level ({} reported standard deviations, at most 43 % or 9°). Right of the diagonal of a Stanford \
+         diagram the error exceeds the protection level. The counts use every step of the estimator from the start of \
+         the run; the diagram shows the recorded rows.",
         limits.k
     ));
     let mut section = section.table(integrity([&run.summary]));
@@ -32,7 +33,7 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     Ok(section)
 }
 
-/// None where nothing is marked valid.
+/// `None` if no value is marked valid.
 fn diagram(
     run: &Recorded,
     quantity: Quantity,
@@ -77,7 +78,7 @@ fn diagram(
     Ok(Some(diagram.figure()))
 }
 
-/// The shares of the table above, and that of the samples that are too uncertain to use.
+/// Shares of the table above, and the share of samples that are too uncertain to use.
 fn note(run: &Recorded, quantity: Quantity, name: &str, uncertain: f64) -> String {
     let mut all = run.summary.integrity.iter();
     let Some(of) = all.find(|i| i.estimator == name && i.quantity == quantity) else {
@@ -87,7 +88,7 @@ fn note(run: &Recorded, quantity: Quantity, name: &str, uncertain: f64) -> Strin
     let all = [of.share(), overconfident, uncertain].map(|x| number(100.0 * x));
     let [misleading, overconfident, uncertain] = all;
     format!(
-        "Of the valid samples {misleading} % mislead, {overconfident} % are further off than their k σ, and {uncertain} % have a protection \
-         level beyond the alert limit: they are too uncertain to use."
+        "{misleading} % of the valid samples mislead, {overconfident} % have an error larger than k σ, and {uncertain} % have a protection \
+         level beyond the alert limit: these are too uncertain to use."
     )
 }

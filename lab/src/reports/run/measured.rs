@@ -7,10 +7,10 @@ use crate::reports::plot::theme::Ink;
 use crate::reports::run::recorded::{DEGREES, Recorded};
 use monorig_sim::error::Error;
 
-/// Most wheels or motors that are drawn.
+/// Largest number of wheels or motors that are drawn.
 const MAX_LINES: usize = 8;
 
-/// Plots of speed, specific force, angular rate and traction, as far as the log has them.
+/// Plots of speed, specific force, angular rate and traction, if the log has these signals.
 pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     let lines = |columns: Vec<(String, String)>, factor: f64| -> Result<Vec<Line>, Error> {
         let there = columns.iter().enumerate();

@@ -27,7 +27,7 @@ pub(crate) struct Recorded {
     columns: Columns,
 }
 
-/// Of a run with more events the first are drawn.
+/// Largest number of events that are drawn; later events are left out.
 const MOST: usize = 60;
 
 /// Radians as degrees.
@@ -43,7 +43,7 @@ impl Recorded {
                 false => Err(input_error(
                     folder,
                     "",
-                    format!("this is not the folder of a run: there is no {name} in it"),
+                    format!("this is not the folder of a run: it has no {name}"),
                     crate::reports::TAKES,
                 )),
             }
@@ -84,8 +84,8 @@ impl Recorded {
                 folder,
                 "",
                 format!(
-                    "the files in this folder are of different runs: manifest.json of {} seed {seed}, channels.parquet of {} \
-                     seed {}, metrics.json of {} seed {}",
+                    "the files in this folder belong to different runs: manifest.json to {} seed {seed}, channels.parquet to {} \
+                     seed {}, metrics.json to {} seed {}",
                     manifest.scenario,
                     contents.scenario,
                     contents.seed,
@@ -115,17 +115,17 @@ impl Recorded {
         self.manifest.resolved.get("log")?.get("map")
     }
 
-    /// Standard deviation that the map of a replayed log tells of a reference, in the unit of its key.
+    /// Standard deviation of a reference in the map of a replayed log, in the unit of its key.
     pub(crate) fn reference_sd(&self, of: &str, key: &str) -> Option<f64> {
         self.map()?.get("reference")?.get(of)?.get(key)?.as_f64()
     }
 
-    /// Why the scenario exists.
+    /// Purpose of the scenario.
     pub(crate) fn why(&self) -> &str {
         self.manifest.resolved["why"].as_str().unwrap_or_default()
     }
 
-    /// Types and parameters of the estimators; empty if the manifest has none that can be read.
+    /// Types and parameters of the estimators; empty if the manifest has no readable ones.
     pub(crate) fn estimator_settings(&self) -> BTreeMap<String, Settings> {
         let estimators = self.manifest.resolved["estimators"].clone();
         serde_json::from_value(estimators).unwrap_or_default()
@@ -144,8 +144,8 @@ impl Recorded {
         self.manifest.resolved["in_loop"].as_str()
     }
 
-    /// True for an estimator that is never folded away: one that is judged, one of ours, or the one in the loop. All
-    /// are, if none is judged.
+    /// True for an estimator that is never folded: one that is judged, one of ours, or the one in the loop. All are, if
+    /// none is judged.
     pub(crate) fn is_main(&self, name: &str) -> bool {
         let judged = |name: &str| !self.summary.is_for_reference(name);
         let settings = self.estimator_settings();
@@ -155,7 +155,7 @@ impl Recorded {
         judged(name) || ours || self.in_loop() == Some(name) || none()
     }
 
-    /// A section with the figures of the estimators that are never folded away, and folded those of the others.
+    /// A section with the figures of the estimators that are never folded, and the folded figures of the others.
     pub(crate) fn folding(
         &self,
         section: Section,
@@ -175,7 +175,7 @@ impl Recorded {
         }
     }
 
-    /// An empty chart over time, with what happened on the way.
+    /// An empty chart over time, with the events of the run.
     pub(crate) fn chart(&self, title: impl Into<String>, y: Axis) -> LineChart {
         let mut chart = LineChart::new(title, Axis::linear("time, s"), y);
         chart.happenings = self.happenings();
@@ -212,7 +212,7 @@ impl Recorded {
         all
     }
 
-    /// When an event of the scenario happened.
+    /// Time of an event of the scenario.
     fn happening(&self, event: &serde_json::Value) -> Vec<Happening> {
         let end_s = self.summary.simulated_s;
         let number = |key: &str| event.get(key).and_then(serde_json::Value::as_f64);
@@ -267,12 +267,12 @@ impl Recorded {
         }
     }
 
-    /// A column; one that is not there is an error.
+    /// A column; a missing column is an error.
     pub(crate) fn column(&self, name: &str) -> Result<&[f64], Error> {
         self.columns.get(name)
     }
 
-    /// A column that only some runs have.
+    /// A column that may be missing.
     pub(crate) fn find(&self, name: &str) -> Option<&[f64]> {
         self.columns.find(name)
     }
@@ -301,7 +301,7 @@ fn is_shown(name: &str) -> bool {
     !of_drive && !hidden.iter().any(|start| name.starts_with(start))
 }
 
-/// True for a measurement that is drawn of a replayed log.
+/// True for a measurement of a replayed log that is drawn.
 fn is_measured(name: &str) -> bool {
     let ends = ["/wheel_speed", "/motor_torque"];
     name.starts_with("sensors/")
@@ -314,7 +314,7 @@ fn summary(path: &Path) -> Result<Summary, Error> {
             path,
             "",
             format!("these are not the metrics of a run: {e}"),
-            "make them again with `monorig run`",
+            "make the metrics again with `monorig run`",
         )
     })
 }

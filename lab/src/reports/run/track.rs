@@ -8,7 +8,7 @@ use crate::reports::plot::theme::Ink;
 use crate::reports::run::recorded::{DEGREES, Recorded};
 use monorig_sim::error::Error;
 
-/// Plots of the track, as far as the vehicle went.
+/// Plots of the track that the vehicle covered.
 pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     let line = |name: &str, ink: Ink, column: &str, factor: f64| -> Result<Line, Error> {
         let rows = run

@@ -35,7 +35,7 @@ pub(crate) fn failed(summary: &Summary) -> Option<Section> {
     (!table.rows.is_empty()).then(|| Section::new("What failed").table(table))
 }
 
-/// Misleading estimates, worst first, those of baselines folded; `None` without any.
+/// Misleading estimates, worst first, with findings about baselines folded; `None` without misleading estimates.
 pub(crate) fn findings(summary: &Summary) -> Option<Section> {
     findings::of_one(of_summaries([summary]))
 }
@@ -103,7 +103,7 @@ fn verdicts(summary: &Summary) -> Table {
     table
 }
 
-/// The value of a metric, a dash where it was not measured.
+/// The value of a metric, or a dash if it was not measured.
 fn of_metric(values: &BTreeMap<String, Option<f64>>, metric: &Metric) -> Cell {
     Cell::number(values.get(metric.name).copied().flatten())
 }

@@ -24,7 +24,7 @@ pub(crate) fn page(all: &Comparison) -> Page {
     let (runs, estimators) = (all.runs.len(), names(all, |c| &c.estimator));
     let mut page = Page::new(format!("Comparison on {}", all.scenario));
     page.subtitle = format!(
-        "{} estimators on the same {runs} runs, one for each seed; differences are to {}; monorig {}",
+        "{} estimators on the same {runs} runs, one for each seed; reference: {}; monorig {}",
         estimators.len(),
         all.reference,
         all.monorig
@@ -46,9 +46,7 @@ pub(crate) fn page(all: &Comparison) -> Page {
     page.banner = Some(match runs - finished {
         0 => (compared, Grade::Unasked),
         n => (
-            format!(
-                "FAILED: {n} of {runs} runs did not come to their end and are left out. {compared}"
-            ),
+            format!("FAILED: {n} of {runs} runs did not finish and are left out. {compared}"),
             Grade::Failed,
         ),
     });
@@ -63,13 +61,13 @@ pub(crate) fn page(all: &Comparison) -> Page {
         page.sections.push(left_out(all));
     }
     let section = Section::new("All metrics").text(
-        "Of all estimators that ran, also of those not compared. Intervals here are after Student.",
+        "Metrics of all estimators, including those that are not compared. Intervals are after Student.",
     );
     page.sections.push(runs::numbers(section, &all.runs));
     page
 }
 
-/// Names in the order of the table, each once.
+/// Names in the order of the table, without repetition.
 fn names<'a>(all: &'a Comparison, of: impl Fn(&'a ComparedMetric) -> &'a String) -> Vec<&'a str> {
     let mut names: Vec<&str> = Vec::new();
     for name in all.table.iter().map(of) {
@@ -97,7 +95,8 @@ fn overview(all: &Comparison) -> Section {
     };
     let mut table = Table::new(&["estimator"], &[]);
     table.caption =
-        "Means over the runs, all samples; beside an error the share that is valid".into();
+        "Means over the runs, all samples; the share of valid samples stands beside an error"
+            .into();
     let shown = names(all, |c| &c.metric);
     for metric in &shown {
         table.columns.push((with_unit(metric, unit(metric)), true));
@@ -131,13 +130,13 @@ fn overview(all: &Comparison) -> Section {
         .collect();
     let section = Section::new("Overview").table(table);
     let section = section.table(parameters::table(&all.estimators)).text(
-        "Errors of all samples from 5 s on, and below each metric by itself: of all samples, of those that the estimator marks valid, and \
-         of those that it and the reference both mark valid, with their shares of all. Intervals are of the mean, by the percentile \
-         bootstrap over the runs. A difference is taken run by run, that of an error on common samples only, and coloured where zero is \
-         not in its interval.",
+        "This table has the errors of all samples from 5 s on. Below, each metric has its own table: over all samples, \
+         over samples that the estimator marks valid, and over samples that it and the reference both mark valid, with \
+         their shares. Intervals are of the mean, by the percentile bootstrap over the runs. Differences are computed \
+         run by run, for errors only on common samples, and are coloured if their interval does not contain zero.",
     );
     if sources.is_empty() {
-        return section.text("Nothing was published for these estimators on this scenario.");
+        return section.text("No figures were published for these estimators on this scenario.");
     }
     let sources: Vec<&str> = sources.into_iter().collect();
     section.text(format!("Published: {}.", sources.join("; ")))
@@ -202,7 +201,7 @@ fn on_samples(of: Option<&OnSamples>) -> [Cell; 2] {
     ]
 }
 
-/// Effect size of the differences to the reference; not a number where there is none.
+/// Effect size of the differences to the reference; NaN if there is none.
 fn effect(all: &Comparison, estimator: &str, metric: &str) -> Option<f64> {
     let differences = run_by_run(&all.runs, estimator, metric, &all.reference);
     let both: Vec<f64> = differences.into_iter().flatten().collect();
@@ -262,12 +261,12 @@ fn differences(all: &Comparison, metric: &str) -> Figure {
     Boxes::new(title, y, groups).figure()
 }
 
-/// Why runs are not in any figure.
+/// Reasons why runs are missing in the figures.
 fn left_out(all: &Comparison) -> Section {
     let mut table = Table::new(&["seed", "why"], &[]);
     for run in all.runs.iter().filter(|r| !r.finished()) {
         let why = run.error.as_deref();
-        let why = why.unwrap_or("it did not come to its end");
+        let why = why.unwrap_or("the run did not finish");
         table.row([run.seed.to_string().into(), why.into()]);
     }
     Section::new("Left out").table(table)

@@ -1,4 +1,4 @@
-//! Metrics against what was drawn for each run.
+//! Metrics against the values drawn for each run.
 
 use crate::metrics::{Metric, estimator_metrics};
 use crate::reports::page::Section;
@@ -14,16 +14,16 @@ use crate::verdicts::summary::MAIN;
 use serde_json::Value;
 use std::collections::BTreeSet;
 
-/// A plot for each varied quantity and each main metric that was measured; none if nothing varied. Over the values of
-/// a grid, those of `swept`, lines go through the medians.
+/// A plot for each varied quantity and each measured main metric; `None` if no quantity varied. Over the values of a
+/// grid, those of `swept`, lines go through the medians.
 pub(crate) fn section(runs: &[RunResult], swept: &[String]) -> Option<Section> {
     let names: BTreeSet<&String> = runs.iter().flat_map(|r| r.draws.keys()).collect();
     if names.is_empty() {
         return None;
     }
-    let mut section = Section::new("Against what varied")
+    let mut section = Section::new("Metrics against the varied values")
         .text(
-            "Each dot is a run: a metric of an estimator over the value of the run. Over the values of a grid, lines join the medians.",
+            "Each dot is a run: a metric of an estimator over the run's value. For a grid of values, lines join the medians.",
         )
         .table(ranks::correlations(runs));
     for name in names {
@@ -92,7 +92,7 @@ fn medians_of(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     same.filter_map(median).collect()
 }
 
-/// A drawn value as it would be written.
+/// A drawn value as text.
 fn word(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),

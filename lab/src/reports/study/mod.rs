@@ -124,7 +124,7 @@ fn of_study(campaign: &Campaign, runs: Vec<RunResult>) -> Page {
     page.banner = Some(match (judgement.grade(), done == campaign.runs()) {
         (grade, true) | (grade @ Grade::Failed, _) => (words, grade),
         (_, false) => (
-            format!("{words}; {done} of {} runs are there", campaign.runs()),
+            format!("{words}; {done} of {} runs are done", campaign.runs()),
             Grade::HeldBut,
         ),
     });
@@ -145,7 +145,7 @@ fn of_study(campaign: &Campaign, runs: Vec<RunResult>) -> Page {
     page
 }
 
-/// Findings of several scenarios in one list; none if there is none.
+/// Findings of several scenarios in one list; `None` without findings.
 fn worst_first(mut all: Vec<(String, Finding)>) -> Option<Section> {
     all.sort_by(|(_, a), (_, b)| {
         let order = b.fails.cmp(&a.fails);

@@ -5,11 +5,11 @@ use crate::reports::table::{Cell, Table};
 use crate::verdicts::judgement::Grade;
 use crate::verdicts::verdict::ScenarioVerdict;
 
-/// Characters shown of what failed; the page of the scenario has the rest.
+/// Largest number of characters of a failure; the page of the scenario has the full text.
 const SHOWN: usize = 400;
 
-/// A row for each scenario, those that failed first, then those that hide something. `links` lead to their pages; empty
-/// without any.
+/// A row for each scenario: failed scenarios first, then scenarios with known failures or other exceptions. `links`
+/// lead to their pages; empty without any.
 pub(crate) fn section(all: &[ScenarioVerdict], links: &[String]) -> Section {
     let mut table = Table::new(&["", "scenario", "what failed"], &["seeds", "checks held"]);
     let mut rows: Vec<(usize, &ScenarioVerdict)> = all.iter().enumerate().collect();

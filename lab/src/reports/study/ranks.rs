@@ -11,10 +11,10 @@ use std::collections::BTreeSet;
 const MIN_RUNS: usize = 6;
 /// Half width of the middle 95 % of a normal distribution, in standard deviations.
 const TWO_SIDED_95: f64 = 1.96;
-/// At most so many rows, strongest first.
+/// Largest number of rows, strongest first.
 const SHOWN: usize = 30;
 
-/// Spearman's coefficient of every drawn number with every main metric of all samples, strongest first; none without
+/// Spearman's coefficient of every drawn number with every main metric of all samples, strongest first; `None` without
 /// enough runs.
 pub(crate) fn correlations(runs: &[RunResult]) -> Option<Table> {
     let names: BTreeSet<&String> = runs.iter().flat_map(|r| r.draws.keys()).collect();
@@ -46,8 +46,8 @@ pub(crate) fn correlations(runs: &[RunResult]) -> Option<Table> {
         &["rank correlation", "by chance", "runs"],
     );
     table.caption = format!(
-        "Rank correlation (Spearman) of drawn values with metrics, the {} strongest of {all}: + grows with it, − falls. Without any connection \
-         19 of 20 lie within ± the figure under \"by chance\"",
+        "Rank correlation (Spearman) of drawn values with metrics, the {} strongest of {all}: + the metric grows with the value, − it \
+         falls. Without any connection 19 of 20 lie within ± the figure under \"by chance\"",
         rows.len()
     );
     for (name, estimator, metric, rho, n) in rows {
@@ -82,7 +82,7 @@ fn spearman(pairs: &[(f64, f64)]) -> Option<f64> {
     (size > 0.0).then(|| sum(&x, &y) / size)
 }
 
-/// The rank of each value, from 1; the mean rank where several are equal.
+/// Rank of each value, from 1; equal values have their mean rank.
 fn ranks(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut sorted: Vec<(usize, f64)> = values.enumerate().collect();
     sorted.sort_by(|a, b| a.1.total_cmp(&b.1));

@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use serde_json::error::Category;
 use std::path::Path;
 
-/// Results, by who has written them.
+/// Results, by the command that wrote them.
 pub(crate) enum Results {
     /// `monorig test --json`.
     Test(TestResults),
@@ -31,7 +31,7 @@ pub(crate) struct TestResults {
     pub(crate) scenarios: Vec<ScenarioVerdict>,
 }
 
-/// The keys by which results that are one piece of JSON are distinguished.
+/// Keys that distinguish results in one piece of JSON.
 #[derive(Deserialize)]
 struct JsonHeader {
     version: u32,
@@ -83,13 +83,13 @@ fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Error> {
         let message = message.split(" at line ").next().unwrap_or(&message);
         let what = match e.classify() {
             Category::Data => message.to_owned(),
-            _ => format!("it is no JSON ({message})"),
+            _ => format!("it is not JSON ({message})"),
         };
         wrong(path, Some(e.line()), what)
     })
 }
 
 fn wrong(path: &Path, line: Option<usize>, what: String) -> Error {
-    let message = format!("a report cannot be made of this: {what}");
+    let message = format!("monorig cannot make a report from this file: {what}");
     campaign::wrong(path, line, message, crate::reports::TAKES)
 }

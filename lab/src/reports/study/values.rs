@@ -8,9 +8,9 @@ use std::collections::BTreeSet;
 
 /// A metric over runs, in ascending order.
 pub(crate) struct MetricValues {
-    /// Runs there are.
+    /// Number of runs.
     pub(crate) runs: usize,
-    /// Values of those runs in which it could be measured.
+    /// Values of the runs in which the metric could be measured.
     pub(crate) measured: Vec<f64>,
 }
 
@@ -21,13 +21,13 @@ impl MetricValues {
         Self::new(runs.len(), values.collect())
     }
 
-    /// Values in any order, of so many runs.
+    /// Makes the values from a list in any order, and the number of runs.
     pub(crate) fn new(runs: usize, mut measured: Vec<f64>) -> Self {
         measured.sort_unstable_by(f64::total_cmp);
         Self { runs, measured }
     }
 
-    /// Mean; not a number without values.
+    /// Mean; NaN without values.
     pub(crate) fn mean(&self) -> f64 {
         self.measured.iter().sum::<f64>() / self.measured.len() as f64
     }
@@ -52,7 +52,7 @@ impl MetricValues {
     }
 }
 
-/// A metric of an estimator, or of the run, in one run; none if it could not be measured.
+/// A metric of an estimator, or of the run, in one run; `None` if it could not be measured.
 pub(crate) fn value(run: &RunResult, estimator: Option<&str>, metric: &str) -> Option<f64> {
     let summary = run.summary.as_ref()?;
     let all = match estimator {

@@ -1,4 +1,4 @@
-//! The worst runs of a study, each with the command that makes it again.
+//! The worst runs of a study, each with the command that repeats it.
 
 use crate::batch::StudyFile;
 use crate::campaign::Campaign;
@@ -9,7 +9,7 @@ use crate::reports::table::{Cell, Table};
 use crate::text::quoted;
 use crate::verdicts::run_result::RunResult;
 
-/// The errors by which runs are bad.
+/// Errors by which runs are ranked.
 const METRICS: [&str; 3] = [
     "mass_error_rel_max",
     "slope_rmse_deg",
@@ -44,12 +44,12 @@ pub(crate) fn section(campaign: &Campaign, runs: &[RunResult]) -> Option<Section
     }
     Some(
         Section::new("Worst runs")
-            .text("The runs with the largest errors. The commands are for the folder of the study file.")
+            .text("The runs with the largest errors. Start the commands in the folder of the study file.")
             .table(table),
     )
 }
 
-/// The command that makes a run of a study again, in the folder of the study file.
+/// Command that repeats a run of a study, in the folder of the study file.
 fn command(study: &StudyFile, run: &RunResult) -> String {
     let mut words = vec![format!(
         "monorig run {} --seed {}",

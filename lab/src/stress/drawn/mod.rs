@@ -12,9 +12,9 @@ use table::{Drawn, SENSORS, Sensor};
 
 /// Share of the conditions with two faults at once.
 const TWO: f64 = 0.3;
-/// Share of the faults of one drive unit, and of one axis, where there are several.
+/// Share of the faults on one drive unit, and on one axis, if there are several.
 const ONE_OF_MANY: f64 = 0.5;
-/// Share of the faults that are there from the start.
+/// Share of the faults that begin at the start.
 const FROM_START: f64 = 0.2;
 /// Share of the run after which no fault begins.
 const LATEST: f64 = 0.95;
@@ -51,7 +51,7 @@ pub fn fault(course: &Course, seed: u64) -> ConditionFile {
     made
 }
 
-/// Adds a fault to a condition; false if it cannot be beside those that are there.
+/// Adds a fault to a condition; returns false if it cannot be combined with the existing faults.
 fn add(made: &mut ConditionFile, course: &Course, draws: &mut Draws) -> bool {
     let fitted = |s: &Sensor| {
         let there = s.instruments.iter().all(|i| course.instruments.contains(i));
@@ -98,7 +98,7 @@ fn add(made: &mut ConditionFile, course: &Course, draws: &mut Draws) -> bool {
     true
 }
 
-/// Makes the samples of a sensor late by so many ms; none if they are already.
+/// Delays the samples of a sensor by a time, ms; `None` if they are already delayed.
 fn late(made: &mut ConditionFile, sensor: &Sensor, ms: f64, wrong_stamps: bool) -> Option<String> {
     let key = |i: &str, key: &str| format!("sensors.{i}.sampling.{key}");
     let mut instruments = sensor.instruments.iter();

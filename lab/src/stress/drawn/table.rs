@@ -1,22 +1,22 @@
-//! Ranges that faults are drawn from: one place for all. A size goes from one that no estimator minds to one that no
+//! Ranges from which faults are drawn: one place for all. A size goes from one that no estimator minds to one that no
 //! instrument in working order shows, and is even in its logarithm.
 
 use crate::draw::four_digits;
 use monorig_sim::config::scenario::FaultKind;
 
-/// A sensor that faults are drawn for.
+/// A sensor for which faults are drawn.
 pub(super) struct Sensor {
     /// Name in an event.
     pub(super) name: &'static str,
     /// Its instruments in a sensor sheet.
     pub(super) instruments: &'static [&'static str],
-    /// Weight with which it is drawn, beside the others.
+    /// Weight with which the sensor is drawn.
     pub(super) weight: f64,
     /// Unit of its values.
     pub(super) unit: &'static str,
-    /// True for a sensor of three axes; one without has a reading on every drive unit.
+    /// True for a sensor with three axes; other sensors have a reading on every drive unit.
     pub(super) has_axes: bool,
-    /// Faults that it has beside those of all sensors.
+    /// Faults of this sensor in addition to the faults of all sensors.
     own: &'static [FaultRange],
 }
 
@@ -27,18 +27,18 @@ pub(super) struct FaultRange {
     pub(super) kind: &'static str,
     /// The fault.
     pub(super) fault: Drawn,
-    /// Least and largest size; none for a fault without.
+    /// Least and largest size; `None` for a fault without a size.
     pub(super) size: Option<[f64; 2]>,
 }
 
-/// The way in which a fault is written in a condition.
+/// Form of a fault in a condition.
 #[derive(Clone, Copy)]
 pub(super) enum Drawn {
     /// An event: one of these kinds, and the size made of the drawn one and a sign.
     Event(&'static [FaultKind], fn(f64, bool) -> f64),
     /// Samples late in the whole run, by ms.
     Late {
-        /// True if they are stamped as they arrive.
+        /// True if the samples are stamped on arrival.
         wrong_stamps: bool,
     },
 }
@@ -102,7 +102,7 @@ const OF_ALL: [FaultRange; 7] = [
     of("stamped_late", STAMPED_LATE, 5.0, 2000.0),
 ];
 
-/// The sensors, and the sizes of their own faults in their units; of drifts, in these per second.
+/// The sensors, and the sizes of their own faults in their units; sizes of drifts are per second.
 pub(super) const SENSORS: [Sensor; 6] = [
     Sensor {
         name: "accelerometer",
@@ -190,7 +190,7 @@ pub(super) const SENSORS: [Sensor; 6] = [
 ];
 
 impl Sensor {
-    /// Every fault that it can have.
+    /// Every fault that the sensor can have.
     pub(super) fn faults(&self) -> Vec<FaultRange> {
         OF_ALL.iter().chain(self.own).copied().collect()
     }

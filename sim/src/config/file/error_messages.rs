@@ -1,4 +1,4 @@
-//! Error messages of the YAML reader and serde, rewritten in plain words, with what would be right.
+//! Error messages of the YAML reader and serde, rewritten in plain words, each with a correction.
 
 use super::suggest::suggestion;
 
@@ -9,7 +9,7 @@ pub(super) struct ErrorMessage {
     pub message: String,
     /// The remedy.
     pub help: String,
-    /// The unknown key, if that is what is wrong.
+    /// The unknown key, if this is the mistake.
     pub unknown_key: Option<String>,
 }
 
@@ -51,7 +51,7 @@ pub(super) fn plain(serde: &str) -> ErrorMessage {
             };
             if wanted == "field identifier" {
                 return told(
-                    format!("{what} stands where the name of a key belongs"),
+                    format!("{what} is in the place of the name of a key"),
                     "`key: value`; numbers have a decimal point, not a comma".to_owned(),
                 );
             }
@@ -67,7 +67,7 @@ pub(super) fn plain(serde: &str) -> ErrorMessage {
         Some((message, help)) => told(message.to_owned(), help.to_owned()),
         None => told(
             serde.to_owned(),
-            "see `monorig check --schema` for what is right here".to_owned(),
+            "`monorig check --schema` shows the right values".to_owned(),
         ),
     }
 }
@@ -82,8 +82,8 @@ pub(super) fn syntax(yaml: &str, line: &str) -> ErrorMessage {
         )
     } else if said.contains("recursion limit") || said.contains("repetition limit") {
         (
-            "this file is nested too deeply, or repeats itself too often",
-            "write it out plainly",
+            "this file is nested too deeply, or has too many repetitions",
+            "write the file without deep nesting and aliases",
         )
     } else if line.trim_start_matches(' ').starts_with('\t') {
         (
@@ -92,12 +92,12 @@ pub(super) fn syntax(yaml: &str, line: &str) -> ErrorMessage {
         )
     } else if line.contains("???") {
         (
-            "a value is still to be filled in here",
-            "your value in the place of `???`",
+            "a value must be filled in here",
+            "replace `???` by your value",
         )
     } else if said.contains("unknown anchor") {
         (
-            "this refers to an anchor nobody has set",
+            "this refers to an unknown anchor",
             "put text that starts with `*` in quotes",
         )
     } else {

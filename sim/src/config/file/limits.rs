@@ -18,13 +18,13 @@ pub const MAX_RESULT_BYTES: u64 = 256 << 20;
 pub const MAX_LARGE_BYTES: u64 = 768 << 20;
 /// Deepest nesting of lists and mappings.
 pub const MAX_DEPTH: usize = 64;
-/// Most lists and mappings in brackets.
+/// Largest number of lists and mappings in brackets.
 const MAX_BRACKETS: usize = 20_000;
 /// Most marks that can begin or end a value: line ends, commas, colons, hyphens, brackets.
 const MAX_MARKS: usize = 1_000_000;
-/// Most values, with what aliases stand for.
+/// Largest number of values; an alias counts as its content.
 const MAX_VALUES: usize = 200_000;
-/// Longest text of all values together, with what aliases stand for, bytes.
+/// Longest text of all values together, bytes; an alias counts as its content.
 const MAX_TEXT_BYTES: usize = 2 * MAX_FILE_BYTES as usize;
 
 /// A limit that a file exceeds.
@@ -34,7 +34,7 @@ pub(crate) struct Over {
     pub message: String,
     /// The remedy.
     pub help: String,
-    /// Line and column, from 1, where it is known.
+    /// Line and column, from 1, if known.
     pub place: Option<(usize, usize)>,
 }
 
@@ -53,15 +53,15 @@ pub(crate) fn yaml(text: &str) -> Result<(), Over> {
     let count = |wanted: &[u8]| text.bytes().filter(|b| wanted.contains(b)).count();
     if count(b"[{") > MAX_BRACKETS {
         return Err(Over::new(
-            "there are far too many brackets in this file",
+            "this file has far too many brackets",
             format!(
-                "at most {MAX_BRACKETS} of `[` and `{{`; long lists go without them, an item a line"
+                "use at most {MAX_BRACKETS} of `[` and `{{`; write long lists with an item in each line"
             ),
         ));
     }
     if count(b"\n\r,:-?[]{}") > MAX_MARKS {
         return Err(Over::new(
-            "this file has far more values than any file of ours",
+            "this file has far more values than any file of monorig",
             format!("at most {MAX_VALUES} values"),
         ));
     }
@@ -85,7 +85,8 @@ pub(crate) fn yaml(text: &str) -> Result<(), Over> {
     }
 }
 
-/// Refuses a key or a line that looks like YAML and is none: a space of another kind where one belongs, a merge key.
+/// Refuses a key or a line that looks like YAML but is not YAML: a space of another kind where one belongs, a merge
+/// key.
 pub(super) fn taken_for_yaml(text: &str) -> Option<Over> {
     let indented = text.chars().next();
     let behind = text
@@ -96,16 +97,16 @@ pub(super) fn taken_for_yaml(text: &str) -> Option<Over> {
     if let Some(c) = spaces.find(|c| !c.is_ascii() && c.is_whitespace()) {
         return Some(Over::new(
             format!(
-                "the character U+{:04X} looks like a space and is none",
+                "the character U+{:04X} looks like a space but is not a space",
                 u32::from(c)
             ),
-            "a space in its place; it comes with text that is copied from pages and chats",
+            "write a space; this character often comes with text copied from web pages",
         ));
     }
     (text == "<<").then(|| {
         Over::new(
             "merge keys (`<<`) are not read",
-            "write the keys out where they belong",
+            "write each key at its place",
         )
     })
 }
@@ -132,12 +133,12 @@ impl ValueCounter<'_> {
         spent.bytes.set(spent.bytes.get() + bytes);
         let over = if spent.values.get() > MAX_VALUES {
             Over::new(
-                "this file has far more values than any file of ours (aliases count as what they stand for)",
+                "this file has far more values than any file of monorig (an alias counts as its content)",
                 format!("at most {MAX_VALUES} values"),
             )
         } else if spent.bytes.get() > MAX_TEXT_BYTES {
             Over::new(
-                "the texts in this file are too long (aliases count as what they stand for)",
+                "the texts in this file are too long (an alias counts as its content)",
                 format!("at most {} MB of text", MAX_TEXT_BYTES >> 20),
             )
         } else {
@@ -240,7 +241,7 @@ impl<'de> Visitor<'de> for ValueCounter<'_> {
     }
 }
 
-/// The name of a tag, whatever it is.
+/// Name of a tag of any kind.
 struct Tag;
 
 impl<'de> Deserialize<'de> for Tag {

@@ -4,8 +4,8 @@
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 
-/// Said by the errors raised on purpose.
-const HERE: &str = "this is the place looked for";
+/// Message of the errors that the search raises on purpose.
+const HERE: &str = "this is the place searched for";
 
 /// Part of an entry to locate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ pub(super) fn segments(path: &str) -> Option<Vec<Segment>> {
     Some(out)
 }
 
-/// Line and column, from 1, of the target of a key path, or of the nearest entry above it that is there.
+/// Line and column, from 1, of the target of a key path, or of the nearest existing entry above it.
 pub(super) fn locate(text: &str, path: &str, target: Target) -> Option<(usize, usize)> {
     let all = segments(path)?;
     for length in (1..=all.len()).rev() {
@@ -172,7 +172,7 @@ impl<'de> Visitor<'de> for PathWalk<'_> {
     }
 }
 
-/// Compares each key with the wanted one, and raises where it stands for the given time.
+/// Compares each key with the wanted key, and raises an error at its given occurrence.
 struct Key<'a> {
     wanted: Option<&'a str>,
     raise_at: Option<usize>,

@@ -4,7 +4,7 @@
 use super::key_path::join;
 use serde_yaml::Value;
 
-/// Keys whose values have a range of their own: least and most magnitude. Zero is left to the type of the value.
+/// Keys whose values have their own range: least and most magnitude. Zero is left to the type of the value.
 const KEYS: &[(&str, f64, f64)] = &[
     // a second of smaller steps takes minutes
     ("dt_ms", 0.05, 100.0),
@@ -24,7 +24,7 @@ const KEYS: &[(&str, f64, f64)] = &[
     ("offset_ms", 1e-9, 1e14),
 ];
 
-/// Units, as keys end with them: least and most magnitude, and the unit in words.
+/// Units at the end of keys: least and most magnitude, and the unit in words.
 const UNITS: &[(&str, f64, f64, &str)] = &[
     ("m", 1e-9, 1e6, "m"),
     ("m2", 1e-9, 1e6, "m²"),
@@ -75,8 +75,7 @@ fn below(tree: &Value, path: &str, key: &str) -> Option<(String, String, String)
     }
 }
 
-/// Returns message and help for a number outside of the range of its key; the type of the number refuses NaN and
-/// infinity.
+/// Returns message and help for a number outside the range of its key; the type of the number refuses NaN and infinity.
 fn out_of_range(key: &str, x: f64) -> Option<(String, String)> {
     if x == 0.0 || !x.is_finite() {
         return None;
@@ -92,7 +91,7 @@ fn out_of_range(key: &str, x: f64) -> Option<(String, String)> {
     } else {
         return None;
     };
-    let what = format!("{x:e} {unit} is beyond any mine, vehicle, instrument or log");
+    let what = format!("{x:e} {unit} is too large for a mine, vehicle, instrument or log");
     Some((what.replace("  ", " "), far.trim_end().to_owned()))
 }
 

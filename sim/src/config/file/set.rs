@@ -40,8 +40,8 @@ pub(super) fn set(tree: &mut Value, path: &str, value: &str) -> Result<(), (Stri
                 }
                 let map = here.as_mapping_mut().ok_or_else(|| {
                     (
-                        format!("what stands before `{key}` is not a mapping"),
-                        "leave the rest of the path away, or set the whole entry".to_owned(),
+                        format!("the part before `{key}` is not a mapping"),
+                        "remove the rest of the path, or set the whole entry".to_owned(),
                     )
                 })?;
                 map.entry(Value::String(key)).or_insert(Value::Null)
@@ -49,14 +49,14 @@ pub(super) fn set(tree: &mut Value, path: &str, value: &str) -> Result<(), (Stri
             Segment::Index(index) => {
                 let list = here.as_sequence_mut().ok_or_else(|| {
                     (
-                        format!("there is no list where `[{index}]` is asked for"),
+                        format!("`[{index}]` needs a list, but this is not a list"),
                         "indices in [] are for lists only, and count from 0".to_owned(),
                     )
                 })?;
                 let length = list.len();
                 list.get_mut(index).ok_or_else(|| {
                     (
-                        format!("the list has {length} items, so there is no [{index}]"),
+                        format!("the list has only {length} items, not [{index}]"),
                         "items count from 0; [+] adds one".to_owned(),
                     )
                 })?
@@ -72,8 +72,8 @@ pub(super) fn set(tree: &mut Value, path: &str, value: &str) -> Result<(), (Stri
     }
     let items = here.as_sequence_mut().ok_or_else(|| {
         (
-            "there is no list to add to".to_owned(),
-            "[+] stands behind the path of a list, such as `events[+]`".to_owned(),
+            "[+] needs a list, but this is not a list".to_owned(),
+            "write [+] after the path of a list, such as `events[+]`".to_owned(),
         )
     })?;
     items.push(new);

@@ -1,4 +1,4 @@
-//! Changes to a file as `--set path=value` makes them, with those to the files it names.
+//! Changes of `--set path=value` to a file and to the files that it names.
 
 /// Paths and values, in the order in which they take effect.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,7 +26,7 @@ impl Sets {
         self
     }
 
-    /// The changes to the file itself, given the keys under which it names others.
+    /// Changes to the file itself, given the keys under which it names other files.
     pub(crate) fn own(&self, files: &[&str]) -> Self {
         let mut own = self.clone();
         own.list.retain(|(path, _)| {
@@ -49,7 +49,7 @@ impl Sets {
         }
     }
 
-    /// Path and value of each, as they are in the file they change.
+    /// Path and value of each change, in the terms of the changed file.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &(String, String)> {
         self.list.iter()
     }
@@ -63,7 +63,7 @@ impl Sets {
         }
     }
 
-    /// All of them as the user wrote them; nothing if there are none.
+    /// All changes as the user wrote them; `None` without changes.
     pub(crate) fn all_written(&self) -> Option<String> {
         let all: Vec<_> = self.list.iter().map(|(p, v)| self.written(p, v)).collect();
         let between = match self.written_in {

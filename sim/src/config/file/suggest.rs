@@ -5,7 +5,7 @@ use std::path::Path;
 /// A longer word is no name: comparing it would take long.
 const MAX_WORD_BYTES: usize = 256;
 
-/// The candidate most like `word`, if any is like it at all (at most a third of its letters differ).
+/// Candidate most similar to `word`, if at most a third of its letters differ.
 ///
 /// ```
 /// assert_eq!(monorig_sim::config::file::nearest("mas_kg", ["speed_mps", "mass_kg"]), Some("mass_kg"));
@@ -27,7 +27,7 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .map(|(_, c)| c)
 }
 
-/// Help where a word is none of the known ones: the nearest of them, or, where none is near, all of them.
+/// Help for an unknown word: the nearest of them, or, where none is near, all of them.
 pub fn suggestion<'a>(word: &str, known: impl IntoIterator<Item = &'a str>, title: &str) -> String {
     let known: Vec<&str> = known.into_iter().collect();
     match nearest(word, known.iter().copied()) {
@@ -36,14 +36,14 @@ pub fn suggestion<'a>(word: &str, known: impl IntoIterator<Item = &'a str>, titl
     }
 }
 
-/// Help for a file that is not there: a near name in its folder, or the folder that is missing.
+/// Help for a missing file: a near name in its folder, or the folder that is missing.
 pub(super) fn beside(path: &Path) -> String {
     let folder = match path.parent() {
         Some(p) if !p.as_os_str().is_empty() => p,
         _ => Path::new("."),
     };
     let Ok(entries) = std::fs::read_dir(folder) else {
-        return format!("there is no folder {} either", folder.display());
+        return format!("the folder {} does not exist either", folder.display());
     };
     let mut names: Vec<String> = entries
         .flatten()
@@ -53,6 +53,6 @@ pub(super) fn beside(path: &Path) -> String {
     let wanted = path.file_name().unwrap_or_default().to_string_lossy();
     match nearest(&wanted, names.iter().map(String::as_str)) {
         Some(name) => format!("did you mean {}?", path.with_file_name(name).display()),
-        None => "check the name; relative names start at the folder you are in".to_owned(),
+        None => "check the name; a relative name starts at the current folder".to_owned(),
     }
 }

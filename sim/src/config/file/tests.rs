@@ -217,7 +217,10 @@ fn a_value_is_added_to_a_list() {
     let anew = [("arcs", "null"), ("arcs[+]", "{radius_m: 4}")];
     assert_eq!(set(&anew).unwrap(), [4.0]);
     let no_list = set(&[("version[+]", "1")]).unwrap_err().to_string();
-    assert!(no_list.contains("there is no list to add to"), "{no_list}");
+    assert!(
+        no_list.contains("[+] needs a list, but this is not a list"),
+        "{no_list}"
+    );
     let bad = set(&[("arcs[+]", "{radius_m: -1}")])
         .unwrap_err()
         .to_string();

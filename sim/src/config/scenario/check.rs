@@ -7,7 +7,7 @@ use super::wrong::{Wrong, wrong};
 use super::{DriveCycle, Event, FeedForward, PlantKind, ScenarioFile, SpeedPoint};
 use crate::config::checked::NonNegative;
 
-/// Number of physics steps beyond which a run counts as a typing error (23 days at 2 ms).
+/// Largest number of physics steps; a longer run counts as a typing error (23 days at 2 ms).
 const MAX_STEPS: f64 = 1e9;
 
 /// Check a scenario file by itself.
@@ -15,8 +15,8 @@ pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
     if file.why.trim().is_empty() {
         return wrong(
             "why",
-            "a scenario says why it exists",
-            "write a sentence: what it shows, and whose experiment it is",
+            "a scenario needs a purpose",
+            "write a sentence: what the scenario shows, and the source of the experiment",
         );
     }
     lengths::check(file)?;
@@ -43,7 +43,7 @@ pub(super) fn check_log(file: &ScenarioFile) -> Result<(), Wrong> {
     check_expect::check(file)
 }
 
-/// Checks that there is a train or a car, and that a car has nothing that only a train has.
+/// Checks that the scenario has a train or a car, and that a car has no keys of a train.
 fn vehicle(file: &ScenarioFile) -> Result<(), Wrong> {
     let car = match (&file.train, &file.car) {
         (Some(_), Some(_)) => {
@@ -56,7 +56,7 @@ fn vehicle(file: &ScenarioFile) -> Result<(), Wrong> {
         (None, None) => {
             return wrong(
                 "train",
-                "nothing runs in this scenario",
+                "this scenario has no vehicle",
                 "`train: ../assets/trains/….yaml`, or `car: ../assets/road/….yaml` on a road",
             );
         }
@@ -75,7 +75,7 @@ fn vehicle(file: &ScenarioFile) -> Result<(), Wrong> {
             return wrong(
                 "physics.plant",
                 "this plant moves trains, not cars",
-                "leave it out: a car has its own",
+                "leave this out: a car has its own plant",
             );
         }
         (false, _) => {}
@@ -90,8 +90,8 @@ fn vehicle(file: &ScenarioFile) -> Result<(), Wrong> {
         ("layout", told.layout.is_some()),
     ] {
         if given {
-            let help = "leave it out: it is of a train";
-            return wrong(format!("vehicle.{key}"), "a car has none of it", help);
+            let help = "leave this out: only a train has it";
+            return wrong(format!("vehicle.{key}"), "a car does not have this", help);
         }
     }
     let backwards = |v: f64| v < 0.0;
@@ -115,11 +115,7 @@ fn vehicle(file: &ScenarioFile) -> Result<(), Wrong> {
         ("roadway", file.roadway.is_some()),
     ] {
         if given {
-            return wrong(
-                key,
-                "this is for trains; a car has no such thing",
-                "leave it out",
-            );
+            return wrong(key, "only a train has this, not a car", "leave this out");
         }
     }
     for (i, event) in file.events.iter().enumerate() {
@@ -130,7 +126,7 @@ fn vehicle(file: &ScenarioFile) -> Result<(), Wrong> {
         };
         return wrong(
             format!("events[{i}].{key}"),
-            "this happens to trains; a car has no such thing",
+            "this event can happen only to a train, not to a car",
             "leave the event out",
         );
     }
@@ -142,7 +138,7 @@ fn stop(file: &ScenarioFile) -> Result<(), Wrong> {
     if stop.after_s.is_none() && stop.at_m.is_none() {
         return wrong(
             "stop",
-            "nothing ends this run",
+            "this run has no end",
             "write `after_s` (seconds), `at_m` (chainage of the train's front), or both",
         );
     }
@@ -150,7 +146,7 @@ fn stop(file: &ScenarioFile) -> Result<(), Wrong> {
     if steps > MAX_STEPS {
         return wrong(
             "stop.after_s",
-            format!("{steps:e} physics steps are more than anyone waits for"),
+            format!("{steps:e} physics steps are too many"),
             format!(
                 "at steps of {} ms, write at most {} s",
                 file.physics.dt_ms.get(),
@@ -165,7 +161,10 @@ fn stop(file: &ScenarioFile) -> Result<(), Wrong> {
     {
         return wrong(
             "stop.at_m",
-            format!("the train starts at {} m, beyond this already", start.get()),
+            format!(
+                "the train starts at {} m, already beyond this chainage",
+                start.get()
+            ),
             "write a chainage ahead of `start.chainage_m`",
         );
     }
@@ -175,7 +174,7 @@ fn stop(file: &ScenarioFile) -> Result<(), Wrong> {
 /// Lowest rate of a record, Hz: a row in 100 s.
 const MIN_RATE_HZ: f64 = 0.01;
 
-/// Nothing is recorded more often than it is computed, or so seldom that nothing is there to judge.
+/// Checks the recording rates: at most the rate of the physics, and high enough to judge a run.
 fn rates(file: &ScenarioFile) -> Result<(), Wrong> {
     let most = 1e3 / file.physics.dt_ms.get();
     for (key, rate) in [
@@ -183,14 +182,14 @@ fn rates(file: &ScenarioFile) -> Result<(), Wrong> {
         ("record.pose_rate_hz", file.record.pose_rate_hz),
     ] {
         if rate.get() < MIN_RATE_HZ {
-            let message = format!("{} Hz is less than a row in 100 s", rate.get());
+            let message = format!("{} Hz gives less than one row in 100 s", rate.get());
             return wrong(key, message, format!("write at least {MIN_RATE_HZ}"));
         }
         if rate.get() > most * (1.0 + 1e-9) {
             return wrong(
                 key,
                 format!(
-                    "{} Hz is more often than physics steps ({} ms)",
+                    "{} Hz is more than the rate of the physics steps ({} ms)",
                     rate.get(),
                     file.physics.dt_ms.get()
                 ),
@@ -225,7 +224,7 @@ fn speed(points: &[SpeedPoint]) -> Result<(), Wrong> {
             (None, None) => {
                 return wrong(
                     key,
-                    "this point does not say where it is",
+                    "this point has no place",
                     "write `at_s` (time) or `at_m` (chainage of the train's front)",
                 );
             }
@@ -251,7 +250,7 @@ fn speed(points: &[SpeedPoint]) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// A cycle that starts over ends as it began, within its period.
+/// Checks that a repeated cycle ends at its first speed, within its period.
 fn again(drive: &DriveCycle) -> Result<(), Wrong> {
     let (Some(every_s), Some(first), Some(last)) =
         (drive.every_s, drive.speed.first(), drive.speed.last())
@@ -261,7 +260,7 @@ fn again(drive: &DriveCycle) -> Result<(), Wrong> {
     let Some(end_s) = last.at_s else {
         return wrong(
             "drive.every_s",
-            "a speed reference by chainage cannot start over",
+            "a speed reference by chainage cannot repeat",
             "give the points by time (`at_s`), or remove `every_s`",
         );
     };
@@ -272,24 +271,24 @@ fn again(drive: &DriveCycle) -> Result<(), Wrong> {
                 "the last point of the speed reference is at {} s, later",
                 end_s.get()
             ),
-            "write a period that holds all points",
+            "write a period that contains all points",
         );
     }
     if first.mps.get() != last.mps.get() {
         return wrong(
             "drive.every_s",
             format!(
-                "the cycle ends with {} m/s and starts over with {} m/s",
+                "the cycle ends at {} m/s but starts again at {} m/s",
                 last.mps.get(),
                 first.mps.get()
             ),
-            "let the last point have the speed of the first",
+            "give the last point the speed of the first",
         );
     }
     Ok(())
 }
 
-/// Names of estimators become part of the paths of channels.
+/// Checks the names of estimators, which become part of the paths of channels.
 fn names(file: &ScenarioFile) -> Result<(), Wrong> {
     match file.estimators.keys().find(|name| !valid_name(name)) {
         Some(name) => wrong(
@@ -312,13 +311,13 @@ fn in_loop(file: &ScenarioFile) -> Result<(), Wrong> {
             "in_loop",
             format!("`{name}` is not among this scenario's estimators"),
             match file.estimators.is_empty() {
-                true => format!("add it: `estimators: {{{name}: {{}}}}`"),
+                true => format!("add the estimator: `estimators: {{{name}: {{}}}}`"),
                 false => one_of_them(file, name),
             },
         ),
         None if file.drive.controller.feedforward == FeedForward::Estimate => wrong(
             "drive.controller.feedforward",
-            "there is no estimator in the loop to take the estimate from",
+            "no estimator in the loop can give the estimate",
             "add `in_loop:` with the name of an estimator, or write `none` or `truth`",
         ),
         _ => Ok(()),
@@ -332,7 +331,7 @@ fn happens(event: &Event, file: &ScenarioFile) -> Result<(), Wrong> {
         if at.get() >= end_s {
             wrong(
                 key,
-                format!("the run ends at {end_s} s, so this never happens"),
+                format!("the run ends at {end_s} s, before this event"),
                 "write an earlier time, or let the run last longer",
             )
         } else {
@@ -344,7 +343,7 @@ fn happens(event: &Event, file: &ScenarioFile) -> Result<(), Wrong> {
             wrong(
                 key,
                 format!("this ends at {to}, before it starts at {from}"),
-                "write the end after the start",
+                "write an end that is later than the start",
             )
         } else {
             Ok(())
@@ -362,7 +361,7 @@ fn happens(event: &Event, file: &ScenarioFile) -> Result<(), Wrong> {
                 Some(every_s) if every_s.get() < step_s => wrong(
                     "every_s",
                     format!("{} s is shorter than a physics step", every_s.get()),
-                    "write the time from one such event to the next, in seconds",
+                    "write the time between two of these events, in seconds",
                 ),
                 _ => Ok(()),
             }

@@ -13,7 +13,7 @@ pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
     known_failures(file)
 }
 
-/// No two events and points of the speed reference have one name; a point by chainage has none.
+/// Checks that events and points of the speed reference have different names; a point by chainage has no name.
 fn event_names(file: &ScenarioFile) -> Result<(), Wrong> {
     let events = file.events.iter().enumerate();
     let events = events.map(|(i, e)| (format!("events[{i}].name"), e.name()));
@@ -25,8 +25,10 @@ fn event_names(file: &ScenarioFile) -> Result<(), Wrong> {
         if names.contains(&name) {
             return wrong(
                 key,
-                format!("another event or point of the speed reference is called `{name}` already"),
-                "a name of its own for each",
+                format!(
+                    "another event or point of the speed reference already has the name `{name}`"
+                ),
+                "give each result its own name",
             );
         }
         names.push(name);
@@ -40,13 +42,13 @@ fn event_names(file: &ScenarioFile) -> Result<(), Wrong> {
         Some(i) => wrong(
             format!("drive.speed[{i}].name"),
             "only a point by time (`at_s`) has a name",
-            "for a point by chainage, a name in the track file and `after: {front_enters: NAME}`",
+            "for a point by chainage use a name in the track file and `after: {front_enters: NAME}`",
         ),
         None => Ok(()),
     }
 }
 
-/// Availabilities that can fail, and references that are among the estimators.
+/// Checks that availabilities can fail, and that references are among the estimators.
 fn defaults(file: &ScenarioFile) -> Result<(), Wrong> {
     let a = &file.availability;
     for (key, share) in [
@@ -71,16 +73,16 @@ fn defaults(file: &ScenarioFile) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// Least availability that is asked for: less is next to nothing.
+/// Least availability that a scenario may require: less is next to nothing.
 const LEAST_AVAILABILITY: f64 = 0.01;
 
-/// An availability that a run can miss.
+/// Checks that a run can miss an availability.
 fn can_be_missed(key: &str, share: Fraction) -> Result<(), Wrong> {
     match share.get() < LEAST_AVAILABILITY {
         true => wrong(
             key,
-            "an availability that hardly any run can miss cannot fail",
-            format!("a share from {LEAST_AVAILABILITY} on, such as 0.9"),
+            "an availability this low hardly ever fails",
+            format!("write a share of at least {LEAST_AVAILABILITY}, such as 0.9"),
         ),
         false => Ok(()),
     }
@@ -88,12 +90,12 @@ fn can_be_missed(key: &str, share: Fraction) -> Result<(), Wrong> {
 
 /// Largest k of a protection level; the precision approach of an aircraft has 6.
 const MAX_K: f64 = 10.0;
-/// Largest alert limit of the mass, as a share of it.
+/// Largest alert limit of the mass, as a share of the mass.
 const MAX_MASS_ALERT: f64 = 1.0;
 /// Largest alert limit of a slope, °.
 const MAX_SLOPE_ALERT_DEG: f64 = 90.0;
 
-/// Limits of integrity that an estimate can exceed.
+/// Checks that an estimate can exceed the limits of integrity.
 fn limits(file: &ScenarioFile) -> Result<(), Wrong> {
     let i = &file.integrity;
     for (key, value, most, help) in [
@@ -126,7 +128,7 @@ fn limits(file: &ScenarioFile) -> Result<(), Wrong> {
             return wrong(
                 format!("integrity.{key}"),
                 format!(
-                    "{} is a limit that no estimate exceeds: at most {most}",
+                    "no estimate exceeds a limit of {}: use at most {most}",
                     value.get()
                 ),
                 help,
@@ -136,15 +138,15 @@ fn limits(file: &ScenarioFile) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// A known failure has a reason, and is about one bound of `expect`, or about a bound that holds without it.
+/// Checks that a known failure has a reason, and belongs to one bound of `expect` or to a standard bound.
 fn known_failures(file: &ScenarioFile) -> Result<(), Wrong> {
     for known in &file.known_failures {
         let key = format!("known_failures[{}]", known.entry);
         if known.why.trim().is_empty() {
             return wrong(
                 format!("{key}.why"),
-                "a known failure says why physics or the method does not allow more",
-                "a sentence with the cause and its size",
+                "a known failure needs a reason in physics or in the method",
+                "write a sentence with the cause and its size",
             );
         }
         let meant = file.expect.iter().filter(|e| e.is_meant_by(known)).count();
@@ -162,7 +164,7 @@ fn known_failures(file: &ScenarioFile) -> Result<(), Wrong> {
                 let names = || file.expect.iter().map(|e| e.metric.as_str());
                 return wrong(
                     &key,
-                    "there is no such bound in `expect`",
+                    "`expect` has no bound of this estimator and metric",
                     match nearest(&known.metric, names()) {
                         Some(near) => format!(
                             "`estimator` and `metric` of a bound in `expect`, such as `{near}`"
@@ -174,8 +176,8 @@ fn known_failures(file: &ScenarioFile) -> Result<(), Wrong> {
             n => {
                 return wrong(
                     &key,
-                    format!("{n} bounds in `expect` are of this estimator and metric"),
-                    "add the `after_s`, `until_s`, `after` or `until` of the one that is meant",
+                    format!("`expect` has {n} bounds of this estimator and metric"),
+                    "add the `after_s`, `until_s`, `after` or `until` of the bound that you mean",
                 );
             }
         }
@@ -183,7 +185,7 @@ fn known_failures(file: &ScenarioFile) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// Every expectation bounds something over a time that there is.
+/// Checks that every expectation bounds a value over a time within the run.
 fn expectations(file: &ScenarioFile) -> Result<(), Wrong> {
     let end_s = file.stop.time_limit_s();
     for (i, e) in file.expect.iter().enumerate() {
@@ -195,7 +197,7 @@ fn expectations(file: &ScenarioFile) -> Result<(), Wrong> {
                 format!("{key}.estimator"),
                 format!("`{name}` is not among this scenario's estimators"),
                 match file.estimators.is_empty() {
-                    true => "add it under `estimators:`".to_owned(),
+                    true => "add the estimator under `estimators:`".to_owned(),
                     false => one_of_them(file, name),
                 },
             );
@@ -212,7 +214,7 @@ fn expectations(file: &ScenarioFile) -> Result<(), Wrong> {
                 return wrong(
                     key,
                     format!(
-                        "nothing is at least {} and at most {}",
+                        "no value is at least {} and at most {}",
                         least.get(),
                         most.get()
                     ),
@@ -228,7 +230,7 @@ fn expectations(file: &ScenarioFile) -> Result<(), Wrong> {
             if both {
                 return wrong(
                     format!("{key}.{key_by_name}"),
-                    format!("`{key_s}` and `{key_by_name}` say the same thing twice"),
+                    format!("`{key_s}` and `{key_by_name}` both set this limit"),
                     "keep one of them",
                 );
             }
@@ -241,15 +243,15 @@ fn expectations(file: &ScenarioFile) -> Result<(), Wrong> {
         if until_s > end_s {
             return wrong(
                 format!("{key}.until_s"),
-                format!("the run ends at {end_s} s, so the end of this window is never reached"),
-                "an earlier time; leave `until_s` out to measure to the end",
+                format!("the run ends at {end_s} s, before the end of this window"),
+                "use an earlier time; leave out `until_s` to measure to the end",
             );
         }
         if after_s >= until_s.min(end_s) {
             return wrong(
                 format!("{key}.after_s"),
                 format!(
-                    "nothing is left to measure between {after_s} s and {} s",
+                    "the run has no sample between {after_s} s and {} s",
                     until_s.min(end_s)
                 ),
                 "write an earlier time",
@@ -265,7 +267,7 @@ fn expectations(file: &ScenarioFile) -> Result<(), Wrong> {
         if e.quantile.is_some_and(|q| q.get() == 0.0) {
             return wrong(
                 format!("{key}.quantile"),
-                "a bound that no run has to hold cannot fail",
+                "a bound that need not hold in any run cannot fail",
                 "write a share above 0, such as 0.5",
             );
         }

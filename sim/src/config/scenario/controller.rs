@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// The controller of a scenario that names none.
+/// Default controller of a scenario.
 pub const DEFAULT_CONTROLLER: &str = "pi";
 
 /// The controller of a scenario and its parameters.
@@ -27,7 +27,7 @@ pub struct ControllerKeys {
     )]
     #[schemars(with = "String")]
     pub(crate) kind: Option<String>,
-    /// FMU with it, relative to the scenario.
+    /// FMU with the part, relative to the scenario.
     #[serde(
         default,
         deserialize_with = "given",
@@ -35,7 +35,7 @@ pub struct ControllerKeys {
     )]
     #[schemars(with = "String")]
     pub fmu: Option<String>,
-    /// Names that the FMU has in place of ours.
+    /// Names in the FMU that replace monorig's names.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub map: BTreeMap<String, ParameterValue>,
     /// The file of the FMU, once the scenario is loaded.
@@ -63,7 +63,7 @@ impl PartKeys for ControllerKeys {
 
     fn checked(mut self) -> Result<Self, &'static str> {
         if self.kind.is_some() && self.fmu.is_some() {
-            return Err("a controller is one that `kind` names or one in an FMU, not both");
+            return Err("give either `kind` or `fmu`, not both");
         }
         if self.fmu.is_none() {
             if !self.map.is_empty() {

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-/// The mistake of a `map` for nothing.
-pub(super) const MAP_WITHOUT_FMU: &str = "`map` gives the names in an FMU, and `fmu` names none";
+/// Message for a `map` without an FMU.
+pub(super) const MAP_WITHOUT_FMU: &str = "`map` needs `fmu`: it gives the names in an FMU";
 
 /// One estimator of a scenario: its type, the library or FMU it is in if it is foreign, and its parameters. Once the
 /// scenario is loaded, these are those of the file named `from` too.
@@ -20,22 +20,22 @@ pub type Settings = NamedPart<EstimatorKeys>;
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Settings")]
 pub struct EstimatorKeys {
-    /// Shared library with it, relative to the scenario.
+    /// Shared library with the estimator, relative to the scenario.
     #[serde(deserialize_with = "given", skip_serializing_if = "Option::is_none")]
     #[schemars(with = "String")]
     pub library: Option<String>,
-    /// FMU with it, relative to the scenario.
+    /// FMU with the part, relative to the scenario.
     #[serde(deserialize_with = "given", skip_serializing_if = "Option::is_none")]
     #[schemars(with = "String")]
     pub fmu: Option<String>,
-    /// The way to an estimator that runs outside of the program.
+    /// Connection to an estimator that runs outside the program.
     #[serde(deserialize_with = "given", skip_serializing_if = "Option::is_none")]
     #[schemars(with = "External")]
     pub external: Option<External>,
-    /// Names that the FMU has in place of ours, and numbers in place of outputs that it has not.
+    /// Names in the FMU that replace monorig's names, and numbers that replace missing outputs.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub map: BTreeMap<String, ParameterValue>,
-    /// Type of the estimator, if this entry has a name of its own.
+    /// Type of the estimator, if the name of this entry is not a type.
     #[serde(deserialize_with = "given", skip_serializing_if = "Option::is_none")]
     #[schemars(with = "String")]
     pub is: Option<String>,
@@ -46,7 +46,7 @@ pub struct EstimatorKeys {
     /// The file of the library or FMU, once the scenario is loaded.
     #[serde(skip)]
     pub(crate) library_file: Option<PathBuf>,
-    /// Names of the values that are from the parameter file.
+    /// Names of the values from the parameter file.
     #[serde(skip)]
     inherited: BTreeSet<String>,
 }
@@ -63,26 +63,24 @@ impl PartKeys for EstimatorKeys {
         }
         let of_ours = self.is.is_some() || self.from.is_some();
         if self.external.is_some() && (self.file().is_some() || of_ours) {
-            return Err(
-                "what runs outside is no library, no FMU and none of ours: `external` alone says where it is",
-            );
+            return Err("`external` cannot be combined with `library`, `fmu` or `is`");
         }
         Ok(self)
     }
 }
 
 impl EstimatorKeys {
-    /// Library or FMU with it, as the scenario names it.
+    /// Library or FMU with the estimator, as the scenario names it.
     pub fn file(&self) -> Option<&str> {
         self.library.as_deref().or(self.fmu.as_deref())
     }
 
-    /// True if it is none of the registry.
+    /// True if the estimator is not one of the registry.
     pub fn is_foreign(&self) -> bool {
         self.file().is_some() || self.external.is_some()
     }
 
-    /// The key that names its library or FMU, or where it runs.
+    /// Key that names the estimator's library, FMU or connection.
     pub fn foreign_key(&self) -> &'static str {
         match (&self.external, &self.fmu) {
             (Some(_), _) => "external",
@@ -104,12 +102,12 @@ impl EstimatorKeys {
         }
         match (self.file(), &self.is) {
             (None, _) => self.type_name(name).to_owned(),
-            (Some(library), None) => format!("foreign, of {library}"),
-            (Some(library), Some(is)) => format!("foreign, {is} of {library}"),
+            (Some(library), None) => format!("foreign, from {library}"),
+            (Some(library), Some(is)) => format!("foreign, {is} from {library}"),
         }
     }
 
-    /// True if the parameter is from the file.
+    /// True if the parameter comes from the file.
     pub(super) fn inherits(&self, key: &str) -> bool {
         self.inherited.contains(key)
     }

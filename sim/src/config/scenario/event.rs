@@ -18,11 +18,11 @@ pub enum Event {
         name: Option<String>,
         /// s.
         at_s: NonNegative,
-        /// Again every so many seconds; none = once.
+        /// Period of repetition, s; none = once.
         every_s: Option<Positive>,
         /// kg.
         load_mass_kg: NonNegative,
-        /// Speed along the rail with which mass is hung on, m/s: 0 = it stood on the ground; none = the load's own
+        /// Speed along the rail of the mass that is hung on, m/s: 0 = it stood on the ground; none = the load's own
         /// speed. Mass that is set down leaves with the load's own speed and pushes nothing.
         load_speed_mps: Option<Finite>,
     },
@@ -51,16 +51,16 @@ pub enum Event {
         fault: FaultKind,
         /// Size of the fault, in the unit it needs.
         size: Option<Finite>,
-        /// Axis that has the fault, of a sensor of three; none = all.
+        /// Faulty axis of a three-axis sensor; none = all.
         axis: Option<Axis>,
     },
-    /// The clamp pressure is commanded or lost.
+    /// The clamp pressure changes by command or by loss.
     ClampPressure {
         /// Name, for windows of expectations.
         name: Option<String>,
         /// s.
         at_s: NonNegative,
-        /// Again every so many seconds; none = once.
+        /// Period of repetition, s; none = once.
         every_s: Option<Positive>,
         /// MPa.
         clamp_mpa: NonNegative,
@@ -71,7 +71,7 @@ pub enum Event {
         name: Option<String>,
         /// s.
         at_s: NonNegative,
-        /// Again every so many seconds; none = once.
+        /// Period of repetition, s; none = once.
         every_s: Option<Positive>,
         /// Share of the brake force, 0 releases.
         brake: Fraction,
@@ -82,31 +82,31 @@ pub enum Event {
         name: Option<String>,
         /// s.
         at_s: NonNegative,
-        /// Again every so many seconds; none = once.
+        /// Period of repetition, s; none = once.
         every_s: Option<Positive>,
-        /// Share of the brake force, 0 ends it.
+        /// Share of the brake force, 0 ends the dragging.
         dragging_brake: Fraction,
     },
-    /// A drive unit gives no torque any more; the others take its part.
+    /// A drive unit gives no torque any more; the other units take over its share.
     IsolatedDrive {
         /// Name, for windows of expectations.
         name: Option<String>,
         /// s.
         at_s: NonNegative,
-        /// Again every so many seconds; none = once.
+        /// Period of repetition, s; none = once.
         every_s: Option<Positive>,
         /// Index of the unit, as in `wheel_speed[3]`.
         isolated_drive: u32,
     },
-    /// The computer that the estimators run on restarts.
+    /// The estimators' computer restarts.
     Restart {
         /// Name, for windows of expectations.
         name: Option<String>,
         /// s.
         at_s: NonNegative,
-        /// Again every so many seconds; none = once.
+        /// Period of repetition, s; none = once.
         every_s: Option<Positive>,
-        /// Time for which no estimator runs, s. Then all begin anew; the samples of that time are lost.
+        /// Time without a running estimator, s. Then all begin anew; the samples of that time are lost.
         restart_s: Positive,
     },
 }
@@ -126,8 +126,8 @@ impl Event {
         }
     }
 
-    /// Returns the first begin and the end of the event, s; `None` for an event at a place, no end for an event without
-    /// one.
+    /// Returns the first begin and the end of the event, s; `None` for an event at a place, no end for an event that
+    /// has no end.
     pub fn times_s(&self) -> Option<(f64, Option<f64>)> {
         match self {
             Event::LoadMass { at_s, .. }
@@ -145,8 +145,8 @@ impl Event {
         }
     }
 
-    /// The sensor fault that this event is, with the name of the sensor; `None` for other events. Keys in errors are
-    /// those of the event.
+    /// Sensor fault of this event, with the name of the sensor; `None` for other events. Keys in errors are those of
+    /// the event.
     pub fn sensor_fault(&self) -> Result<Option<(&str, fault::FaultWindow)>, DataError> {
         let Event::SensorFault {
             from_s,
@@ -166,7 +166,7 @@ impl Event {
             return wrong(
                 "to_s",
                 &format!("the fault ends at {to_s} s, before it begins"),
-                "to_s above from_s, or leave it out: to the end",
+                "use `to_s` above `from_s`, or leave out `to_s`: the fault then lasts to the end",
             );
         }
         let fault = match (kind.sized(), size.map(|x| x.get())) {
@@ -185,7 +185,10 @@ impl Event {
             }
         };
         if axis.is_some() && !kind.is_of_an_axis() {
-            let message = format!("a fault of the kind `{}` is one of all axes", kind.name());
+            let message = format!(
+                "a fault of the kind `{}` is always on all axes",
+                kind.name()
+            );
             return wrong("axis", &message, "leave `axis` out");
         }
         let window = fault::FaultWindow {
@@ -282,7 +285,7 @@ const KINDS: [Kind; 8] = [
     ),
 ];
 
-/// The kind that the given keys identify, or what is wrong with them.
+/// Kind that the given keys identify, or the mistake in them.
 fn kind(given: &[&str]) -> Result<&'static Kind, String> {
     let matched: Vec<&Kind> = KINDS.iter().filter(|k| given.contains(&k.0)).collect();
     let kind = match matched[..] {
@@ -290,7 +293,7 @@ fn kind(given: &[&str]) -> Result<&'static Kind, String> {
         [] => {
             let examples: Vec<_> = KINDS.iter().map(|k| k.3).collect();
             return Err(format!(
-                "this event does not say what happens; write one of {}",
+                "this event has no key for its kind; write one of {}",
                 examples.join(", ")
             ));
         }

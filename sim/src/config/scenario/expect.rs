@@ -1,4 +1,4 @@
-//! Bounds that a scenario promises to hold, and those that it is known not to hold; measured by `monorig-lab`.
+//! Bounds that a scenario must hold, and its known failures; measured by `monorig-lab`.
 
 use super::Moment;
 use crate::config::checked::{Finite, Fraction, NonNegative, Positive};
@@ -11,17 +11,17 @@ use serde::{Deserialize, Deserializer, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Expectation {
-    /// The estimator judged; none for metrics of the train or the controller.
+    /// Estimator that the bound is for; none for metrics of the train or the controller.
     pub estimator: Option<String>,
     /// Name of the metric, such as `mass_error_rel_max`.
     pub metric: String,
-    /// Measured from here, s; none = from the start.
+    /// Begin of the window, s; none = from the start.
     pub after_s: Option<NonNegative>,
-    /// Measured to here, s; none = to the end.
+    /// End of the window, s; none = to the end.
     pub until_s: Option<Positive>,
-    /// Measured from this place or event on, instead of `after_s`.
+    /// Place or event at the begin of the window, instead of `after_s`.
     pub after: Option<Moment>,
-    /// Measured to this place or event, instead of `until_s`.
+    /// Place or event at the end of the window, instead of `until_s`.
     pub until: Option<Moment>,
     /// Upper bound, in the metric's unit.
     pub at_most: Option<Finite>,
@@ -39,8 +39,8 @@ pub struct Expectation {
 }
 
 impl Expectation {
-    /// The time it is measured over, in words, such as ` from 5 s` or ` from where the rear enters climb`; empty for
-    /// the whole run.
+    /// Window of the measurement in words, such as ` from 5 s` or ` from where the rear enters climb`; empty for the
+    /// whole run.
     pub fn window(&self) -> String {
         let end = |word: &str, s: Option<f64>, moment: &Option<Moment>| match (s, moment) {
             (Some(s), _) => format!(" {word} {s} s"),
@@ -61,7 +61,7 @@ impl Expectation {
         }
     }
 
-    /// True if the known failure is about this bound.
+    /// True if the known failure belongs to this bound.
     pub fn is_meant_by(&self, known: &KnownFailure) -> bool {
         fn fits<T: PartialEq>(given: &Option<T>, ours: &Option<T>) -> bool {
             given.is_none() || given == ours
@@ -80,28 +80,28 @@ impl Expectation {
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct KnownFailure {
-    /// Place of its entry in the file; an entry may be about several bounds.
+    /// Place of its entry in the file; an entry may belong to several bounds.
     #[serde(skip)]
     pub entry: usize,
     /// The estimator of the bound.
     pub estimator: Option<String>,
     /// The metric of the bound.
     pub metric: String,
-    /// The bound's `after_s`, where several bounds differ by it; likewise the next three.
+    /// The bound's `after_s`, if several bounds differ in it.
     pub(crate) after_s: Option<NonNegative>,
-    /// See above.
+    /// The bound's `until_s`, if several bounds differ in it.
     pub(crate) until_s: Option<Positive>,
-    /// See above.
+    /// The bound's `after`, if several bounds differ in it.
     pub(crate) after: Option<Moment>,
-    /// See above.
+    /// The bound's `until`, if several bounds differ in it.
     pub(crate) until: Option<Moment>,
-    /// A value beyond this is worse than what is known.
+    /// Bound of the known failure: a value beyond it is worse than known.
     pub no_worse_than: Finite,
     /// Reason in the physics or in the method.
     pub why: String,
 }
 
-/// Bounds that do not hold for one reason of physics: shown as known failures. They are an error once they are worse
+/// Bounds that cannot hold for one reason of physics: shown as known failures. They are an error once they are worse
 /// than is known, and once ten runs or more all hold them.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -112,16 +112,16 @@ pub struct KnownFailureEntry {
     pub(crate) estimator: Option<OneOrMore>,
     /// The metric of the bound, or a list of them: of each of the estimators.
     pub(crate) metric: OneOrMore,
-    /// The bound's `after_s`, where several bounds differ by it; likewise the next three.
+    /// The bound's `after_s`, if several bounds differ in it.
     #[serde(default)]
     pub(crate) after_s: Option<NonNegative>,
-    /// See above.
+    /// The bound's `until_s`, if several bounds differ in it.
     #[serde(default)]
     pub(crate) until_s: Option<Positive>,
-    /// See above.
+    /// The bound's `after`, if several bounds differ in it.
     #[serde(default)]
     pub(crate) after: Option<Moment>,
-    /// See above.
+    /// The bound's `until`, if several bounds differ in it.
     #[serde(default)]
     pub(crate) until: Option<Moment>,
     /// In the metric's unit: what is beyond this, by the rule of the bound, is worse than what is known, and fails.
@@ -150,7 +150,7 @@ impl OneOrMore {
 }
 
 impl KnownFailureEntry {
-    /// One for each estimator and metric that it names.
+    /// One known failure for each estimator and metric in the entry.
     fn each(self, entry: usize) -> Vec<KnownFailure> {
         let estimators = match self.estimator {
             Some(names) => names.names().into_iter().map(Some).collect(),
@@ -176,13 +176,13 @@ impl KnownFailureEntry {
     }
 }
 
-/// Reads the entries of a file, one known failure for each bound that they name.
+/// Reads the entries of a file: one known failure for each named bound.
 pub fn known_failures<'de, D: Deserializer<'de>>(file: D) -> Result<Vec<KnownFailure>, D::Error> {
     let entries = Vec::<KnownFailureEntry>::deserialize(file)?.into_iter();
     Ok(entries.enumerate().flat_map(|(i, e)| e.each(i)).collect())
 }
 
-/// Shares of the time in which estimates must be marked valid wherever an error of theirs is bounded.
+/// Least shares of the time in which estimates are marked valid, for quantities whose error is bounded.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]

@@ -1,4 +1,4 @@
-//! An estimator outside of the program, as a scenario names it.
+//! An estimator outside the program, as a scenario names it.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
@@ -11,12 +11,12 @@ use std::num::NonZeroU16;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// The way to an estimator outside of the program, which is given CAN frames and answers in CAN frames: one of
+/// Connection to an estimator outside the program, which reads CAN frames and answers with CAN frames: one of
 /// `process`, `udp` and `can`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "ExternalFile")]
 pub struct External {
-    /// The way.
+    /// Connection.
     #[serde(flatten)]
     pub way: Way,
     /// Numbers of the frames.
@@ -28,15 +28,15 @@ pub struct External {
     /// Time for the first answer, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_s: Option<f64>,
-    /// Answers that are lost or held up on purpose.
+    /// Answers that are lost or delayed on purpose.
     #[serde(skip_serializing_if = "AnswerFaults::are_none")]
     pub faults: AnswerFaults,
-    /// Folder of the scenario, once it is loaded.
+    /// Folder of the scenario, after loading.
     #[serde(skip)]
     pub folder: PathBuf,
 }
 
-/// A way to an estimator.
+/// Kind of connection to an estimator.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Way {
@@ -52,10 +52,10 @@ pub enum Way {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum SignalNumbers {
-    /// Fixed-point numbers of 24 bits, as buses have them.
+    /// Fixed-point numbers of 24 bits, as usual on a bus.
     #[default]
     Fixed,
-    /// Floating-point numbers of 64 bits, which round nothing.
+    /// Floating-point numbers of 64 bits, without rounding.
     Float,
 }
 
@@ -65,16 +65,16 @@ impl SignalNumbers {
     }
 }
 
-/// Answers that are lost or held up on purpose, in real time: to see that it is found.
+/// Answers that are lost or delayed on purpose, in real time: to see that it is found.
 #[serde_with::skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AnswerFaults {
     /// The answer to each step whose number this divides is lost.
     pub lose_every: Option<NonZeroU16>,
-    /// The answer to each step whose number this divides is held up.
+    /// The answer to each step whose number this divides is delayed.
     pub delay_every: Option<NonZeroU16>,
-    /// For so long, ms.
+    /// Delay, ms.
     pub delay_ms: Option<f64>,
 }
 
@@ -84,17 +84,18 @@ impl AnswerFaults {
     }
 }
 
-/// Time for an answer in real time if none is set, ms.
+/// Default time for an answer in real time, ms.
 const DEADLINE_MS: f64 = 2.0;
 /// Longest time that can be set, ms.
 const MAX_MS: f64 = 1000.0;
-/// Time for the first answer of a process, which starts, and of what runs already, s; longest that can be set.
+/// Default time for the first answer of a process, which must start, and of a running program, s; longest time that can
+/// be set.
 const START_S: [f64; 2] = [10.0, 2.0];
 const MAX_START_S: f64 = 600.0;
 
 impl External {
-    /// The files that a process runs, as far as its words tell: programs of the search path, and files from the folder
-    /// of the scenario, scripts and modules of Python among them, with those of the same ending beside them, which a
+    /// Files that a process runs, as far as its words show: programs of the search path, and files from the folder of
+    /// the scenario, scripts and modules of Python among them, with those of the same ending beside them, which a
     /// script may load.
     pub(super) fn files(&self) -> BTreeSet<PathBuf> {
         let mut found = BTreeSet::new();
@@ -143,7 +144,7 @@ impl External {
     }
 }
 
-/// The files beside a file with the same ending; none of one without.
+/// Files beside a file with the same ending; none for a file without an ending.
 fn beside(file: &Path) -> impl Iterator<Item = PathBuf> + '_ {
     let folder = Path::new(".").join(file.parent().unwrap_or(Path::new("")));
     let ending = file.extension().unwrap_or(OsStr::new("/"));
@@ -152,7 +153,7 @@ fn beside(file: &Path) -> impl Iterator<Item = PathBuf> + '_ {
     files.filter(move |other| other.extension() == Some(ending) && other.is_file())
 }
 
-/// An estimator outside of the program, which is given CAN frames and answers in CAN frames.
+/// An estimator outside the program, which reads CAN frames and answers with CAN frames.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "External")]
@@ -177,7 +178,7 @@ struct ExternalFile {
     /// Time for the first answer, s: 10 by default for a process, which starts, and 2 for the others.
     #[serde(default)]
     start_s: Option<f64>,
-    /// Answers that are lost or held up on purpose, in real time.
+    /// Answers that are lost or delayed on purpose, in real time.
     #[serde(default)]
     faults: AnswerFaults,
 }

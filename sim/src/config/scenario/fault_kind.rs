@@ -26,7 +26,7 @@ pub enum FaultKind {
     Off,
     /// Samples lost at random, a share of `size`.
     Dropouts,
-    /// The last value again and again.
+    /// The last value repeated.
     Stuck,
     /// Constant bias of `size` units.
     Bias,
@@ -40,7 +40,7 @@ pub enum FaultKind {
     Spikes,
     /// Values rounded to multiples of `size` units.
     Quantised,
-    /// Nothing up to `size` units, and values nearer to zero by it beyond.
+    /// Dead band: zero up to `size` units, and larger values reduced by `size`.
     DeadBand,
     /// Values that follow with a play of `size` units to both sides.
     Hysteresis,
@@ -75,7 +75,7 @@ impl FaultKind {
         self.sized().is_ok()
     }
 
-    /// True for a fault that one axis of three can have.
+    /// True for a fault that can be on one axis of three.
     pub fn is_of_an_axis(self) -> bool {
         self.needs_size() && self != Self::Dropouts || matches!(self, Self::Stuck | Self::WrongSign)
     }
@@ -102,7 +102,7 @@ impl FaultKind {
                 return Ok(("a drift needs", Fault::Drift, ANY, help));
             }
             Self::Scale => {
-                let help = "the factor values are multiplied by, such as 1.1";
+                let help = "the factor by which values are multiplied, such as 1.1";
                 return Ok(("a wrong scale needs", Fault::Scale, ANY, help));
             }
             Self::Noise => {

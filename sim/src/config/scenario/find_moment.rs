@@ -5,7 +5,7 @@ use crate::config::checked::Finite;
 use crate::config::file::suggestion;
 use crate::rail::Place;
 
-/// The keys of a moment that name something.
+/// Keys of a moment that hold a name.
 const KEYS: &str = "front_enters, front_leaves, imu_enters, imu_leaves, rear_enters, rear_leaves, event, event_end";
 
 impl Moment {
@@ -21,7 +21,7 @@ impl Moment {
             [] => {
                 return Err((
                     "",
-                    "this does not say when".into(),
+                    "this has no key for the moment".into(),
                     format!("one of {KEYS}, such as {{rear_enters: climb}}"),
                 ));
             }
@@ -99,7 +99,7 @@ fn place(
     }
 }
 
-/// There is no event or place of this name.
+/// Error for a name without an event or place.
 fn unknown<'a>(
     name: &str,
     what: &str,
@@ -109,8 +109,8 @@ fn unknown<'a>(
     let list: Vec<&str> = names.clone().collect();
     let help = match (list.is_empty(), what) {
         (false, _) => suggestion(name, names, "one of"),
-        (true, "event") => "give the event a name: {name: outage, from_s: 40, …}".into(),
-        _ => "give an element of the track file a name: {kind: grade, name: climb, …}".into(),
+        (true, "event") => "give an event this name: {name: outage, from_s: 40, …}".into(),
+        _ => "give an element of the track file this name: {kind: grade, name: climb, …}".into(),
     };
     (message, help)
 }

@@ -13,14 +13,14 @@ pub struct Integrity {
     pub(crate) k: Positive,
     /// Alert limit of the slope, °.
     pub slope_alert_deg: Positive,
-    /// Alert limit of the effective slope, °; none = that of the slope.
+    /// Alert limit of the effective slope, °; none = the limit of the slope.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub effective_slope_alert_deg: Option<Positive>,
-    /// Alert limit of the mass, as a share of it.
+    /// Alert limit of the mass, as a share of the mass.
     pub(crate) mass_alert_rel: Positive,
-    /// Most that may be misleading of the samples that an estimator marks valid, over all seeds.
+    /// Largest share of misleading samples among the valid samples of an estimator, over all seeds.
     pub(crate) max_misleading_share: Fraction,
-    /// Estimators that are shown beside the others and not judged by this; besides them published methods without
+    /// Estimators that are shown for reference and not judged by these limits, in addition to published methods without
     /// supervision.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub reference_only: Vec<String>,
@@ -40,18 +40,18 @@ impl Default for Integrity {
     }
 }
 
-/// The limits of a scenario, with defaults in the place of what it leaves open.
+/// Limits of a scenario, with defaults for missing values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IntegrityLimits {
     /// Protection level over reported standard deviation.
     pub k: f64,
-    /// Alert limit of the mass, as a share of it.
+    /// Alert limit of the mass, as a share of the mass.
     pub mass_rel: f64,
     /// Alert limit of the slope, °.
     pub slope_deg: f64,
     /// Alert limit of the effective slope, °.
     pub effective_slope_deg: f64,
-    /// Most that may be misleading of the valid samples, over all seeds.
+    /// Largest share of misleading samples among the valid samples, over all seeds.
     pub max_share: f64,
 }
 

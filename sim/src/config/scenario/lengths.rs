@@ -5,9 +5,9 @@ use super::wrong::{Wrong, wrong};
 
 /// Most obstacles: each is a body of the physics.
 const MAX_OBSTACLES: usize = 1000;
-/// Most estimators, and instruments of a program's own: each has columns in a recording.
+/// Largest number of estimators, and of instruments that a program adds: each has columns in a recording.
 const MAX_ESTIMATORS: usize = 200;
-/// Most entries of any other list.
+/// Largest number of entries of any other list.
 const MAX_ENTRIES: usize = 10_000;
 
 /// Check the lists of a scenario file.
@@ -22,7 +22,7 @@ pub(super) fn check(file: &ScenarioFile) -> Result<(), Wrong> {
         ("published", file.published.len(), MAX_ENTRIES),
     ] {
         if length > most {
-            let message = format!("there are {length} entries in this list");
+            let message = format!("this list has {length} entries");
             return wrong(key, message, format!("at most {most}"));
         }
     }

@@ -30,7 +30,7 @@ pub struct Scenario {
     /// The sensor data sheet, found from the scenario's folder.
     #[serde(skip)]
     pub sensors: PathBuf,
-    /// Parameter files that estimators take their parameters from.
+    /// Parameter files of the estimators.
     #[serde(skip)]
     included: BTreeMap<String, PathBuf>,
     /// Sources of a recorded drive that is played back, for the manifest; none for a simulation.
@@ -39,7 +39,7 @@ pub struct Scenario {
     /// SHA-256 of files that are too long to be kept in memory, by name.
     #[serde(skip)]
     digests: BTreeMap<String, String>,
-    /// Changes to the files it names: what `--set` changed there is in no file.
+    /// Changes to the files that the scenario names: what `--set` changed there is in no file.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     changed: Vec<(String, String)>,
     #[serde(skip)]
@@ -63,9 +63,9 @@ pub struct LogScenario {
     pub expect: Vec<Expectation>,
     /// Shares of the time in which estimates must be marked valid.
     pub availability: Availability,
-    /// When an estimate marked valid is misleading.
+    /// Limits beyond which an estimate marked valid is misleading.
     pub integrity: Integrity,
-    /// Bounds that do not hold, for reasons of physics.
+    /// Bounds that cannot hold, for reasons of physics.
     pub known_failures: Vec<KnownFailure>,
     /// Recording rates.
     pub record: Record,
@@ -75,11 +75,11 @@ pub struct LogScenario {
     pub digests: BTreeMap<String, String>,
 }
 
-/// The keys under which a scenario names files that `--set` reaches into.
+/// Keys under which a scenario names files that `--set` can change.
 const FILES: &[&str] = &["track", "train", "car", "sensors"];
 
-/// Take over the parameters of the files that estimators name under `from`, found from the document's folder; the files
-/// by the name of the estimator.
+/// Reads the parameter files that estimators name under `from`, relative to the document's folder; returns the files by
+/// the name of the estimator.
 fn include_parameters(
     estimators: &mut BTreeMap<String, Settings>,
     document: &Document,
@@ -126,7 +126,7 @@ fn find_library(key: &str, name: &str, document: &Document) -> Result<PathBuf, E
     Ok(found)
 }
 
-/// Reads what is run of others. It runs from disk, so it must still be there as it was first read.
+/// Reads the files of foreign parts. It runs from disk, so it must still be there as it was first read.
 fn read_unchanged(key: &str, file: &Path, document: &Document) -> Result<(), Error> {
     let now = std::fs::read(file).map_err(Error::at(file))?;
     match *read_library(file)? == *now {
@@ -134,7 +134,7 @@ fn read_unchanged(key: &str, file: &Path, document: &Document) -> Result<(), Err
         false => Err(document.error(
             key,
             format!("{} was changed since the first run", file.display()),
-            "begin anew, in another folder: runs of two programs are not put together",
+            "start again in another folder: monorig does not join the runs of two programs",
         )),
     }
 }
@@ -231,8 +231,8 @@ impl Scenario {
         })
     }
 
-    /// A scenario that is in no file, for a track and a train or a car of these names: without sensors, drive cycle and
-    /// end of the run.
+    /// A scenario without a file, for a track and a train or a car of these names: without sensors, drive cycle and end
+    /// of the run.
     pub(crate) fn in_code(track: &str, train: Option<&str>, car: Option<&str>) -> Self {
         let name = "simulation".to_owned();
         let file = ScenarioFile {
@@ -321,7 +321,7 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// Check again what can be checked without track, vehicle and sensors, after changes in code.
+    /// Checks a scenario again after changes in code, as far as possible without track, vehicle and sensors.
     pub(crate) fn check(&mut self) -> Result<(), Error> {
         checked(&self.file, &self.document)?;
         self.file.physics.plant = Some(self.file.plant());
@@ -333,7 +333,7 @@ impl Scenario {
         self.sets.of(key)
     }
 
-    /// Every file it was read from, and those that were read to build a simulation of it.
+    /// Files from which the scenario was read, and files that were read to build its simulation.
     pub fn inputs(&self) -> &InputFiles {
         &self.inputs
     }
@@ -356,7 +356,7 @@ impl Scenario {
         self.document.path()
     }
 
-    /// An error at a key of the scenario found later, when its train, track and sensors meet.
+    /// Error at a key of the scenario that was found later, when train, track and sensors were put together.
     pub fn error(
         &self,
         key: impl Into<String>,

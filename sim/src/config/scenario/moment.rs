@@ -17,24 +17,23 @@ use std::fmt;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Moment {
-    /// The front of the vehicle comes to the beginning of this place.
+    /// The front of the vehicle reaches the begin of this place.
     pub(crate) front_enters: Option<String>,
-    /// The front comes to its end.
+    /// The front reaches the end of this place.
     pub(crate) front_leaves: Option<String>,
-    /// The IMU comes to its beginning.
+    /// The IMU reaches the begin of this place.
     pub(crate) imu_enters: Option<String>,
-    /// The IMU comes to its end.
+    /// The IMU reaches the end of this place.
     pub(crate) imu_leaves: Option<String>,
-    /// The rear comes to its beginning: all of the vehicle is on it, or beyond.
+    /// The rear reaches the begin of this place: all of the vehicle is on it, or beyond.
     pub(crate) rear_enters: Option<String>,
-    /// The rear comes to its end: all of the vehicle has passed it.
+    /// The rear reaches the end of this place: all of the vehicle has passed it.
     pub(crate) rear_leaves: Option<String>,
-    /// This event happens, or begins, the first time if it comes again; or this point of the speed reference is come
-    /// to.
+    /// This event happens or begins, for the first time if it repeats; or this point of the speed reference is reached.
     pub(crate) event: Option<String>,
     /// This event ends.
     pub(crate) event_end: Option<String>,
-    /// So much later, s; negative = earlier.
+    /// Offset added to the moment, s; negative = earlier.
     pub(crate) plus_s: Option<Finite>,
 }
 
@@ -52,14 +51,14 @@ pub enum VehiclePart {
 /// A moment, resolved against track and events.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MomentOf {
-    /// A part of the vehicle comes to a chainage, m; so many seconds later.
+    /// A part of the vehicle reaches a chainage, m; plus an offset, s.
     Passing(VehiclePart, f64, f64),
     /// An instant, s.
     Instant(f64),
 }
 
 impl Moment {
-    /// The keys that are given, with their names.
+    /// Given keys with their names.
     pub(super) fn given(&self) -> Vec<(&'static str, &str)> {
         [
             ("front_enters", &self.front_enters),

@@ -15,7 +15,7 @@ use std::ops::{Deref, DerefMut};
 /// A part of a scenario: the keys that every part of its sort has, such as the name of its kind, and its parameters.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct NamedPart<K> {
-    /// The keys that are no parameters.
+    /// Keys that are not parameters.
     #[serde(flatten)]
     pub keys: K,
     /// Parameters by name.
@@ -23,19 +23,19 @@ pub struct NamedPart<K> {
     pub values: BTreeMap<String, ParameterValue>,
 }
 
-/// The keys of a sort of part that are no parameters: a struct whose fields are these keys.
+/// Keys of a sort of part that are not parameters: a struct whose fields are these keys.
 pub trait PartKeys: for<'de> Deserialize<'de> + JsonSchema {
     /// Form in which a part is written, for errors.
     const FORM: &'static str;
     /// True if a part without parameters can be written as the name of its kind alone.
     const NAME_ALONE: bool = false;
 
-    /// The keys of a part of which the name alone is written.
+    /// Keys of a part that is written as a name alone.
     fn of_name(_: &str) -> Option<Self> {
         None
     }
 
-    /// The keys, if they go together.
+    /// The keys, if their combination is allowed.
     fn checked(self) -> Result<Self, &'static str> {
         Ok(self)
     }
@@ -78,7 +78,7 @@ impl<K> DerefMut for NamedPart<K> {
     }
 }
 
-/// Reads a key whose value is not left empty.
+/// Reads a key that must have a value.
 pub(super) fn given<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
     de: D,
 ) -> Result<Option<T>, D::Error> {

@@ -12,30 +12,30 @@ use std::collections::BTreeMap;
 pub struct NominalVehicle {
     /// kg.
     pub tare_kg: Option<Positive>,
-    /// First guess of the total mass, from which estimators and feed-forward start, kg.
+    /// First guess of the total mass for estimators and feed-forward, kg.
     pub total_mass_guess_kg: Option<Positive>,
     /// Running-resistance coefficient.
     pub running_resistance: Option<NonNegative>,
     /// m.
     pub wheel_radius_m: Option<Positive>,
-    /// Share of motor power that reaches the rim when driving.
+    /// Share of motor power that reaches the wheel rim when driving.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub efficiency: Option<Positive>,
     /// Distance of the IMU ahead of the middle of its unit, m; of a train only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub imu_arm_m: Option<Finite>,
-    /// Length of the chains that the load hangs on, m; of a train only.
+    /// Length of the load's chains, m; of a train only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chain_m: Option<NonNegative>,
     /// False: where the masses of the train sit is not told; of a train only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layout: Option<bool>,
-    /// Values that are told as they are in truth, each with the reason.
+    /// Nominal values that equal the true values, each with the reason.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub exact: BTreeMap<ToldValue, String>,
 }
 
-/// A value that is told of the vehicle, and that differs from the truth by as much as a data sheet does.
+/// Nominal value of the vehicle that differs from the truth as the values of a data sheet do.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
 )]

@@ -18,9 +18,9 @@ use std::path::Path;
 pub enum ParameterValue {
     /// A number.
     Number(Finite),
-    /// Yes or no.
+    /// True or false.
     Flag(bool),
-    /// One word of several.
+    /// One of several words.
     Choice(String),
 }
 
@@ -106,7 +106,7 @@ pub struct ParameterFile {
     pub estimator: String,
     /// Parameters by name.
     pub parameters: BTreeMap<String, ParameterValue>,
-    /// Origin of the values, if `monorig tune` has found them.
+    /// Origin of the values, if `monorig tune` found them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub provenance: Option<Provenance>,
 }
@@ -129,9 +129,9 @@ pub struct Provenance {
     pub trials: usize,
     /// Index of the winning trial.
     pub trial: usize,
-    /// Loss over the tuning runs, the defaults' being 1.
+    /// Loss over the tuning runs; the loss of the defaults is 1.
     pub tuning_loss: f64,
-    /// Loss over the validation runs, the defaults' being 1; none if it cannot be computed.
+    /// Loss over the validation runs; the loss of the defaults is 1; none if it cannot be computed.
     pub validation_loss: Option<f64>,
     /// Result of the validation against the defaults: `better`, `no difference` or `worse`.
     pub verdict: String,
@@ -145,7 +145,7 @@ impl ParameterFile {
             return Err(input_error(
                 path,
                 "why",
-                "a parameter file says what its values are good for",
+                "a parameter file needs a purpose",
                 "write a sentence",
             ));
         }

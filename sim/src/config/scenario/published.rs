@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 pub struct Published {
     /// Source with its place, such as `Liu et al. 2023, table 1`.
     pub source: String,
-    /// The estimator of ours that it belongs to.
+    /// Estimator that the figure belongs to.
     pub estimator: String,
-    /// The metric of ours that it belongs to.
+    /// Metric that the figure belongs to.
     pub metric: String,
     /// The figure, in the metric's unit.
     pub value: Finite,

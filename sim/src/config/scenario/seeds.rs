@@ -31,12 +31,12 @@ impl Seeds {
 
     fn new(seeds: Vec<u64>) -> Result<Self, String> {
         if seeds.is_empty() {
-            return Err("there is no seed; write a number, a range `1..10` or a list".into());
+            return Err("no seed is given; write a number, a range `1..10` or a list".into());
         }
         let mut sorted = seeds.clone();
         sorted.sort_unstable();
         match sorted.windows(2).find(|w| w[0] == w[1]) {
-            Some(w) => Err(format!("seed {} is there twice; name each seed once", w[0])),
+            Some(w) => Err(format!("seed {} is given twice; name each seed once", w[0])),
             None => Ok(Self(seeds)),
         }
     }
@@ -49,13 +49,11 @@ impl Seeds {
         });
         let Some((first, last)) = ends else {
             return Err(format!(
-                "`{text}` is no range of seeds; write `1..10` (both ends included), a number, or a list"
+                "`{text}` is not a range of seeds; write `1..10` (both ends included), a number, or a list"
             ));
         };
         if last < first {
-            return Err(format!(
-                "`{text}` holds no seed; write the smaller end first"
-            ));
+            return Err(format!("`{text}` has no seed; write the smaller end first"));
         }
         if last - first >= MAX_SEEDS as u64 {
             return Err(format!(
@@ -96,7 +94,7 @@ impl<'de> Visitor<'de> for SeedsVisitor {
         while let Some(seed) = list.next_element()? {
             if seeds.len() == MAX_SEEDS {
                 return Err(A::Error::custom(format!(
-                    "these are more than {MAX_SEEDS} runs; write a shorter list"
+                    "the list has more than {MAX_SEEDS} runs; write a shorter list"
                 )));
             }
             seeds.push(seed);

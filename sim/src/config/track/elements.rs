@@ -1,5 +1,4 @@
-//! The elements of a track file, and how they become stretches of an angle: which keys each kind takes, and what they
-//! mean.
+//! The elements of a track file, converted to stretches of an angle: which keys each kind takes, and what they mean.
 
 use crate::config::checked::{Finite, NonNegative, Positive};
 use crate::error::DataError;
@@ -20,14 +19,14 @@ pub enum HorizontalKind {
     /// Circular arc: `angle_deg` (+ left) with `radius_m` or `length_m`; `easement_m` = length of a clothoid at each
     /// end.
     Arc,
-    /// Curvature linear in s from where the last element left it: `length_m`, `to_radius_m` (+ left; left out =
+    /// Curvature linear in s, beginning at the end of the last element: `length_m`, `to_radius_m` (+ left; left out =
     /// straight).
     Clothoid,
     /// The `elements`, `times` times.
     Repeat,
 }
 
-/// One element of the horizontal alignment; which keys it takes depends on its kind.
+/// One element of the horizontal alignment; its keys depend on its kind.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Horizontal {
@@ -68,7 +67,7 @@ pub enum VerticalKind {
     Repeat,
 }
 
-/// One element of the vertical profile; which keys it takes depends on its kind.
+/// One element of the vertical profile; its keys depend on its kind.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Vertical {
@@ -226,7 +225,7 @@ pub(super) fn horizontal(
                         return keys.bad(
                             "to_radius_m",
                             "a radius of 0",
-                            "+ turns left, − right; leave it out to end straight",
+                            "+ turns left, − right; leave out the radius to end straight",
                         );
                     }
                     Some(r) => 1.0 / r,
@@ -285,7 +284,7 @@ pub(super) fn vertical(
                         return keys.bad(
                             "grade_deg",
                             format!(
-                                "{grade}° does not join: the element before ends at {reached:.6}°"
+                                "{grade}° does not fit: the element before ends at {reached:.6}°"
                             ),
                             "an arc or a transition between the two, or no grade_deg",
                         );
@@ -309,7 +308,7 @@ pub(super) fn vertical(
                 if turn.abs() < 1e-9 {
                     return keys.bad(
                         "to_grade_deg",
-                        format!("the grade is {to}° already"),
+                        format!("the grade already is {to}°"),
                         "another grade, or kind: grade",
                     );
                 }
@@ -368,8 +367,8 @@ fn named(
 pub(super) fn name_taken(path: &str, name: &str) -> DataError {
     DataError::new(
         format!("{path}.name"),
-        format!("another element is called `{name}` already"),
-        "a name of its own for each element",
+        format!("another element already has the name `{name}`"),
+        "give each result its own name element",
     )
 }
 

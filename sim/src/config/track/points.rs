@@ -8,7 +8,7 @@ use crate::config::file::input_error;
 use crate::error::{Error, InputError};
 use std::path::Path;
 
-/// Columns along the rail, the last of them if it was surveyed.
+/// Columns along the rail; the last column is optional.
 const ALONG: [&str; 3] = ["s_m", "height_m", "heading_deg"];
 /// Columns of a map, as `monorig log track` writes them.
 const MAP: [&str; 5] = [
@@ -21,7 +21,7 @@ const MAP: [&str; 5] = [
 /// Columns in space.
 const SPACE: [&str; 3] = ["x_m", "y_m", "z_m"];
 
-/// Such as `3 points`.
+/// Number with its noun, such as `3 points`.
 fn count(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
@@ -33,7 +33,7 @@ pub(super) struct SurveyPoint {
     pub s: f64,
     /// m.
     pub height: f64,
-    /// Degrees, + left, if it was surveyed.
+    /// Heading, degrees, + left, if it was surveyed.
     pub heading: Option<f64>,
 }
 
@@ -73,8 +73,8 @@ pub(super) fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error>
         if semicolons(&record) {
             return Err(at(
                 line,
-                "you have semicolons between the values, and perhaps decimal commas".into(),
-                "commas between the values and decimal points, such as `12.5,0.83`: a spreadsheet writes them with English number format",
+                "the values are separated by semicolons, and perhaps have decimal commas".into(),
+                "write commas between the values and decimal points, such as `12.5,0.83`: a spreadsheet does so with English number format",
             ));
         }
         if columns.is_empty() {
@@ -93,7 +93,7 @@ pub(super) fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error>
             return Err(at(
                 line,
                 format!(
-                    "{} where there are {} columns",
+                    "this line has {}, but the file has {} columns",
                     count(record.len(), "value"),
                     columns.len()
                 ),
@@ -173,7 +173,7 @@ pub(super) fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error>
                 return Err(at(
                     line,
                     message,
-                    "a height change smaller than the length of rail it takes",
+                    "use a height change smaller than the length of the rail",
                 ));
             }
         }

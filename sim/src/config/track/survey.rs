@@ -56,7 +56,7 @@ pub(super) fn read(survey: &Survey, track: &Path) -> Result<Surveyed, Error> {
     Ok((heading, grade))
 }
 
-/// Relief below so many standard deviations of a height cannot be separated from noise.
+/// Relief, in standard deviations of a height, below which relief and noise cannot be separated.
 const MAX_DEVIATIONS: f64 = 3.0;
 /// No survey of a rail is worse than this standard deviation, m: what is stated beyond it explains no relief.
 const MAX_PLAUSIBLE_NOISE_M: f64 = 0.1;

@@ -76,7 +76,7 @@ impl ConsistBuilder<'_> {
             return Err(input_error(
                 self.path,
                 "consist",
-                format!("there are {units} units in this train"),
+                format!("this train has {units} units"),
                 format!("at most {MAX_UNITS}"),
             ));
         }
@@ -97,7 +97,7 @@ impl ConsistBuilder<'_> {
                 return Err(input_error(
                     self.path,
                     key,
-                    format!("`{name}` is no name for a unit"),
+                    format!("`{name}` is not a valid name for a unit"),
                     "letters, digits and `_`; `/` separates unit and link",
                 ));
             }
@@ -115,14 +115,14 @@ impl ConsistBuilder<'_> {
             return Err(input_error(
                 self.path,
                 "consist",
-                "there is no unit",
+                "this train has no unit",
                 "a list of {name, unit}, front to rear",
             ));
         }
         Ok(())
     }
 
-    /// The unit of this file, which is read once.
+    /// Unit of this file; the file is read only once.
     pub fn unit(&mut self, path: PathBuf) -> Result<Unit, Error> {
         match self.read.entry(path) {
             Entry::Occupied(unit) => Ok(unit.get().clone()),
@@ -133,7 +133,7 @@ impl ConsistBuilder<'_> {
         }
     }
 
-    /// Put the next unit behind the last one.
+    /// Places the next unit behind the last unit.
     fn add(&mut self, index: usize) -> Result<(), Error> {
         let entry = &self.file.consist[index];
         let key = format!("consist[{index}].unit");
@@ -143,7 +143,7 @@ impl ConsistBuilder<'_> {
                 self.path,
                 key,
                 "this unit's file gives no length_m",
-                "only the load goes without",
+                "only the load has no length",
             ));
         };
         let middle = -(self.length_m + 0.5 * length.get());
@@ -179,7 +179,7 @@ impl ConsistBuilder<'_> {
         Ok(())
     }
 
-    /// Adds the bodies of one URDF, also the floating ones.
+    /// Adds the bodies of one URDF, including floating bodies.
     pub fn add_bodies(
         &mut self,
         unit: &Unit,
@@ -278,12 +278,15 @@ impl ConsistBuilder<'_> {
             let ((a, anchor_a), (b, anchor_b)) = (pair[0].couplings[1], pair[1].couplings[0]);
             let bar = self.at(a, &anchor_a) - self.at(b, &anchor_b);
             if bar.x < 0.02 {
-                let message = format!("its coupling is {:.3} m from that of the unit ahead", bar.x);
+                let message = format!(
+                    "its coupling is {:.3} m from the coupling of the unit ahead",
+                    bar.x
+                );
                 return Err(input_error(
                     self.path,
                     format!("consist[{}]", i + 1),
                     message,
-                    "a drawbar of at least 0.02 m fits between them when length_m of both units is right",
+                    "check length_m of both units: a drawbar of at least 0.02 m must fit between them",
                 ));
             }
             let Drawbar {
@@ -331,14 +334,14 @@ impl ConsistBuilder<'_> {
                 path,
                 "limits.max_speed_mps",
                 format!("the drive units reach {fastest:.2} m/s"),
-                "a speed the motors and wheels can turn at",
+                "use a speed that motors and wheels can reach",
             ));
         }
         if file.limits.max_grade_deg.get() >= 90.0 {
             return Err(input_error(
                 path,
                 "limits.max_grade_deg",
-                "a rail this steep is a hoist",
+                "this rail is too steep",
                 "less than 90 degrees",
             ));
         }

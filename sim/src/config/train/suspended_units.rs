@@ -35,7 +35,7 @@ impl ConsistBuilder<'_> {
             return Err(input_error(
                 &unit.path,
                 "carried_by.links",
-                "hangers differ in height or are beside the middle",
+                "the hangers differ in height or are not in the middle",
                 "same z, y = 0",
             ));
         }
@@ -87,7 +87,7 @@ impl ConsistBuilder<'_> {
             ));
         };
         let Some((nominal, gear)) = unit.payload(&payload_link) else {
-            let help = "a link with mass that is not the only one: the rest is the lifting gear, which stays when the payload is gone";
+            let help = "use a link with mass, and have other links with mass: these are the lifting gear, which stays without the payload";
             return Err(input_error(
                 &unit.path,
                 "load.payload_link",
@@ -99,7 +99,7 @@ impl ConsistBuilder<'_> {
             return Err(input_error(
                 self.path,
                 "load.under",
-                format!("there is no unit `{}`", entry.under),
+                format!("this train has no unit `{}`", entry.under),
                 "the name of a unit of the consist",
             ));
         };

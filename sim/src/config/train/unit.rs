@@ -84,8 +84,8 @@ impl Unit {
             return Err(input_error(
                 path,
                 "carried_by",
-                "a unit with running wheels of its own hangs from nothing",
-                "remove carried_by, or the wheels",
+                "a unit with its own running wheels cannot hang from another unit",
+                "remove either carried_by or the wheels",
             ));
         }
         unit.add_drive()?;
@@ -93,20 +93,20 @@ impl Unit {
         Ok(unit)
     }
 
-    /// A link that must be there.
+    /// Returns a link that must exist.
     pub(crate) fn link(&self, name: &str) -> Result<&LinkPlace, Error> {
         self.urdf
             .place(name)
             .ok_or_else(|| self.unknown_link("urdf".into(), name))
     }
 
-    /// The error for a link that is not there.
+    /// Error for a missing link.
     pub(crate) fn unknown_link(&self, key: String, name: &str) -> Error {
         let known: Vec<&str> = self.urdf.places.iter().map(|p| p.link.as_str()).collect();
         input_error(
             &self.path,
             key,
-            format!("the URDF has no link `{name}` fit for this"),
+            format!("the URDF has no suitable link `{name}`"),
             format!("its links are: {}", known.join(", ")),
         )
     }
@@ -129,7 +129,7 @@ impl Unit {
         match (1..self.urdf.bodies.len()).find(|b| !held(*b)) {
             Some(b) => {
                 let message = format!(
-                    "nothing holds `{}`, which a floating joint sets free",
+                    "nothing holds `{}`, which has a floating joint",
                     self.urdf.bodies[b].root
                 );
                 Err(input_error(
@@ -190,7 +190,10 @@ impl Unit {
             };
             if f64::abs(xa - xb) > 1e-6 || f64::abs(ya + yb) > 1e-6 || f64::abs(ya) < 1e-3 {
                 return fault(
-                    format!("running wheels `{}` and `{}` are no pair", a.link, b.link),
+                    format!(
+                        "running wheels `{}` and `{}` are not a pair",
+                        a.link, b.link
+                    ),
                     help,
                 );
             }
@@ -208,7 +211,7 @@ impl Unit {
         }
         if stations.len() < 2 {
             return fault(
-                "one pair of running wheels does not keep a body level".into(),
+                "one pair of running wheels cannot keep a body level".into(),
                 "two pairs, front and rear",
             );
         }
@@ -269,7 +272,7 @@ impl Unit {
             pa.radius_m,
             mirrored && same && pa.radius_m == pb.radius_m && pa.body == pb.body,
         ) else {
-            return Err(fault("the friction wheels are no pair"));
+            return Err(fault("the friction wheels are not a pair"));
         };
         if self.stations[pa.body].is_empty() {
             return Err(fault("friction wheels on a body without running wheels"));
@@ -279,7 +282,7 @@ impl Unit {
             _ => Err(input_error(
                 &self.path,
                 key,
-                "no power passes this gear",
+                "this gear transmits no power",
                 "a share above 0, at most 1",
             )),
         };

@@ -175,7 +175,7 @@ pub(crate) struct LoadFile {
     pub payload_link: String,
     /// Links where chains end; the unit above has links of the same names.
     pub chain_links: Vec<String>,
-    /// Distance below those of the unit above, m.
+    /// Distance below the links of the unit above, m.
     pub drop_m: Positive,
     /// One chain, N/m.
     pub stiffness_npm: Positive,

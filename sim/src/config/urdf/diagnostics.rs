@@ -23,7 +23,7 @@ pub(super) fn diagnose(file: &File<'_>, said: &str) -> Error {
         let help = "every <tag> ends with </tag> or />, one inside the other".into();
         (
             Some(at),
-            "this tag does not close the one before it".into(),
+            "this tag does not close the tag before it".into(),
             help,
         )
     } else if said.contains("missing field") {
@@ -67,7 +67,7 @@ pub(super) fn diagnose(file: &File<'_>, said: &str) -> Error {
     .into()
 }
 
-/// Comments blanked out, so that places stay where they are.
+/// Text with comments replaced by blanks, so that places do not change.
 fn without_comments(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut rest = text;
@@ -85,7 +85,7 @@ fn without_comments(text: &str) -> String {
     out + rest
 }
 
-/// The first end tag of another name than the tag it should close.
+/// First end tag whose name differs from its start tag.
 fn mismatch(text: &str) -> Option<usize> {
     let mut open = Vec::new();
     for (at, _) in text.match_indices('<') {
@@ -116,7 +116,7 @@ fn lacking(text: &str, element: &str) -> Option<usize> {
         })
 }
 
-/// The first word that is no number where numbers stand.
+/// First word that is not a number in an attribute of numbers.
 fn bad_number(text: &str) -> Option<(usize, &str)> {
     let places = NUMBERS.iter().flat_map(|name| {
         let attribute = format!(" {name}=\"");

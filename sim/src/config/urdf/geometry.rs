@@ -66,12 +66,12 @@ pub(super) fn check_wheel(
         z.cross(axle).norm() > 1e-6
             || (s.pose.translation.vector - centre).cross(axle).norm() > 1e-6
     };
-    let help = "centre each shape of a friction wheel on the axle, z along it; put what does not turn on another link";
+    let help = "centre each shape of a friction wheel on the axle, with z along the axle; move parts that do not turn to another link";
     match shapes.iter().find(off) {
         Some(_) => Err(file.fault(
             "link",
             &link.name,
-            "a shape of this friction wheel is off its axle",
+            "a shape of this friction wheel is not centred on its axle",
             help,
         )),
         None => Ok(()),
@@ -159,7 +159,7 @@ fn convert(file: &File<'_>, link: &Link, geometry: &urdf_rs::Geometry) -> Result
         }
         urdf_rs::Geometry::Sphere { radius } => sized(&[*radius], Geometry::Sphere(*radius)),
         urdf_rs::Geometry::Capsule { .. } => Err(fault(
-            "capsules are not known here".into(),
+            "monorig does not support capsules".into(),
             "box, cylinder, sphere or mesh",
         )),
         urdf_rs::Geometry::Mesh { filename, scale } => {
@@ -173,7 +173,7 @@ fn mesh(file: &File<'_>, link: &Link, filename: &str, scale: [f64; 3]) -> Result
     if scale.iter().any(|x| !x.is_finite() || *x == 0.0) {
         return Err(fault(
             format!("mesh scale is {scale:?}"),
-            "three finite numbers, none of them zero",
+            "use three finite numbers other than zero",
         ));
     }
     if !filename.to_ascii_lowercase().ends_with(".stl") {

@@ -15,24 +15,24 @@ const MAX_ATTRIBUTES: usize = 16;
 /// Deepest nesting: URDF needs five levels.
 const MAX_NESTING: usize = 50;
 
-/// Refuses a file beyond the limits, or with something in it that URDF does not need. Any other mistake is left to the
+/// Refuses a file beyond the limits, or with XML features that URDF does not need. Any other mistake is left to the
 /// reader.
 pub(super) fn check(file: &File<'_>) -> Result<(), Error> {
     let text = file.text.as_str();
     let fault = |message: String, help: &str| Err(file.fault("", "", message, help));
     if text.len() > MAX_BYTES {
-        let message = format!("this file is {} kB long", text.len() >> 10);
+        let message = format!("this file has {} kB", text.len() >> 10);
         return fault(
             message,
-            "at most 1024 kB; meshes go into files of their own",
+            "use at most 1024 kB; put meshes into their own files",
         );
     }
     if text.contains("<!DOCTYPE") || text.contains("<!ENTITY") {
         let message = "document types and entities are not read".into();
-        return fault(message, "the values themselves");
+        return fault(message, "write the values themselves");
     }
     if text.matches('<').count() > MAX_TAGS {
-        let message = "there are far too many tags in this file".into();
+        let message = "this file has far too many tags".into();
         return fault(message, "at most 20000 tags");
     }
     for tag in tags(text) {

@@ -138,7 +138,7 @@ fn every_fault_of_a_tree_is_told_with_its_place() {
             )))
     };
     let cases: Vec<(String, &str, &str)> = vec![
-        (String::new(), "there is no link", ""),
+        (String::new(), "the file has no link", ""),
         ("<a>".repeat(1_000), "nested", ""),
         ("<a>".repeat(300_000), "far too many tags", ""),
         ("<link".into(), "does not close", ""),

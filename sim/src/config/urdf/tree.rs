@@ -38,7 +38,7 @@ pub(super) fn tree(file: &File<'_>, robot: &Robot) -> Result<Vec<Branch>, Error>
                 file.fault(
                     "joint",
                     &joint.name,
-                    format!("there is no link `{name}`"),
+                    format!("the file has no link `{name}`"),
                     "parent and child must name links of this file",
                 )
             })
@@ -59,14 +59,16 @@ pub(super) fn tree(file: &File<'_>, robot: &Robot) -> Result<Vec<Branch>, Error>
         below[parent].push((child, Some(j)));
     }
     let roots: Vec<usize> = (0..above.len()).filter(|i| above[*i].is_none()).collect();
-    let help = "links form a tree: exactly one link is nobody's child";
+    let help = "links form a tree: exactly one link has no parent";
     let root = match roots.as_slice() {
-        [] if robot.links.is_empty() => return Err(file.fault("", "", "there is no link", help)),
+        [] if robot.links.is_empty() => {
+            return Err(file.fault("", "", "the file has no link", help));
+        }
         [] => {
             return Err(file.fault(
                 "",
                 "",
-                "the links form a cycle: each is some joint's child",
+                "the links form a cycle: each link is the child of a joint",
                 help,
             ));
         }

@@ -1,4 +1,5 @@
-//! The rigid bodies of a train, and who advances them: rapier while something could touch, [`FreeBody`] otherwise.
+//! The rigid bodies of a train, and the code that advances them: rapier while something could touch, [`FreeBody`]
+//! otherwise.
 
 use super::collisions::Collisions;
 use super::convert::{mass_properties, pose_to_rapier, state, state_to_rapier, to_rapier};
@@ -124,7 +125,7 @@ impl Bodies {
         self.engine_behind = true;
     }
 
-    /// True if something could touch, so that rapier's contact solver is on.
+    /// True if a contact is possible, so that rapier's contact solver is on.
     pub fn contact_possible(&self) -> bool {
         self.collisions.enabled()
     }
@@ -134,7 +135,7 @@ impl Bodies {
         self.collisions.clearance(&self.states)
     }
 
-    /// Advance by rapier's whole pipeline in every step, whether something can touch or not.
+    /// Advances with rapier's whole pipeline in every step, also without a possible contact.
     pub fn set_engine_always(&mut self, on: bool) {
         self.engine_always = on;
     }

@@ -18,7 +18,7 @@ pub struct FixedShapes {
 }
 
 impl FixedShapes {
-    /// Shapes that never move.
+    /// Makes the set of fixed shapes.
     pub fn new(shapes: Vec<(Pose, SharedShape)>) -> Self {
         let boxes: Vec<Aabb> = shapes
             .iter()

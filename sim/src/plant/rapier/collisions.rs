@@ -15,7 +15,7 @@ use rapier3d::prelude::{
     RigidBodyBuilder, RigidBodyHandle, SharedShape,
 };
 
-/// Collisions are computed while a part of the train could come within the margin of what it may touch before the next
+/// Margin: collisions are computed while a part of the train could come this close to another shape before the next
 /// check. Checks are `CHECK_PERIOD_S` apart or farther, as far as distances up to the reach allow.
 const COLLIDER_REACH_M: f64 = 0.3;
 const COLLIDER_MARGIN_M: f64 = 0.01;
@@ -23,7 +23,7 @@ const CHECK_PERIOD_S: f64 = 0.02;
 /// Upper bounds of the speed along the rail, and of the speed across it of suspended bodies, m/s.
 const MAX_SPEED_MPS: f64 = 6.0;
 const MAX_SWAY_MPS: f64 = 0.3;
-/// Clearance beyond this is not looked for, m.
+/// Largest clearance that is computed, m.
 const MAX_CLEARANCE_M: f64 = 5.0;
 /// Friction of steel and rock where parts touch.
 const FRICTION: f64 = 0.4;
@@ -117,7 +117,7 @@ impl Collisions {
         }
     }
 
-    /// Enable the colliders when something could touch before the next check, disable them otherwise.
+    /// Enables the colliders if a contact is possible before the next check, else disables them.
     pub fn update_colliders(&mut self, physics: &mut PhysicsWorld, bodies: &[BodyState], t_s: f64) {
         if t_s < self.next_check_s {
             return;

@@ -62,7 +62,7 @@ pub fn shared_shape(g: &Geometry) -> Option<(SharedShape, Pose)> {
     })
 }
 
-/// Put a body where `s` is, with its motion.
+/// Sets a body to the place and motion of `s`.
 pub fn state_to_rapier(s: &BodyState, body: &mut RigidBody) {
     body.set_position(pose(s), false);
     body.set_linvel(to_rapier(&s.v), false);

@@ -29,15 +29,15 @@ use nalgebra::{UnitQuaternion, Vector3};
 use std::sync::Arc;
 use sway::Sway;
 
-/// A station farther from the rail than this has left it, m (half an I140E flange).
+/// Distance beyond which a station has left the rail, m (half an I140E flange).
 const MAX_OFF_RAIL_M: f64 = 0.034;
-/// Before a run the train settles on its springs for at most this long, s, in steps of 1 ms with this much of each
-/// velocity kept.
+/// Longest time in which the train settles on its springs before a run, s, step of 1 ms, and share of each velocity
+/// kept in a step.
 const SETTLE_S: f64 = 20.0;
 const SETTLE_KEEP: f64 = 0.995;
-/// Speed below which it has settled, m/s.
+/// Speed below which the train has settled, m/s.
 const SETTLED_SPEED_MPS: f64 = 1e-7;
-/// Number of steps at rest before a body counts as settled, so that a turning point of a swing is not taken for rest.
+/// Number of steps at rest before a body counts as settled, so that a turning point of a swing does not count as rest.
 const SETTLED_STEPS: u32 = 500;
 
 /// The train in rapier.
@@ -183,7 +183,7 @@ impl World {
         );
     }
 
-    /// Still on the rail, still finite?
+    /// Checks that the train is on the rail and its motion is finite.
     fn check(&self) -> Result<(), Error> {
         let off = self.sums.off_rail_m;
         let broken = |what: String| {

@@ -5,7 +5,7 @@ use crate::plant::{DriveState, MountState};
 use nalgebra::Vector3;
 
 impl World {
-    /// Bring the truth up to date, `dt` (s) after the last time.
+    /// Updates the truth, `dt` (s) after the last update.
     pub(super) fn update_truth(&mut self, dt: f64) {
         let t = &mut self.truth;
         let train = &self.dynamics.train;

@@ -17,8 +17,8 @@ use nalgebra::Vector3;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ForceBalance {
-    /// Torque of the gears on the friction wheels over their radius; what of it accelerates wheels and motors is still
-    /// in it.
+    /// Torque of the gears on the friction wheels over their radius, including the part that accelerates wheels and
+    /// motors.
     pub drive_n: f64,
     /// Rolling of the clamped friction wheels.
     pub(crate) clamped_rolling_n: f64,
@@ -40,7 +40,7 @@ pub struct ForceBalance {
     pub(crate) curve_n: f64,
     /// Contact with obstacles and with the rail's flanges, while such contact is possible.
     pub contact_n: f64,
-    /// M_eff v̇, from the bodies' velocities before and after the step and from no force.
+    /// M_eff v̇, computed only from the bodies' velocities before and after the step.
     pub inertia_n: f64,
     /// M_eff, kg.
     pub effective_mass_kg: f64,
@@ -75,7 +75,8 @@ impl ForceBalance {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Directions {
     now: Vec<Vector3<f64>>,
-    /// Supports of each suspended body, those that hang from nothing suspended first; nothing for rail-bound bodies.
+    /// Supports of each suspended body, beginning with bodies that hang from rail-bound bodies; empty for rail-bound
+    /// bodies.
     suspended: Vec<(usize, Vec<usize>)>,
 }
 

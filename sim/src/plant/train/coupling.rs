@@ -4,7 +4,8 @@ use super::body_state::BodyState;
 use crate::train::{Connection, ConnectionKind};
 use nalgebra::Vector3;
 
-/// Force on body `a` (its opposite acts on `b`), N, the points it acts at, m, and the power its damper loses, W.
+/// Force on body `a` (the opposite force acts on `b`), N, its two points of action, m, and the power lost in the
+/// damper, W.
 pub struct Pull {
     /// Force on `a`.
     pub force: Vector3<f64>,

@@ -87,7 +87,7 @@ pub struct Dynamics {
     pub drives: Vec<DriveUnit>,
     /// Slippery stretches.
     pub zones: Vec<AdhesionZone>,
-    /// Pressure the clamps can reach, MPa; below the command after a fault.
+    /// Largest pressure of the clamps, MPa; below the command after a fault.
     pub clamp_limit_mpa: f64,
     /// Gravity, m/s².
     pub gravity: f64,
@@ -147,7 +147,7 @@ impl Dynamics {
         this
     }
 
-    /// Share each suspended body's mass among the bodies it hangs from, down to the rail.
+    /// Distributes each suspended body's mass over the bodies that carry it, down to the rail.
     pub fn distribute_masses(&mut self) {
         let n = self.train.bodies.len();
         let mut mass: Vec<f64> = self.train.bodies.iter().map(|b| b.mass_kg).collect();
@@ -384,7 +384,7 @@ impl Dynamics {
 }
 
 impl Drive {
-    /// One of its two friction wheels, with half of the motor.
+    /// Parameters of one of the two friction wheels of a drive, with half of the motor.
     pub(super) fn friction_wheel(&self) -> WheelParameters {
         WheelParameters {
             bristle: Bristle {

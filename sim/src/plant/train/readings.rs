@@ -69,7 +69,7 @@ impl Dynamics {
         rates.chain(bristles).chain(shoes).chain(rolling).collect()
     }
 
-    /// Set them, in the order of [`Dynamics::internals`].
+    /// Sets the internal states, in the order of [`Dynamics::internals`].
     pub fn set_internals(&mut self, values: &[f64]) {
         let mut values = values.iter().copied();
         let mut set = |x: &mut f64| *x = values.next().unwrap_or(*x);

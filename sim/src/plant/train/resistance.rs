@@ -44,7 +44,7 @@ pub fn air(r: &Resistance, v: f64) -> f64 {
     r.air_nspm2 * v * v.abs()
 }
 
-/// Torque that the clamp force puts against a friction wheel's rolling, N·m (radius `radius` m, clamp force `clamp` N).
+/// Rolling-resistance torque of a friction wheel under clamp force, N·m (radius `radius` m, clamp force `clamp` N).
 pub fn clamped_wheel(r: &Resistance, clamp: f64, radius: f64, omega: f64) -> f64 {
     direction(omega * radius) * r.clamped_wheel * clamp * radius
 }

@@ -1,4 +1,5 @@
-//! Our instruments, one a file: ideal physics, the measurand, construction. The list makes the data sheet too.
+//! The instruments of monorig, one in each file: ideal physics, the measurand, construction. The list makes the data
+//! sheet too.
 //!
 //! `mounted_instrument` is common to instruments bolted to a link, `drive_instruments` to those on every drive unit.
 //! `mount` finds the link of the vehicle that a data sheet names.

@@ -28,9 +28,9 @@ pub struct Errors {
     pub bias_random_walk: NonNegative,
     /// A bias that wanders within bounds.
     pub gauss_markov: Option<Markov>,
-    /// Bias and scale error that come as the instrument warms up after it is switched on.
+    /// Bias and scale error that grow while the instrument warms up after switch-on.
     pub warm_up: Option<WarmUp>,
-    /// White noise per sample whatever the rate, unit.
+    /// White noise per sample, for any rate, unit.
     pub noise_sd: NonNegative,
     /// White noise per sample as share of the reading.
     pub noise_sd_rel: NonNegative,

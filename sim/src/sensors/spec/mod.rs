@@ -33,7 +33,7 @@ pub type InstrumentSpecs = BTreeMap<&'static str, InstrumentSpec>;
 pub struct InstrumentSpec {
     /// `unit/link`, or `link` alone for the first unit from the front that has such a link.
     pub mount: String,
-    /// Times at which values are taken and arrive.
+    /// Times at which values are sampled and delivered.
     pub sampling: Sampling,
     /// Differences of each axis from the truth.
     #[serde(default)]
@@ -47,7 +47,7 @@ pub struct InstrumentSpec {
     /// Standard deviation of a misalignment drawn once a run, each component of the rotation vector, degrees.
     #[serde(default)]
     pub misalignment_sd_deg: Option<NonNegative>,
-    /// Share of `errors.vibration` and `errors.hits` on x, y, z; none = all of it on each.
+    /// Share of `errors.vibration` and `errors.hits` on x, y, z; none = the full size on each axis.
     #[serde(default)]
     pub axis_shake: Option<[NonNegative; 3]>,
     /// Lean of the body that carries it.
@@ -61,7 +61,7 @@ pub struct InstrumentSpec {
 pub struct MountedSensor {
     /// `unit/link`, or `link` alone for the first unit from the front that has such a link.
     pub mount: String,
-    /// Times at which values are taken and arrive.
+    /// Times at which values are sampled and delivered.
     pub sampling: Sampling,
     /// Differences of the values from the truth.
     #[serde(default)]
@@ -71,11 +71,11 @@ pub struct MountedSensor {
     pub lean: Option<LeanSpec>,
 }
 
-/// An instrument with one reading, which sits where the vehicle has it.
+/// An instrument with one reading, at a place that the vehicle defines.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlainSensor {
-    /// Times at which values are taken and arrive.
+    /// Times at which values are sampled and delivered.
     pub sampling: Sampling,
     /// Differences of the values from the truth.
     #[serde(default)]

@@ -1,19 +1,19 @@
-//! Times at which an instrument takes values and at which they arrive, and the clock that stamps them.
+//! Times at which an instrument samples and delivers values, and the clock for their stamps.
 
 use crate::checked::{Finite, Fraction, NonNegative, Positive};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Times at which values are taken and at which they arrive.
+/// Times at which values are sampled and delivered.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sampling {
     /// Samples per second; at most one per physics step.
     pub rate_hz: Positive,
-    /// Time from taking a value to handing it over, ms.
+    /// Time from sampling a value to delivering it, ms.
     #[serde(default)]
     pub latency_ms: NonNegative,
-    /// Standard deviation of the instant a value is taken about the instant stamped on it, ms.
+    /// Standard deviation of the sampling instant about its stamp, ms.
     #[serde(default)]
     pub jitter_ms: NonNegative,
     /// Probability that a sample is lost.
@@ -22,7 +22,7 @@ pub struct Sampling {
     /// Further time to arrival, drawn for every sample; a sample waits for those before it.
     #[serde(default)]
     pub arrival_jitter: Option<ArrivalJitter>,
-    /// Samples are handed over at multiples of this time only, ms; 0 = as they come.
+    /// Samples are delivered only at multiples of this time, ms; 0 = immediately.
     #[serde(default)]
     pub bunching_ms: NonNegative,
     /// A share of samples that arrives late and out of order.
@@ -31,7 +31,7 @@ pub struct Sampling {
     /// Error of the clock that stamps the samples.
     #[serde(default)]
     pub clock: ClockSpec,
-    /// Sample that is handed over when several have arrived within a step.
+    /// Sample that is delivered if several have arrived within a step.
     #[serde(default)]
     pub many: Many,
 }
@@ -64,7 +64,7 @@ impl Default for Sampling {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ArrivalJitter {
-    /// Its distribution.
+    /// Distribution of the time.
     pub distribution: DelayDistribution,
     /// Longest time (uniform: from 0 to this) or mean time (exponential, cut off at ten times this), ms.
     pub ms: Positive,
@@ -84,9 +84,9 @@ impl ArrivalJitter {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DelayDistribution {
-    /// Every time from 0 to `ms` is as likely.
+    /// Every time from 0 to `ms` is equally likely.
     Uniform,
-    /// Short ones are likely, long ones rare.
+    /// Short times are likely, long times rare.
     Exponential,
 }
 
@@ -94,9 +94,9 @@ pub enum DelayDistribution {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reordering {
-    /// Probability of a sample to be held up.
+    /// Probability that a sample is delayed.
     pub share: Fraction,
-    /// Time it is held up, ms.
+    /// Delay of such a sample, ms.
     pub delay_ms: Positive,
 }
 
@@ -115,13 +115,13 @@ pub struct ClockSpec {
     pub drift_sd_ppm: NonNegative,
 }
 
-/// Sample that is handed over when several have arrived since the last step.
+/// Sample that is delivered if several have arrived since the last step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Many {
     /// Their mean, with the mean of their stamps.
     #[default]
     Mean,
-    /// The one with the newest stamp; the others are dropped.
+    /// The sample with the newest stamp; the others are dropped.
     Newest,
 }

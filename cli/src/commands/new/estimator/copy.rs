@@ -1,4 +1,5 @@
-//! An estimator of one's own: a copy of an example in monorig's sources with its name and its way to them changed.
+//! An estimator of your own: a copy of an example in monorig's sources, with its name and its path to the sources
+//! changed.
 
 use crate::files::report::link;
 use crate::ui::errors::CliError;
@@ -7,25 +8,25 @@ use monorig_sim::error::Error;
 use monorig_sim::record::whole;
 use std::path::{Path, PathBuf};
 
-/// An example that is copied.
+/// Example that the command copies.
 pub(in crate::commands::new) struct Example {
-    /// Its folder in the sources of monorig.
+    /// Folder of the example in the sources of monorig.
     pub folder: &'static str,
-    /// Its files that are copied.
+    /// Files of the example that are copied.
     pub files: &'static [&'static str],
     /// The file with the estimator.
     pub estimator: &'static str,
-    /// The words of a shell that come next, in the new folder; `{way}` is the way to monorig's sources.
+    /// Shell command to run next in the new folder; `{way}` is the path to monorig's sources.
     pub next: &'static str,
 }
 
 impl Example {
-    /// Returns the way from it to the sources of monorig, as its files name it.
+    /// Returns the path from the example to the sources of monorig, as its files write it.
     fn way(&self) -> String {
         "../".repeat(self.folder.split('/').count())
     }
 
-    /// Returns whether it is a crate, which has a name and a lock file.
+    /// Returns true if the example is a crate, which has a name and a lock file.
     fn is_crate(&self) -> bool {
         self.files.contains(&LOCK)
     }
@@ -34,10 +35,10 @@ impl Example {
 /// Name of the crate that is copied.
 const CRATE_NAME: &str = "own_estimator";
 const LOCK: &str = "Cargo.lock";
-/// Between two packages of a lock file.
+/// Text between two packages of a lock file.
 const PACKAGE: &str = "\n[[package]]\n";
 
-/// Copies the example, whole or not at all, and returns what to say about it.
+/// Copies the whole example or nothing, and returns the message for the user.
 pub(super) fn make(
     example: &Example,
     folder: &Path,
@@ -48,8 +49,8 @@ pub(super) fn make(
         false => file_name(folder)?,
     };
     if folder.symlink_metadata().is_ok() {
-        let message = format!("{} is there already", folder.display());
-        return Err(CliError::refused(message, "name a folder that is not"));
+        let message = format!("{} exists already", folder.display());
+        return Err(CliError::refused(message, "name a new folder"));
     }
     let here = std::env::current_dir().map_err(|e| failed(Path::new("."), e))?;
     let folder = here.join(folder);
@@ -76,7 +77,7 @@ pub(super) fn make(
     ))
 }
 
-/// The name of the crate: that of the folder.
+/// Name of the crate: the name of the folder.
 fn crate_name(folder: &Path) -> Result<String, CliError> {
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
     let mut letters = name.chars();
@@ -85,21 +86,21 @@ fn crate_name(folder: &Path) -> Result<String, CliError> {
         return Ok(name.into_owned());
     }
     Err(CliError::refused(
-        format!("`{name}` is no name of a crate"),
+        format!("`{name}` is not a valid name of a crate"),
         "name a folder that begins with a letter and has letters, digits, `_` and `-` only",
     ))
 }
 
-/// The last part of a way to a folder.
+/// Last part of a path to a folder.
 fn file_name(folder: &Path) -> Result<String, CliError> {
     let name = folder.file_name().map(|name| name.to_string_lossy());
     name.map(|name| name.into_owned()).ok_or_else(|| {
-        let message = format!("{} is no name of a folder", folder.display());
-        CliError::refused(message, "name a folder that is not there yet")
+        let message = format!("{} is not a valid name of a folder", folder.display());
+        CliError::refused(message, "name a folder that does not exist yet")
     })
 }
 
-/// The folder of monorig's sources: the given one, or the nearest at or above `starts`.
+/// Folder of monorig's sources: the given folder, or the nearest at or above `starts`.
 pub(in crate::commands::new) fn sources(
     example: &Example,
     given: Option<&Path>,
@@ -118,7 +119,7 @@ pub(in crate::commands::new) fn sources(
     let Some(found) = found else {
         let message = match given {
             Some(folder) => format!("{} has no {}", folder.display(), example.folder),
-            None => "the sources of monorig are not at or above this folder".into(),
+            None => "neither this folder nor a folder above it has the sources of monorig".into(),
         };
         let help = "name the folder of monorig's sources with --monorig: the new folder refers to files in it";
         return Err(CliError::refused(message, help));
@@ -126,7 +127,7 @@ pub(in crate::commands::new) fn sources(
     found.canonicalize().map_err(|e| failed(found, e))
 }
 
-/// The way from a folder to monorig's sources with `/` at its end, as TOML, YAML and a shell can name it.
+/// Path from a folder to monorig's sources with `/` at its end, in a form for TOML, YAML and a shell.
 pub(in crate::commands::new) fn way(from: &Path, sources: &Path) -> Result<String, CliError> {
     let way = link(from, sources);
     match way
@@ -135,13 +136,13 @@ pub(in crate::commands::new) fn way(from: &Path, sources: &Path) -> Result<Strin
     {
         true => Ok(way),
         false => Err(CliError::refused(
-            format!("the way to monorig's sources, `{way}`, cannot be written in every file"),
-            "move one of the folders: letters, digits and / . _ - : ~ + @ can be written",
+            format!("the path to monorig's sources, `{way}`, cannot be written in every file"),
+            "move one of the folders: a path may have letters, digits and / . _ - : ~ + @",
         )),
     }
 }
 
-/// Writes the files of the example, changed.
+/// Writes the files of the example with the changes.
 fn fill(
     example: &Example,
     folder: &Path,
@@ -161,7 +162,7 @@ fn fill(
     Ok(())
 }
 
-/// The lock file with the package of the example under another name, at its place in the order of names.
+/// Lock file with the package of the example renamed and sorted to its new place.
 fn renamed_lock(text: &str, name: &str) -> String {
     let mut parts = text.trim_end().split(PACKAGE).map(str::trim_end);
     let head = parts.next().unwrap_or_default();

@@ -84,8 +84,8 @@ impl Frames for Lines {
                     return Err(wrong(
                         &self.path,
                         Some(self.line as usize),
-                        format!("`{shown}` is no frame of candump"),
-                        "lines with a time, as `candump -L` writes them: (1700000000.000125) can0 100#B2FF",
+                        format!("`{shown}` is not a frame of candump"),
+                        "use lines with a time, as `candump -L` writes them: (1700000000.000125) can0 100#B2FF",
                     ));
                 }
             }

@@ -84,7 +84,7 @@ impl Database {
                 path,
                 None,
                 format!("this database of CAN messages cannot be used: {message}"),
-                "a DBC file as Vector's tools and cantools write it",
+                "use a DBC file as Vector's tools and cantools write it",
             )
         })
     }

@@ -1,4 +1,4 @@
-//! Frames of a file, made values by the database of their messages.
+//! Frames of a file, converted into values by the database of their messages.
 
 use super::dbc::Database;
 use crate::read::{LogColumn, Out, ReadOptions, Row};
@@ -40,7 +40,7 @@ pub(super) fn read(
             path,
             None,
             "a log of CAN frames needs a database of messages",
-            "`dbc: FILE.dbc` in the map file, or --dbc",
+            "give `dbc: FILE.dbc` in the map file, or --dbc",
         ));
     };
     let database = Database::load(dbc)?;
@@ -72,7 +72,7 @@ pub(super) fn read(
                     frame.place,
                     frame.id & 0xFF
                 ),
-                "a message for each sender in the database, with its address in the identifier",
+                "the database needs a message for each sender, with its address in the identifier",
             ));
         }
         let value = |i: &usize| message.value(*i, &frame.data).unwrap_or(f64::NAN);
@@ -89,7 +89,7 @@ pub(super) fn read(
                 "none of the {seen} frames has a message in {}",
                 dbc.display()
             ),
-            "the database of the bus that was recorded",
+            "use the database of the recorded bus",
         ));
     }
     Ok(())
@@ -115,7 +115,7 @@ fn tables(
             .collect();
         let unreadable = wanted.iter().find_map(|(_, s)| s.unreadable.as_ref());
         if let Some(why) = unreadable.filter(|_| options.wanted.is_some()) {
-            let help = "a DBC file as Vector's tools and cantools write it";
+            let help = "use a DBC file as Vector's tools and cantools write it";
             return Err(wrong(dbc, None, why, help));
         }
         wanted.retain(|(_, s)| s.unreadable.is_none());

@@ -149,7 +149,7 @@ fn unpacked(chunk: &[u8]) -> Result<Vec<u8>, String> {
         Some((size, sum, compression, data))
     };
     let Some((declared, sum, compression, data)) = header() else {
-        return Err("a chunk breaks off".into());
+        return Err("a chunk is incomplete".into());
     };
     if declared > MAX_RECORD as u64 {
         return Err(format!("a chunk of {declared} bytes"));
@@ -188,7 +188,7 @@ impl Reading<'_, '_, '_> {
                 "this MCAP file cannot be read beyond message {}: {e}",
                 self.place
             ),
-            "a whole file; `mcap recover` mends one that breaks off",
+            "use a complete file; `mcap recover` repairs an incomplete file",
         )
     }
 
@@ -233,7 +233,7 @@ impl Reading<'_, '_, '_> {
         };
         match known {
             Some(()) => Ok(true),
-            None => Err(self.broken(&format!("a record of the kind {code} breaks off"))),
+            None => Err(self.broken(&format!("a record of the kind {code} is incomplete"))),
         }
     }
 
@@ -317,7 +317,7 @@ fn decode(topic: &Topic, data: &[u8]) -> Result<Option<cdr::Decoded>, String> {
     match topic.encoding.as_str() {
         "json" => {
             let value = json::parse(data)
-                .map_err(|e| format!("a message of {} is no JSON: {e}", topic.name))?;
+                .map_err(|e| format!("a message of {} is not JSON: {e}", topic.name))?;
             let mut values = Vec::new();
             json::flatten(&value, "", &mut values);
             Ok(Some(cdr::Decoded {
@@ -328,7 +328,7 @@ fn decode(topic: &Topic, data: &[u8]) -> Result<Option<cdr::Decoded>, String> {
         "cdr" if cdr::is_known(&topic.schema) => match cdr::decode(&topic.schema, data) {
             Some(message) => Ok(Some(message)),
             None => Err(format!(
-                "a message of {} is no {}",
+                "a message of {} is not {}",
                 topic.name, topic.schema
             )),
         },
