@@ -74,7 +74,7 @@ pub(crate) fn section(pair: &Pair, all: &SignalComparison) -> Result<Section, Er
             let rows = of.get("time")?.iter().zip(of.get(&signal.name)?);
             lines.push((i, rows.map(|(t, x)| (*t, *x)).collect::<Vec<_>>()));
         }
-        section = section.figure(chart(&signal.name, "", lines, false));
+        section = section.figure(chart(&signal.name, "", lines, Vec::new()));
     }
     Ok(section)
 }

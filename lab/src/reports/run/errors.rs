@@ -105,7 +105,7 @@ fn bounds(run: &Recorded, quantity: Quantity) -> Vec<Level> {
     all
 }
 
-/// A plot of each judged estimator with its ± 2 σ, all with the same axis, and a folded plot of all others.
+/// A plot of each estimator with its ± 2 σ; those of baselines are folded. Plots beside each other have the same axis.
 fn over_time(
     run: &Recorded,
     section: Section,
@@ -113,34 +113,32 @@ fn over_time(
     errors: &ErrorGroups,
 ) -> Result<Section, Error> {
     let (main, others): (Vec<_>, Vec<_>) = errors.iter().partition(|g| run.is_main(&g.name));
+    let section = section.figures(with_bands(run, quantity, &main)?);
+    if others.is_empty() {
+        return Ok(section);
+    }
+    let what = "Error of baselines, which are not judged";
+    Ok(section.folded_figures(what, with_bands(run, quantity, &others)?))
+}
+
+/// A plot of each of these errors over the band of its estimator.
+fn with_bands(
+    run: &Recorded,
+    quantity: Quantity,
+    errors: &[&ValueGroup<(f64, f64)>],
+) -> Result<Vec<Figure>, Error> {
     let bounds = bounds(run, quantity);
-    let bands = main.iter().map(|group| told(run, quantity, group));
+    let bands = errors.iter().map(|group| told(run, quantity, group));
     let bands: Vec<Band> = bands.collect::<Result<_, _>>()?;
-    let range = range(&main, &bands, &bounds);
-    let mut section = section;
-    for (group, band) in main.iter().zip(bands) {
+    let range = range(errors, &bands, &bounds);
+    let figure = |(group, band): (&&ValueGroup<(f64, f64)>, Band)| {
         let title = format!("{} error: {}", quantity.title(), group.name);
         let mut chart = chart(run, quantity, title, range, &bounds)?;
         chart.bands.push(band);
         chart.add(Line::new("error", group.ink, group.values.clone()));
-        section = section.figure(chart.figure());
-    }
-    if others.is_empty() {
-        return Ok(section);
-    }
-    let title = format!("{} error of baselines", quantity.title());
-    let mut chart = chart(
-        run,
-        quantity,
-        title,
-        self::range(&others, &[], &bounds),
-        &bounds,
-    )?;
-    for group in others {
-        chart.add(Line::new(&group.name, group.ink, group.values.clone()));
-    }
-    let what = "Error of baselines, which are not judged";
-    Ok(section.folded_figures(what, vec![chart.figure()]))
+        Ok(chart.figure())
+    };
+    errors.iter().zip(bands).map(figure).collect()
 }
 
 /// Range of these errors, and of bands and bounds that are not too wide for the plot.
@@ -189,7 +187,11 @@ fn chart(
 }
 
 /// Band of two reported standard deviations around zero, where the error is drawn.
-fn told(run: &Recorded, quantity: Quantity, of: &ValueGroup<(f64, f64)>) -> Result<Band, Error> {
+pub(crate) fn told(
+    run: &Recorded,
+    quantity: Quantity,
+    of: &ValueGroup<(f64, f64)>,
+) -> Result<Band, Error> {
     let sd = run.column(&format!("estimates/{}/{}_sd", of.name, quantity.channel()))?;
     let mass = run.column("truth/total_mass")?;
     let rows = of.values.iter().zip(sd).zip(mass);
