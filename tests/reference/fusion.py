@@ -219,12 +219,12 @@ class Carried:
 
 
 class Separation:
-    """Separation of the pitch from that without the gyro, and from those by the gyro alone."""
+    """Separation of the pitch from that without the gyro, from those by the gyro alone, and from that without f_z."""
 
     def __init__(self):
         self.low, self.waited, self.heard, self.without_gyro, self.pair = None, 0.0, 0.0, 0.0, None
 
-    def step(self, b, body, acceleration, wheels, turn_walk):
+    def step(self, b, body, acceleration, wheels, turn_walk, sheet_bias):
         self.waited, self.heard = self.waited + DT, self.heard + DT
         if acceleration is None:
             self.low, self.heard, self.waited = None, 0.0, 0.0
@@ -246,7 +246,8 @@ class Separation:
         if self.pair:
             self.renew(own, anew)
         apart = [abs(one.angles[0] - theta) for one in self.pair or () if one.sd() < 0.02]
-        return SHEET["mount"] + max(max([abs(self.without_gyro), *apart]) - 2.0 * own, 0.0) / 3.0
+        without_up = (abs(b.x[BX]) - 2.0 * sheet_bias) / G
+        return SHEET["mount"] + max(max([abs(self.without_gyro), *apart]) - 2.0 * own, without_up, 0.0) / 3.0
 
     def renew(self, own, anew):
         kept, young = self.pair
@@ -438,7 +439,7 @@ class Attitude:
         elif abs(self.v) > 0.06:
             way = abs(self.v) * DT / 0.05
             self.curvature = clip(self.curvature + way / (1.0 + way) * (pitch / self.v - self.curvature), -0.13, 0.13)
-        self.pitch_sd, self.mount_sd = math.sqrt(b.P[TH, TH]), self.separation.step(b, body, None if force is None else self.v_dot, self.voted, self.turn_walk)
+        self.pitch_sd, self.mount_sd = math.sqrt(b.P[TH, TH]), self.separation.step(b, body, None if force is None else self.v_dot, self.voted, self.turn_walk, SHEET["bias"])
         self.arm_error(self.v * DT, math.sqrt(b.P[TH, TH]) < 0.003)
         _, q, r = body if body is not None else (0.0, 0.0, 0.0)
         self.yaw = (q * math.sin(b.x[PH]) + r * math.cos(b.x[PH])) / math.cos(b.x[TH])

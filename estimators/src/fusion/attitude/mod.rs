@@ -249,6 +249,7 @@ impl AttitudeFilter {
             speed_mps: x[V],
             angle_walk: sqrt(walk * walk + self.turn_walk * yaw_rate * yaw_rate),
             curvature_sd_per_m: self.model.noise.curvature_sd_per_m,
+            bias_rad: [x[BIAS_X], self.bias_sd[0]].map(|bias| bias / GRAVITY),
         };
         self.separation.step(&compared, dt);
     }

@@ -2,8 +2,8 @@
 //!
 //! Gyro, accelerometer and wheels have one parity relation, f = v̇ + g sin θ. When they contradict each other two
 //! pitches are left. Without the gyro it is the pitch by accelerometer and wheels over the last second; without
-//! accelerometer and wheels it is the pitch that the gyro has carried on from a time when all agreed. The reported
-//! deviation covers both, whichever is right: three times √P + δ reach as far as the largest separation and √P more,
+//! accelerometer and wheels it is the pitch that the gyro has carried on from a time when all agreed. Beside them, the
+//! pitch without the vertical force has the bias along the body that the sheet allows. The reported deviation covers both, whichever is right: three times √P + δ reach as far as the largest separation and √P more,
 //! σ² = P + (σ_mount + δ)². As that of the mount it is added at the end only: a fault that may be is not the noise of a
 //! sample. Source: ours, after solution separation in satellite navigation (Brown & McBurney 1988, Brenner 1996); the
 //! pitches are those of running sums instead of filters of their own.
@@ -33,6 +33,9 @@ pub struct Compared {
     pub angle_walk: Real,
     /// Standard deviation of the curvature of the rail, 1/m: an unseen pitch changes by as much for each m.
     pub curvature_sd_per_m: Real,
+    /// Bias of the accelerometer along the body as found, and its reported standard deviation before any sample, as
+    /// pitches, rad.
+    pub bias_rad: [Real; 2],
 }
 
 /// Pitch and roll by the gyro alone, started from the filter at an earlier time.
@@ -128,7 +131,9 @@ impl Separation {
         let known = carried.iter().flatten().filter(|one| is_known(one));
         let others = known.map(|one| one.from(z).abs());
         let largest = others.fold(self.without_gyro.abs(), Real::max);
-        self.open_rad = (largest - 2.0 * own).max(0.0) / 3.0;
+        let [bias, bias_sd] = z.bias_rad;
+        let beyond = (largest - 2.0 * own).max(bias.abs() - 2.0 * bias_sd);
+        self.open_rad = beyond.max(0.0) / 3.0;
     }
 
     /// Compares the acceleration by accelerometer and pitch with that of the wheels: its mean is too small by g times
@@ -277,6 +282,22 @@ mod tests {
         assert!((sd / open(0.05) - 1.0).abs() < 0.02, "{sd}");
         let sd = run(&mut separation, [0.05, 0.004], 0.0, 100.0);
         assert!(sd < 0.01 * OWN, "{sd}");
+    }
+
+    /// A bias along the body that the sheet does not allow may be that of the vertical force: the pitch is doubted by
+    /// what is beyond two standard deviations of the sheet, to either side.
+    #[test]
+    fn a_bias_beyond_the_sheet_is_doubt_of_the_pitch() {
+        for (bias, expected) in [(0.0019, 0.0), (0.032, 0.01), (-0.062, 0.02)] {
+            let mut separation = Separation::default();
+            let z = Compared {
+                sd: [OWN, 1e-6],
+                bias_rad: [bias, 0.001],
+                ..Compared::default()
+            };
+            separation.step(&z, DT);
+            assert!((separation.open_rad() - expected).abs() < 1e-9, "{bias}");
+        }
     }
 
     /// The variance of a carried pitch grows by the random walk of the gyro and by the square of bias times time.
