@@ -25,8 +25,6 @@ Examples:
   monorig replay drive.mf4 --map crane.map.yaml \\
       --estimators rail_fusion,dffrls_aekf_robust
   monorig replay --map drive.map.yaml --junit replay.xml
-  monorig replay --map drive.map.yaml --ghost
-      beside the vehicle of the map on the same drive
   monorig replay runs/minimal/1 --estimates mine.csv
       estimates made elsewhere, judged beside ours, over a run that has kept its
       samples (`monorig run --keep-samples`); with --map over a log
@@ -69,12 +67,8 @@ pub struct ReplayArgs {
     /// not set them, with Allan figures of what stands) or `defaults`
     #[arg(long, hide_short_help = true, value_name = "SOURCE", value_parser = noise_source)]
     pub noise: Option<NoiseSource>,
-    /// Also record the vehicle of the map on the same drive, with the speed that was measured: the traction, motor
-    /// torque and specific force that it has, and how far off the measured ones are
-    #[arg(long, hide_short_help = true)]
-    pub ghost: bool,
     /// Only say what is wrong with the log, as `monorig log check`
-    #[arg(long, hide = true, requires = "map", conflicts_with_all = ["live", "no_rerun", "junit", "full_rate", "ghost"])]
+    #[arg(long, hide = true, requires = "map", conflicts_with_all = ["live", "no_rerun", "junit", "full_rate"])]
     pub check: bool,
     /// Draw the lines of run.rrd through every row instead of about ten a second, and record long logs at the full rate
     /// too
@@ -133,7 +127,6 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     let options = ReplayOptions {
         estimators: task.estimators.clone(),
         noise,
-        ghost: task.ghost,
         found: found.collect(),
         judged: judged.into_iter().collect::<Result<_, _>>()?,
     };

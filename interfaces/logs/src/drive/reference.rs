@@ -100,12 +100,9 @@ impl Reference {
         Ok(reference)
     }
 
-    /// True for a slope that is known, and true for a mass.
-    pub fn known(&self) -> (bool, bool) {
-        (
-            !matches!(self.slope.slope, ReferenceSlope::None),
-            !self.masses.is_empty(),
-        )
+    /// True for a mass that is known.
+    pub fn has_mass(&self) -> bool {
+        !self.masses.is_empty()
     }
 
     /// The effective slope (rad) at a time, which must not fall; none if there is no reference of it.
