@@ -1,21 +1,15 @@
 //! `monorig report`: what was run, as an HTML file to read and to hand on.
 
-mod view;
-mod web_viewer;
-
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::report::{link, of_pair};
-use crate::files::results;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
 use monorig_lab::reports::pair::Pair;
 use monorig_lab::reports::{run, study};
 use monorig_lab::verdicts::signals::SignalTolerance;
-use monorig_sim::config::file::{input_error, read_large, regular};
 use monorig_sim::record::manifest::Manifest;
 use std::path::{Path, PathBuf};
-use view::Recording;
 
 const REPORT_EXAMPLES: &str = "\
 Examples:
@@ -33,10 +27,7 @@ Of a test of several scenarios verdicts.html is an index, with a page for
 each scenario in the folder verdicts. In the same way the results of a study, such as
 runs/vehicle_test_spread/results.jsonl; `monorig tune` writes its report by
 itself. The report is one file that needs nothing else: open it in any browser,
-offline, on a phone or on paper. With --view it is a page with the Rerun viewer
-and the recordings inside, runs/minimal/1/view.html, for a current browser on a
-computer; the viewer is taken from the Python package rerun-sdk, which must be
-installed.";
+offline, on a phone or on paper.";
 
 /// Write a report as one HTML file.
 #[derive(Debug, clap::Parser)]
@@ -49,12 +40,6 @@ pub struct ReportArgs {
     /// Write the report here instead of into or beside what it is about
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Write a page with the Rerun viewer and the recordings inside instead
-    #[arg(long)]
-    pub view: bool,
-    /// Take the viewer from this program `rerun` instead of the installed one
-    #[arg(long, value_name = "FILE", requires = "view")]
-    pub viewer: Option<PathBuf>,
 }
 
 impl Command for ReportArgs {
@@ -66,7 +51,6 @@ impl Command for ReportArgs {
 /// Writes a report. The exit code is 0 once it is written, also where an expectation of the run failed.
 fn report(task: &ReportArgs) -> Result<CommandOutcome, CliError> {
     let (html, out) = match task.paths.as_slice() {
-        _ if task.view => view(task)?,
         [path] if path.is_dir() => {
             let out = task.out.clone().unwrap_or(path.join("report.html"));
             (
@@ -86,7 +70,8 @@ fn report(task: &ReportArgs) -> Result<CommandOutcome, CliError> {
         }
         [a, b, ..] => {
             let pair = Pair::read(a, b)?;
-            let name = format!("against_{}.html", recording_name(b)?);
+            let other = Manifest::of_run(b)?;
+            let name = format!("against_{}-{}.html", other.scenario, other.seed);
             let out = task.out.clone().unwrap_or(a.join(name));
             let signals = pair.signals(SignalTolerance::default(), |_| true)?;
             (of_pair(&pair, [a, b], &out, &signals)?, out)
@@ -96,56 +81,6 @@ fn report(task: &ReportArgs) -> Result<CommandOutcome, CliError> {
     output::write(&out, &html)?;
     note(&format!("report in {}", out.display()));
     Ok(CommandOutcome::Held)
-}
-
-/// The page with the viewer and the recordings of the runs, and where it goes.
-fn view(task: &ReportArgs) -> Result<(String, PathBuf), CliError> {
-    let recordings = task.paths.iter().map(|folder| recording(folder));
-    let recordings = recordings.collect::<Result<Vec<_>, CliError>>()?;
-    if let [a, b] = recordings.as_slice()
-        && a.name == b.name
-    {
-        return Err(CliError::Refused {
-            message: format!(
-                "both recordings are called {}: the viewer would take them for one",
-                a.name
-            ),
-            help: "run one of them again with --name".into(),
-        });
-    }
-    let names: Vec<&str> = recordings.iter().map(|r| r.name.as_str()).collect();
-    let file = match names.as_slice() {
-        [_, b] => format!("against_{b}_view.html"),
-        _ => "view.html".into(),
-    };
-    let beside = task.paths.first().map(|run| run.join(file));
-    let out = task.out.clone().or(beside).unwrap_or_default();
-    let viewer = web_viewer::find(task.viewer.as_deref())?;
-    let page = view::page(&names.join(" and "), &viewer, &recordings)?;
-    Ok((page, out))
-}
-
-/// The recording of a run, as the run left it.
-fn recording(run: &Path) -> Result<Recording, CliError> {
-    let path = run.join("run.rrd");
-    if !path.is_file() {
-        let message = "there is no recording for the viewer (run.rrd) here";
-        let help = "the folder of a run, made by a `monorig` with the viewer built in and without --no-rerun";
-        return Err(CliError::Sim(input_error(run, "", message, help)));
-    }
-    regular(&path)?;
-    results::verify(&path)?;
-    let bytes = read_large(&path)?;
-    Ok(Recording {
-        name: recording_name(run)?,
-        bytes,
-    })
-}
-
-/// Name of the recording of a run: scenario with variant, and seed.
-fn recording_name(run: &Path) -> Result<String, CliError> {
-    let manifest = Manifest::of_run(run)?;
-    Ok(format!("{}-{}", manifest.scenario, manifest.seed))
 }
 
 /// The folder that a file is in.
