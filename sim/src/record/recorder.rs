@@ -25,7 +25,6 @@ const FULL_RATE_ROWS: usize = 360_000;
 pub struct Recorder<'a> {
     sinks: Vec<Box<dyn Sink + 'a>>,
     extra: Option<Box<dyn ExtraChannels + 'a>>,
-    compared: Option<[&'a str; 2]>,
     moments: Moments,
     chunk: Chunk,
     chunk_ns: i64,
@@ -64,7 +63,6 @@ impl<'a> Recorder<'a> {
         Self {
             sinks,
             extra: None,
-            compared: None,
             moments: Moments::default(),
             chunk: Chunk::default(),
             chunk_ns: 0,
@@ -92,12 +90,6 @@ impl<'a> Recorder<'a> {
     /// Records these channels too, behind the channels of the simulator.
     pub fn with(mut self, extra: impl ExtraChannels + 'a) -> Self {
         self.extra = Some(Box::new(extra));
-        self
-    }
-
-    /// Compare two estimators: a viewer shows the difference of their errors.
-    pub fn comparing(mut self, before: &'a str, after: &'a str) -> Self {
-        self.compared = Some([before, after]);
         self
     }
 
@@ -255,7 +247,6 @@ impl Observer for Recorder<'_> {
         let emphasis = Emphasis {
             in_loop: in_loop.map(|e| e.name.as_str()),
             references: &references,
-            compared: self.compared,
             faults: &faults(&scenario.file.events),
             recorded: simulation.plant.is_recorded(),
         };
