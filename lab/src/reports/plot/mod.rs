@@ -5,7 +5,6 @@ pub mod boxes;
 pub(crate) mod canvas;
 pub mod cdf;
 pub mod consistency;
-pub(crate) mod grouped;
 pub mod heat;
 pub mod history;
 pub mod line;
