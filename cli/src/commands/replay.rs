@@ -26,8 +26,6 @@ Examples:
   monorig replay drive.mf4 --map crane.map.yaml \\
       --estimators rail_fusion,dffrls_aekf_robust
   monorig replay --map drive.map.yaml --junit replay.xml
-  monorig replay --map drive.map.yaml --ghost
-      with the simulated vehicle of the map on the same drive
   monorig replay runs/minimal/1 --estimates mine.csv
       estimates of another program, judged beside ours, over a run made with
       --keep-samples; with --map over a log
@@ -70,12 +68,8 @@ pub struct ReplayArgs {
     /// them, with Allan figures at standstill) or `defaults`
     #[arg(long, hide_short_help = true, value_name = "SOURCE", value_parser = noise_source)]
     pub noise: Option<NoiseSource>,
-    /// Also simulate the vehicle of the map on the same drive; its traction, motor torque and specific force at the
-    /// measured speed are recorded, with their differences to the measured values
-    #[arg(long, hide_short_help = true)]
-    pub ghost: bool,
     /// Only find faults in the log, as `monorig log check` does
-    #[arg(long, hide = true, requires = "map", conflicts_with_all = ["live", "no_rerun", "junit", "full_rate", "ghost"])]
+    #[arg(long, hide = true, requires = "map", conflicts_with_all = ["live", "no_rerun", "junit", "full_rate"])]
     pub check: bool,
     /// Draw the lines of run.rrd through every row instead of about ten a second, and record long logs at the full rate
     /// too
@@ -134,7 +128,6 @@ fn replay(task: &ReplayArgs, registry: &Registry) -> Result<CommandOutcome, CliE
     let options = ReplayOptions {
         estimators: task.estimators.clone(),
         noise,
-        ghost: task.ghost,
         found: found.collect(),
         judged: judged.into_iter().collect::<Result<_, _>>()?,
     };

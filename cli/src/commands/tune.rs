@@ -1,6 +1,5 @@
 //! `monorig tune`: search for the parameters of an estimator.
 
-mod recording;
 mod table;
 
 use crate::arguments::{Jobs, Json, Out};
@@ -16,7 +15,6 @@ use crate::ui::progress::ProgressDisplay;
 use monorig_lab::tuning::progress::Progress;
 use monorig_lab::tuning::run::{self, Ended, TuningRun};
 use monorig_lab::tuning::search::Begin;
-use monorig_lab::tuning::side_by_side;
 use monorig_lab::tuning::trial_store::Trial;
 use monorig_sim::closed_loop::registry::Registry;
 use std::path::PathBuf;
@@ -33,9 +31,7 @@ Examples:
 
 Results: OUT/tune/<study>/ with report.html (read this), trials.jsonl (every
 trial), winner.yaml (for `estimators: {x: {from: winner.yaml}}`),
-validation.json and sensitivity.json, and, with the viewer built in,
-before_after.rrd to open in Rerun: a validation run with defaults, published
-constants and winner side by side.";
+validation.json and sensitivity.json.";
 
 /// Search for the best parameters of an estimator over many runs.
 #[derive(Debug, clap::Parser)]
@@ -53,9 +49,6 @@ pub struct TuneArgs {
     pub jobs: Jobs,
     #[command(flatten)]
     pub out: Out,
-    /// Do not write before_after.rrd
-    #[arg(long)]
-    pub no_rerun: bool,
     /// Folder of the recorded runs [default: OUT/tune/.cache]
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
@@ -95,15 +88,6 @@ fn tune(task: &TuneArgs, registry: &Registry) -> Result<CommandOutcome, CliError
         Ended::Finished(result) => result,
         Ended::Interrupted(trials) => return Err(CliError::TuningInterrupted(trials)),
     };
-    if !task.no_rerun
-        && let Some(best) = result.best()
-        && let Some(simulation) = side_by_side::simulation(&study, &best.parameters)?
-    {
-        let trials = result.search.trials.len();
-        recording::write(simulation, &tuning.folder, trials, &mut |share| {
-            progress.show("recording", share)
-        })?;
-    }
     drop(progress);
     note(&format!("results in {}", tuning.folder.display()));
     task.json

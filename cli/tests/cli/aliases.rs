@@ -165,7 +165,7 @@ fn an_instance_has_its_name_in_tests_comparisons_and_studies() {
 #[test]
 fn an_instance_is_tuned_in_the_loop_and_its_winner_included() {
     let dir = dir();
-    held(&dir, &["tune", "tuning.yaml", "--no-rerun"]);
+    held(&dir, &["tune", "tuning.yaml"]);
     let winner = dir.read("runs/tune/tuning/winner.yaml");
     assert!(winner.contains(&format!("estimator: {TYPE}")), "{winner}");
     let from = "estimators={tuned: {is: dffrls_aekf_robust, from: runs/tune/tuning/winner.yaml}}";

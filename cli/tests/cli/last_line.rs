@@ -206,10 +206,6 @@ fn other_commands_end_with_their_result() {
              optimiser: grid\nbudget: 4\nsensitivity: {{curve: 0, map: 0}}\n"
         );
         dir.write("search.yaml", search.as_bytes());
-        check(
-            &["tune", "search.yaml", "--no-rerun", "--restart"],
-            held,
-            failed,
-        );
+        check(&["tune", "search.yaml", "--restart"], held, failed);
     }
 }

@@ -1,17 +1,13 @@
 //! `judge` and `calibrate`, over a run and over its export.
 
-use crate::common::{TestFolder, columns, project};
+use crate::common::{TestFolder, columns};
 use std::fmt::Write as _;
 
 /// A drive with speed changes on the sample's track that has kept its samples.
 fn run(dir: &TestFolder) -> String {
-    run_of(dir, "scenario.yaml")
-}
-
-fn run_of(dir: &TestFolder, scenario: &str) -> String {
     let (code, out, err) = dir.monorig(&[
         "run",
-        scenario,
+        "scenario.yaml",
         "--keep-samples",
         "--no-rerun",
         "--plant",
@@ -262,108 +258,4 @@ estimators: {attitude: {}}
     let (told, manifest) = played("drives.csv", "b");
     assert!(told.contains("no Allan figures"), "{told}");
     assert!(!manifest.contains("random walk"), "{manifest}");
-}
-
-/// The ghost of the train that made the log has its traction and its specific force; what it is told wrong shows in the
-/// differences as the force balance has it: a mass 10 % too large as a traction that is 1/1.1 of the ghost's, a running
-/// resistance that is 0.01 too large as −0.01 m g.
-#[test]
-fn a_ghost_has_the_forces_of_the_log_and_shows_what_it_is_told_wrong() {
-    let dir = TestFolder::new();
-    // a track without bends, whose resistance the ghost does not know
-    let straight = std::fs::read_to_string(project().join("scenarios/minimal.yaml")).unwrap();
-    let assets = project().join("assets");
-    let straight = straight.replace("../assets", &assets.display().to_string());
-    dir.write("straight.yaml", straight.as_bytes());
-    let run = run_of(&dir, "straight.yaml");
-    let (code, out, err) = dir.monorig(&["export", &run, "--to", "parquet", "--out", "log"]);
-    assert_eq!(code, Some(0), "{out}{err}");
-    let folder = std::fs::read_dir(dir.path("log")).unwrap();
-    let mut names = folder.map(|e| e.unwrap().file_name().into_string().unwrap());
-    let map = names.find(|name| name.ends_with(".map.yaml")).unwrap();
-    let map = format!("log/{map}");
-    let known = columns(&dir.path(&run));
-    let (mass, resistance) = (
-        known["truth/total_mass"][0],
-        // at the start the train stands and has none
-        known["truth/running_resistance"]
-            .iter()
-            .rfind(|x| x.is_finite())
-            .copied()
-            .unwrap(),
-    );
-    // gain and offset of what was measured over what the ghost has
-    let line = |of: &str, set: &str, folder: &str| -> (f64, f64) {
-        let args = [
-            "replay",
-            "--map",
-            &map,
-            "--ghost",
-            "--no-rerun",
-            "--out",
-            folder,
-            "--set",
-            set,
-        ];
-        let (code, out, err) = dir.monorig(&args);
-        assert!(matches!(code, Some(0 | 1)), "{out}{err}");
-        let name = std::fs::read_dir(dir.path(folder)).unwrap().next().unwrap();
-        let name = name.unwrap().file_name().into_string().unwrap();
-        let all = columns(&dir.path(&format!("{folder}/{name}/1")));
-        let path = format!("ghost/{of}");
-        let rows = all[&path].iter().zip(&all[&format!("{path}_difference")]);
-        // the first seconds have the jerk of the start, which means over a second smear
-        let rows: Vec<_> = rows
-            .zip(&all["time"])
-            .filter(|((g, d), t)| g.is_finite() && d.is_finite() && **t > 5.0)
-            .map(|(row, _)| row)
-            .collect();
-        assert!(rows.len() > 1000, "{} rows", rows.len());
-        let n = rows.len() as f64;
-        let (x, y) = rows
-            .iter()
-            .fold((0.0, 0.0), |(x, y), (g, d)| (x + *g / n, y + (*g + *d) / n));
-        let (sxx, sxy) = rows.iter().fold((0.0, 0.0), |(a, b), (g, d)| {
-            (a + (*g - x).powi(2), b + (*g - x) * (*g + *d - y))
-        });
-        (sxy / sxx, y - sxy / sxx * x)
-    };
-    let near = |what: &str, x: f64, expected: f64, by: f64| {
-        assert!(
-            (x - expected).abs() < by,
-            "{what}: {x}, expected {expected}"
-        );
-    };
-    let weight = mass * 9.80665;
-    let told = |resistance: f64| format!("nominal.running_resistance={resistance}");
-    let own = line("traction", &told(resistance), "own");
-    near("gain of its own train", own.0, 1.0, 0.02);
-    near(
-        "offset of its own train, shares of the weight",
-        own.1 / weight,
-        0.0,
-        1e-3,
-    );
-    let force = line("specific_force_x", &told(resistance), "force");
-    near("gain of the specific force", force.0, 1.0, 0.03);
-    near("offset of the specific force", force.1, 0.0, 0.05);
-    let heavy = format!("reference.mass={{kg: {}, sd_kg: 0}}", 1.1 * mass);
-    near(
-        "10 % too heavy",
-        line("traction", &heavy, "heavy").0 * 1.1,
-        own.0,
-        0.01,
-    );
-    let rough = line("traction", &told(resistance + 0.01), "rough");
-    near(
-        "resistance, shares of the weight",
-        (rough.1 - own.1) / weight,
-        -0.01,
-        5e-4,
-    );
-    let alone = dir.refused(&["replay", "--map", &map, "--ghost", "--set", "reference={}"]);
-    assert!(
-        alone.contains("give `slope` and `mass` under `reference`"),
-        "{alone}"
-    );
 }

@@ -47,6 +47,4 @@ mod tune;
 mod tune_interrupted;
 mod tutorial;
 mod verdicts;
-#[cfg(feature = "viewer")]
-mod view;
 mod without_viewer;

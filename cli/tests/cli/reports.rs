@@ -367,19 +367,6 @@ fn two_runs_compared() {
 }
 
 #[test]
-fn a_page_with_the_viewer_needs_a_recording_and_the_viewer() {
-    let dir = with_run();
-    let told = dir.refused(&["report", RUN, "--view"]);
-    assert!(
-        told.contains("no recording for the viewer (run.rrd)"),
-        "{told}"
-    );
-    // a program that is no viewer
-    let with = ["report", RUN, "--view", "--viewer", "track.yaml"];
-    assert!(dir.refused(&with).contains("run.rrd"));
-}
-
-#[test]
 fn a_run_without_errors_has_no_budget() {
     let dir = TestFolder::new();
     let short = QUICK
@@ -449,7 +436,7 @@ fn an_error_budget_is_in_the_report() {
     }
     let text = text(&dir.read("runs/quick & dirty/1/report.html"));
     assert!(
-        text.contains("Error budget") && text.contains("share of mean square error"),
+        text.contains("Error budget") && text.contains("share of the mean square error"),
         "{text}"
     );
     let (code, out, err) = dir.monorig(&[

@@ -157,52 +157,6 @@ fn the_closed_loop_is_tuned_too() {
     assert_eq!(results(&dir, "one"), results(&dir, "two"));
 }
 
-/// The recording of a validation run: what the defaults say in it is what they say alone, and the others say something
-/// else.
-#[cfg(feature = "viewer")]
-#[test]
-fn before_and_after_are_recorded_side_by_side() {
-    let dir = dir();
-    let (code, told, err) = dir.monorig(&["tune", "study.yaml"]);
-    assert_eq!(code, Some(0), "{told}{err}");
-    let recording = "runs/tune/study/before_after.rrd";
-    let (code, told, err) = dir.monorig(&["check", recording]);
-    assert_eq!(code, Some(0), "{told}{err}");
-    assert!(
-        told.contains("study-scenario@before_after-7") && told.contains("complete"),
-        "{told}"
-    );
-    // the study's changes to the scenario, and its `fixed`
-    let (code, told, err) = dir.monorig(&[
-        "run",
-        "scenario.yaml",
-        "--seed=7",
-        "--set=start.chainage_m=58",
-        "--set=stop.after_s=30",
-        "--set=events=[]",
-        "--set=expect=[]",
-        "--set=drive.controller.feedforward=none",
-        "--set=estimators.dffrls_aekf_robust={cutoff_hz: 2}",
-        "--name=alone",
-    ]);
-    assert_eq!(code, Some(0), "{told}{err}");
-    let masses = |file: &str, name: &str| {
-        let recorded = monorig_viz::readback::read(&dir.path(file)).unwrap();
-        let entity = format!("/estimates/{name}/total_mass");
-        recorded.entities[&entity].scalars.clone()
-    };
-    let alone = masses("runs/scenario@alone/7/run.rrd", "dffrls_aekf_robust");
-    // ten points a second, and none within stretches where the mass stands still
-    assert!(alone.len() > 50, "{} points", alone.len());
-    assert_eq!(masses(recording, "default"), alone);
-    for other in ["published", "winner"] {
-        assert_ne!(masses(recording, other), alone, "{other}");
-    }
-    let (code, told, err) = dir.monorig(&["tune", "study.yaml", "--no-rerun", "--out", "without"]);
-    assert_eq!(code, Some(0), "{told}{err}");
-    assert!(!dir.path("without/tune/study/before_after.rrd").exists());
-}
-
 /// Defaults without a valid sample in the window are no measure: refused before the search, and the same on validation
 /// runs alone.
 #[test]

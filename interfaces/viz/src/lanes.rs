@@ -112,13 +112,10 @@ impl ValidityLanes {
     }
 }
 
-/// The estimators that are shown together: the one in the loop, those that are compared, then others that are not for
-/// reference only. If there are none of these, the first of all.
+/// The estimators that are shown together: the one in the loop, then others that are not for reference only. If there
+/// are none of these, the first of all.
 fn handful(names: &[String], emphasis: &Emphasis<'_>) -> Vec<String> {
-    let first = |n: &&String| {
-        let name = n.as_str();
-        Some(name) == emphasis.in_loop || emphasis.compared.is_some_and(|c| c.contains(&name))
-    };
+    let first = |n: &&String| Some(n.as_str()) == emphasis.in_loop;
     let judged = |n: &&String| !first(n) && !emphasis.references.contains(&n.as_str());
     let some = names
         .iter()
@@ -152,20 +149,18 @@ mod tests {
         let names: Vec<String> = ["a", "b", "c", "d", "e", "f", "g", "h"]
             .map(str::to_owned)
             .into();
-        let shown = |in_loop, references: &[&str], compared| -> String {
+        let shown = |in_loop, references: &[&str]| -> String {
             let emphasis = Emphasis {
                 in_loop,
                 references,
-                compared,
                 ..Emphasis::default()
             };
             handful(&names, &emphasis).concat()
         };
-        assert_eq!(shown(None, &[], None), "abcde");
-        assert_eq!(shown(Some("h"), &[], None), "abcdh");
-        assert_eq!(shown(Some("h"), &["a", "b"], None), "cdefh");
-        assert_eq!(shown(Some("a"), &["a", "b"], Some(["b", "h"])), "abcdh");
+        assert_eq!(shown(None, &[]), "abcde");
+        assert_eq!(shown(Some("h"), &[]), "abcdh");
+        assert_eq!(shown(Some("h"), &["a", "b"]), "cdefh");
         let all = ["a", "b", "c", "d", "e", "f", "g", "h"];
-        assert_eq!(shown(None, &all, None), "abcde");
+        assert_eq!(shown(None, &all), "abcde");
     }
 }

@@ -16,7 +16,6 @@
 //! | `display/<channel>` | made for the eye: degrees, ±2 standard deviations, `…/error` against the truth |
 //! | `limits/…` | limits of χ² and of gates |
 //! | `display/in_loop/…` | the same of the estimator in the loop, which is drawn over the others |
-//! | `display/difference/…` | errors after a change less those before it |
 //! | `validity/<estimator>` | what it marks valid, as states over time |
 //! | `acting/<instrument>`, `acting/rail` | faults and another adhesion, as states over time |
 //! | `readout`, `events`, `about` | values once a second, what happened, why the scenario exists |

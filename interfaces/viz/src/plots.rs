@@ -8,8 +8,6 @@ pub enum Plot {
     MassError,
     SlopeError,
     EffectiveSlopeError,
-    MassDifference,
-    SlopeDifference,
     Speed,
     Mass,
     Slope,
@@ -55,7 +53,7 @@ impl Plot {
 pub type Titled = (Plot, &'static str);
 
 /// Plots of the overview: how good the estimates are.
-pub const OVERVIEW: [Titled; 5] = [
+pub const OVERVIEW: [Titled; 3] = [
     (
         Plot::MassError,
         "Mass error, % (±2σ where valid; white: Cramér-Rao bound, ±2σ)",
@@ -63,14 +61,6 @@ pub const OVERVIEW: [Titled; 5] = [
     (
         Plot::SlopeError,
         "Slope error, ° (±2σ where valid; white: Cramér-Rao bound, ±2σ)",
-    ),
-    (
-        Plot::MassDifference,
-        "Mass error after minus before, % (below zero: better)",
-    ),
-    (
-        Plot::SlopeDifference,
-        "Slope error after minus before, ° (below zero: better)",
     ),
     (
         Plot::Speed,
@@ -136,13 +126,6 @@ pub fn plot(s: &PlottedSeries) -> Option<Plot> {
         return None;
     }
     let effective = matches!(leaf, "effective_grade" | "grade_effective");
-    if group == "difference" {
-        return match s.unit.as_str() {
-            "%" => Some(Plot::MassDifference),
-            _ if effective => None,
-            _ => Some(Plot::SlopeDifference),
-        };
-    }
     if s.is_error() {
         return Some(match s.unit.as_str() {
             "%" => Plot::MassError,

@@ -54,8 +54,8 @@ pub struct PlottedSeries {
     in_loop: bool,
 }
 
-/// Returns all lines of these channels, the estimator in the loop with a stronger line over the others, then the
-/// differences of two compared runs, and the limits.
+/// Returns all lines of these channels, the estimator in the loop with a stronger line over the others; then the
+/// limits.
 pub fn plan(channels: &[Channel], emphasis: &Emphasis<'_>) -> Vec<PlottedSeries> {
     let mut all = Vec::new();
     for (index, c) in channels.iter().enumerate() {
@@ -89,29 +89,6 @@ pub fn plan(channels: &[Channel], emphasis: &Emphasis<'_>) -> Vec<PlottedSeries>
             add("display", "two_sigma", unit, bound);
         } else if !c.path.ends_with("_sd") {
             for_the_eye(channels, index, &mut add);
-        }
-    }
-    if let Some([before, after]) = emphasis.compared {
-        let find = |path: String| channels.iter().position(|c| c.path == path);
-        for (leaf, truth, unit, scale) in ERRORS {
-            let channel = |name: &str| find(format!("estimates/{name}/{leaf}"));
-            let valid = |name: &str| find(format!("estimates/{name}/{leaf}_valid"));
-            let (counts, with) = (channel(after), channel(before));
-            if let (Some(counts), Some(with), Some(truth)) = (counts, with, find(truth.into())) {
-                all.push(PlottedSeries {
-                    entity: entity(["display", "difference", leaf]),
-                    path: format!("difference/{leaf}"),
-                    unit: unit.into(),
-                    line: ScalarSource::ErrorDifference {
-                        channels: [counts, with],
-                        truth,
-                        scale,
-                        valid: [valid(after), valid(before)],
-                    },
-                    colour: colours::line("difference", 0),
-                    in_loop: false,
-                });
-            }
         }
     }
     all.extend(LIMITS.map(|(name, limit)| PlottedSeries {
@@ -281,7 +258,7 @@ impl PlottedSeries {
         let width = match self.group() {
             "truth" if self.owner().is_empty() => 2.5,
             "estimates" if self.in_loop => 3.0,
-            "estimates" | "difference" => 1.8,
+            "estimates" => 1.8,
             "limits" => 0.8,
             _ => 1.2,
         };
@@ -296,7 +273,6 @@ impl PlottedSeries {
         let (owner, leaf, unit) = (self.owner(), self.leaf(), &self.unit);
         match (self.group(), owner) {
             ("estimates", name) if self.is_error() => format!("{name} [{unit}]"),
-            ("difference", _) => format!("after minus before [{unit}]"),
             ("limits", _) => leaf.replace('_', " "),
             ("bound", _) if self.is_error() => format!("Cramér-Rao bound ±2σ [{unit}]"),
             (group, "") => format!("{group} {leaf} [{unit}]"),
@@ -393,7 +369,7 @@ mod tests {
 
     /// A viewer draws lines in the order of their names, and later ones over earlier ones.
     #[test]
-    fn the_estimator_in_the_loop_comes_last_and_two_are_compared() {
+    fn the_estimator_in_the_loop_comes_last() {
         let channels = [
             channel("truth/total_mass", "kg"),
             channel("estimates/a/total_mass", "kg"),
@@ -401,7 +377,6 @@ mod tests {
         ];
         let emphasis = Emphasis {
             in_loop: Some("a"),
-            compared: Some(["z", "a"]),
             ..Emphasis::default()
         };
         let all = plan(&channels, &emphasis);
@@ -409,14 +384,5 @@ mod tests {
         errors.sort_by_key(|s| s.entity.clone());
         let names: Vec<_> = errors.iter().map(|s| s.estimator()).collect();
         assert_eq!(names, [Some("z"), Some("a")]);
-        let differences = all.iter().filter(|s| s.group() == "difference");
-        let lines: Vec<_> = differences.map(|s| s.line.clone()).collect();
-        let line = ScalarSource::ErrorDifference {
-            channels: [1, 2],
-            truth: 0,
-            scale: ErrorScale::PercentOfTruth,
-            valid: [None; 2],
-        };
-        assert_eq!(lines, [line]);
     }
 }

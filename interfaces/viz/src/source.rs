@@ -45,17 +45,6 @@ pub enum ScalarSource {
         /// Column with the mark *valid*.
         valid: Option<usize>,
     },
-    /// Difference of the magnitudes of the errors of two estimates.
-    ErrorDifference {
-        /// Indices of the channels of the estimate that counts, and of the one it is compared with.
-        channels: [usize; 2],
-        /// Index of the truth's channel.
-        truth: usize,
-        /// Scale of the errors.
-        scale: ErrorScale,
-        /// Column with the mark *valid* of each estimate.
-        valid: [Option<usize>; 2],
-    },
     /// A limit: the same at the first and the last row of each chunk.
     Limit(f64),
 }
@@ -135,17 +124,6 @@ impl ScalarSource {
                 let ends = 2.0 * at(*sd, i) * scale.of(at(*truth, i)).abs() * mask(valid, i);
                 [-ends, ends]
             }),
-            Self::ErrorDifference {
-                channels: [counts, with],
-                truth,
-                scale,
-                valid: [valid, with_valid],
-            } => one(&|i| {
-                let truth = at(*truth, i);
-                let error = |channel: usize| ((at(channel, i) - truth) * scale.of(truth)).abs();
-                let both = mask(valid, i) * mask(with_valid, i);
-                (error(*counts) - error(*with)) * both
-            }),
             Self::Limit(limit) => vec![*limit; rows],
         }
     }
@@ -154,20 +132,6 @@ impl ScalarSource {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// One is 10 % too low and the other 5 % too high: the first error is 5 % larger.
-    #[test]
-    fn errors_are_compared_without_their_signs_and_where_both_are_valid() {
-        let values = [vec![20e3; 2], vec![18e3; 2], vec![21e3; 2], vec![1.0, 0.0]];
-        let line = ScalarSource::ErrorDifference {
-            channels: [1, 2],
-            truth: 0,
-            scale: ErrorScale::PercentOfTruth,
-            valid: [None, Some(3)],
-        };
-        let drawn = line.scalars(&values, 2);
-        assert!((drawn[0] - 5.0).abs() < 1e-12 && drawn[1].is_nan());
-    }
 
     /// 10 % too much with 2σ of 4 %; nothing where it is not valid.
     #[test]

@@ -30,7 +30,7 @@ pub(crate) use window::{End, Window};
 pub(crate) use windowed::{WantedMetric, WindowedMetrics};
 
 use crate::metrics::series::{ErrorSample, ErrorSeries, Tracking};
-use crate::metrics::window::{Timed, Windowed};
+use crate::metrics::window::Timed;
 use monorig_sim::config::file::suggestion;
 use monorig_sim::config::scenario::IntegrityLimits;
 
@@ -212,34 +212,20 @@ impl Metric {
     /// Begins to measure the metric for an estimator; the measurement itself chooses from the samples. None if it is of
     /// train and controller.
     pub(crate) fn of_estimator(&self, limits: &IntegrityLimits) -> Option<Running<ErrorSample>> {
-        let (which, running) = self.of_chosen(limits)?;
-        Some(match which {
-            Some(which) => Box::new(OfSome {
-                which: Some(which),
-                all: vec![running],
-            }),
-            None => running,
-        })
-    }
-
-    /// The samples that count, and the measurement over these; `None` if all samples count.
-    fn of_chosen(&self, limits: &IntegrityLimits) -> Option<(Option<Which>, Running<ErrorSample>)> {
         Some(match self.of {
             Of::Error {
                 quantity,
                 valid_only,
                 referenced,
                 start,
-            } => {
-                let which = Which {
-                    quantity,
-                    valid_only,
-                    referenced,
-                };
-                (Some(which), start())
-            }
-            Of::Estimator(start) => (None, start()),
-            Of::Marks { quantity, kind } => (None, marks::start(kind, quantity, limits)),
+            } => Box::new(OfSome {
+                quantity,
+                valid_only,
+                referenced,
+                running: start(),
+            }),
+            Of::Estimator(start) => start(),
+            Of::Marks { quantity, kind } => marks::start(kind, quantity, limits),
             Of::Run(_) => return None,
         })
     }
@@ -253,57 +239,25 @@ impl Metric {
     }
 }
 
-/// Passes on only the samples that count, to every metric of the same samples.
+/// Passes on only the samples that count: those with a reference of a quantity, and those in which it is marked valid.
 struct OfSome {
-    /// `None` if all samples count.
-    which: Option<Which>,
-    all: Vec<Running<ErrorSample>>,
-}
-
-/// The samples that count: those with a reference of a quantity, and those in which it is marked valid.
-#[derive(Clone, Copy, PartialEq, Eq)]
-struct Which {
     quantity: Quantity,
     valid_only: bool,
     referenced: bool,
-}
-
-impl Which {
-    fn counts(self, x: &ErrorSample) -> bool {
-        (!self.valid_only || self.quantity.is_valid(x))
-            && (!self.referenced || self.quantity.has_reference(x))
-    }
-}
-
-impl OfSome {
-    fn counts(&self, x: &ErrorSample) -> bool {
-        self.which.is_none_or(|which| which.counts(x))
-    }
+    running: Running<ErrorSample>,
 }
 
 impl Accumulator<ErrorSample> for OfSome {
     fn add(&mut self, x: &ErrorSample) {
-        if self.counts(x) {
-            self.all.iter_mut().for_each(|metric| metric.add(x));
+        if (!self.valid_only || self.quantity.is_valid(x))
+            && (!self.referenced || self.quantity.has_reference(x))
+        {
+            self.running.add(x);
         }
     }
 
-    /// Passes on each stretch of samples that count as one piece.
-    fn add_all(&mut self, all: &[ErrorSample]) {
-        let which = self.which;
-        let counts = |x: &ErrorSample| which.is_none_or(|which| which.counts(x));
-        for stretch in all.chunk_by(|a, b| counts(a) == counts(b)) {
-            if stretch.first().is_some_and(counts) {
-                self.all
-                    .iter_mut()
-                    .for_each(|metric| metric.add_all(stretch));
-            }
-        }
-    }
-
-    /// The number of the first metric.
     fn value(&self) -> f64 {
-        self.all.first().map_or(f64::NAN, |metric| metric.value())
+        self.running.value()
     }
 }
 
@@ -360,45 +314,7 @@ pub fn measure_run(series: &ErrorSeries, metric: &str, after_s: f64, until_s: f6
     Some(over(&series.tracking, running, &window))
 }
 
-/// A metric over the time from `after_s` to `until_s` of samples that come batch by batch: the number of [`measure`],
-/// or of [`measure_run`] where there is no closed loop.
-pub(crate) struct InWindow {
-    of_estimator: Option<Windowed<ErrorSample>>,
-    of_no_run: f64,
-}
-
-impl InWindow {
-    /// `None` if no metric has this name.
-    pub(crate) fn new(
-        metric: &str,
-        limits: &IntegrityLimits,
-        after_s: f64,
-        until_s: f64,
-    ) -> Option<Self> {
-        let metric = find(metric)?;
-        let window = Window::new(after_s, until_s);
-        let running = metric.of_estimator(limits);
-        Some(Self {
-            of_estimator: running.map(|running| Windowed::new(window, running)),
-            of_no_run: metric.of_run().map_or(f64::NAN, |running| running.value()),
-        })
-    }
-
-    /// Adds the next samples, in the order of time.
-    pub(crate) fn add(&mut self, batch: &[ErrorSample]) {
-        if let Some(windowed) = &mut self.of_estimator {
-            windowed.add_all(&[], batch);
-        }
-    }
-
-    /// The number for the samples so far.
-    pub(crate) fn value(&self) -> f64 {
-        let windowed = self.of_estimator.as_ref();
-        windowed.map_or(self.of_no_run, Windowed::value)
-    }
-}
-
-/// Unit of a metric of either kind; `None` for an unknown metric.
+/// The unit of a metric of either kind; none if there is no such metric.
 pub fn unit(metric: &str) -> Option<&'static str> {
     find(metric).map(|m| m.unit)
 }

@@ -19,7 +19,6 @@ pub mod result;
 pub mod run;
 pub mod search;
 pub(crate) mod sensitivity;
-pub mod side_by_side;
 pub(crate) mod space;
 pub mod study;
 pub(crate) mod study_check;

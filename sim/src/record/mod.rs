@@ -63,8 +63,6 @@ pub struct Emphasis<'a> {
     pub in_loop: Option<&'a str>,
     /// Published methods that are shown for reference.
     pub references: &'a [&'a str],
-    /// Two estimators whose errors are compared: the one before a change, and the one after it.
-    pub compared: Option<[&'a str; 2]>,
     /// Faults of instruments.
     pub faults: &'a [MarkedTime],
     /// True for a recorded drive that is played back: nothing is known of rail and train.

@@ -25,7 +25,6 @@ const FULL_RATE_ROWS: usize = 360_000;
 pub struct Recorder<'a> {
     sinks: Vec<Box<dyn Sink + 'a>>,
     extra: Option<Box<dyn ExtraChannels + 'a>>,
-    compared: Option<[&'a str; 2]>,
     moments: Moments,
     chunk: Chunk,
     chunk_ns: i64,
@@ -48,10 +47,7 @@ impl Recorder<'static> {
     /// Makes a recorder into `channels.parquet` in this folder, which is made if missing.
     pub fn parquet(folder: impl AsRef<Path>) -> Result<Self, Error> {
         let folder = folder.as_ref();
-        std::fs::create_dir_all(folder).map_err(|source| Error::Io {
-            path: folder.into(),
-            source,
-        })?;
+        std::fs::create_dir_all(folder).map_err(Error::at(folder))?;
         let sink = ParquetSink::create(folder.join("channels.parquet"))?;
         Ok(Self::new(vec![Box::new(sink)]))
     }
@@ -64,7 +60,6 @@ impl<'a> Recorder<'a> {
         Self {
             sinks,
             extra: None,
-            compared: None,
             moments: Moments::default(),
             chunk: Chunk::default(),
             chunk_ns: 0,
@@ -95,13 +90,7 @@ impl<'a> Recorder<'a> {
         self
     }
 
-    /// Compare two estimators: a viewer shows the difference of their errors.
-    pub fn comparing(mut self, before: &'a str, after: &'a str) -> Self {
-        self.compared = Some([before, after]);
-        self
-    }
-
-    /// Records at the full rate for any length of the run.
+    /// Record at the full rate however long the run is.
     pub fn full_rate(mut self) -> Self {
         self.thin_at = usize::MAX;
         self.thin_poses_at = usize::MAX;
@@ -255,7 +244,6 @@ impl Observer for Recorder<'_> {
         let emphasis = Emphasis {
             in_loop: in_loop.map(|e| e.name.as_str()),
             references: &references,
-            compared: self.compared,
             faults: &faults(&scenario.file.events),
             recorded: simulation.plant.is_recorded(),
         };

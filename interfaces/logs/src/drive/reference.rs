@@ -100,12 +100,9 @@ impl Reference {
         Ok(reference)
     }
 
-    /// Two flags: the slope is known; the mass is known.
-    pub fn known(&self) -> (bool, bool) {
-        (
-            !matches!(self.slope.slope, ReferenceSlope::None),
-            !self.masses.is_empty(),
-        )
+    /// True for a mass that is known.
+    pub fn has_mass(&self) -> bool {
+        !self.masses.is_empty()
     }
 
     /// The effective slope (rad) at a time, which must not decrease; `None` without a reference.

@@ -58,14 +58,10 @@ impl LastValues {
         take(&mut self.wheels, &z.wheel_speed_mps);
         take(&mut self.torques, &z.motor_torque_nm);
         let speed = self.speed();
-        self.force_n = match self.motors() {
-            0 => f64::NAN,
-            _ => {
-                let known = self.known(&self.torques);
-                known
-                    .map(|t| rim_force(t.unwrap_or(f64::NAN), speed, v))
-                    .sum()
-            }
+        let force = |torque: Option<f64>| rim_force(torque.unwrap_or(f64::NAN), speed, v);
+        self.force_n = match self.torques.iter().any(|t| t.is_there) {
+            true => self.known(&self.torques).map(force).sum(),
+            false => f64::NAN,
         };
     }
 
@@ -80,24 +76,10 @@ impl LastValues {
         self.wheels.iter().map(|last| last.at(self.now_ns))
     }
 
-    /// Mean of the wheels that are known, m/s.
+    /// Mean of the wheels that are known, m/s; not a number of none.
     pub fn speed(&self) -> f64 {
-        mean(self.known(&self.wheels).flatten())
+        let known = self.known(&self.wheels).flatten();
+        let (n, sum) = known.fold((0.0, 0.0), |(n, s), x| (n + 1.0, s + x));
+        sum / n
     }
-
-    /// Mean of the motors, N·m; not a number where one of them is not known.
-    pub fn torque(&self) -> f64 {
-        mean(self.known(&self.torques).map(|t| t.unwrap_or(f64::NAN)))
-    }
-
-    /// Motors whose torque was measured.
-    pub fn motors(&self) -> usize {
-        self.torques.iter().filter(|t| t.is_there).count()
-    }
-}
-
-/// Mean; not a number of none.
-fn mean(all: impl Iterator<Item = f64>) -> f64 {
-    let (n, sum) = all.fold((0.0, 0.0), |(n, s), x| (n + 1.0, s + x));
-    sum / n
 }

@@ -451,7 +451,7 @@ fn windows(map: &Map, plan: &Plan, seen: &mut Seen) -> Result<Windows, Error> {
     let mut drive = Drive::open(map, plan)?;
     let mut reference = Reference::load(map, drive.origin_ns())?;
     (seen.slope_sd, seen.mass_sd) = (reference.slope_sd_rad, reference.mass_sd_kg);
-    seen.has_mass = reference.known().1;
+    seen.has_mass = reference.has_mass();
     seen.rolled = Way::load(map, drive.origin_ns())?.map(Rolled::new);
     let mut windows = Windows::default();
     let mut last = LastValues::default();

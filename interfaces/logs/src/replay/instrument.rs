@@ -1,6 +1,5 @@
 //! The instrument of a replay: it delivers the samples of the step that is played.
 
-use super::ghost;
 use super::playback::{Shared, lock};
 use crate::drive::Target;
 use monorig_estimators::api::signals::{Measurand, Measurements, Shape, Slot};
@@ -14,7 +13,6 @@ pub(super) struct RecordedInstrument {
     pub shared: Shared,
     pub targets: Vec<Target>,
     pub drives: usize,
-    pub ghost: bool,
 }
 
 impl Instrument for RecordedInstrument {
@@ -47,13 +45,6 @@ impl Instrument for RecordedInstrument {
         let on_vehicle =
             |slot: &Slot| slot.measurand.shape() != Shape::PerDrive || slot.index < self.drives;
         let slots = Slot::all().filter(is_there).filter(on_vehicle);
-        let mut all: Vec<SensorChannel> = slots.flat_map(SensorChannel::of).collect();
-        if self.ghost {
-            let shared = self.shared.clone();
-            all.extend(ghost::channels(move |of| {
-                lock(&shared).ghost.as_ref().and_then(of)
-            }));
-        }
-        all
+        slots.flat_map(SensorChannel::of).collect()
     }
 }

@@ -7,9 +7,7 @@
 //! | `instrument` | the samples of a step, and the channels that are recorded of them |
 //! | `segmented` | estimators that are reset where a segment begins |
 //! | `judge` | estimates made elsewhere, played back beside those in the loop |
-//! | `ghost` | the vehicle of the map on the drive of the log, beside it |
 
-mod ghost;
 mod instrument;
 mod judge;
 mod playback;
@@ -21,7 +19,6 @@ use crate::drive::{Drive, Found, Plan, Reference, Step, calibrate};
 use crate::identify::Noise;
 use crate::map::{Map, NoiseSource};
 use crate::wrong;
-use ghost::Ghost;
 use instrument::RecordedInstrument;
 use monorig_estimators::api::signals::Command;
 use monorig_sim::Simulation;
@@ -48,9 +45,6 @@ pub struct ReplayOptions {
     /// Source of the noise for estimators, instead of the map's source. From the log, a parameter so given is among the
     /// values found.
     pub noise: Option<NoiseSource>,
-    /// Records the vehicle of the map on the same drive beside the log: the traction that it needs, with the speed that
-    /// was measured on the reference slope with the reference mass.
-    pub ghost: bool,
     /// Values that were found of the log beforehand; they are kept in the results with those found now.
     pub found: Vec<Found>,
 }
@@ -84,13 +78,6 @@ pub fn build(map: &Map, options: &ReplayOptions, registry: &Registry) -> Result<
     found.extend(options.found.iter().cloned());
     let mut drive = Drive::open(map, &plan)?;
     let reference = Reference::load(map, drive.origin_ns())?;
-    if options.ghost && reference.known() != (true, true) {
-        return Err(map.error(
-            "reference",
-            "a ghost needs a slope and a mass, but one of them is unknown",
-            "give `slope` and `mass` under `reference`",
-        ));
-    }
     let Some(first) = drive.next(map)? else {
         let path = map.files.values().next().cloned().unwrap_or_default();
         return Err(wrong(
@@ -126,8 +113,9 @@ pub fn build(map: &Map, options: &ReplayOptions, registry: &Registry) -> Result<
     }
     let all: Vec<Found> = found.iter().chain(&silent).cloned().collect();
     let scenario = scenario(map, options, estimators, &all)?;
-    let recorded = recorded(map, &plan, drive, reference, first, scenario, options.ghost);
-    let how = "set `bias_sd` of the channels and `noise: from-log` or `noise: defaults` in the map";
+    let recorded = recorded(map, &plan, drive, reference, first, scenario);
+    let how =
+        "`bias_sd` of the channels and `noise: from-log` or `noise: defaults` in the map say it";
     Ok(Built {
         simulation: Simulation::recorded(recorded, &registry)?,
         found,
@@ -198,7 +186,6 @@ fn recorded(
     reference: Reference,
     first: Step,
     scenario: LogScenario,
-    with_ghost: bool,
 ) -> RecordedDrive {
     let vehicle = plan.vehicle;
     let point = vehicle.tare_span_m == [0.0; 2]
@@ -216,7 +203,6 @@ fn recorded(
         steps: [first, Step::default()],
         now: 1,
         more: true,
-        ghost: with_ghost.then(|| Ghost::new(vehicle)),
         command: Command::default(),
     }));
     let segment = Arc::new(AtomicU32::new(0));
@@ -237,7 +223,6 @@ fn recorded(
             shared: shared.clone(),
             targets: plan.targets().collect(),
             drives: vehicle.drives,
-            ghost: with_ghost,
         }),
         controller: Box::new(RecordedCommand(shared)),
         around: Box::new(move |inner| {

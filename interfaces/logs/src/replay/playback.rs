@@ -1,6 +1,5 @@
 //! A log being played: the plant and the controller of the loop, and the steps that they and the instrument share.
 
-use super::ghost::Ghost;
 use crate::drive::{Drive, Reference, Step};
 use crate::map::Map;
 use monorig_estimators::api::signals::Command;
@@ -23,7 +22,6 @@ pub(super) struct Playback {
     pub more: bool,
     /// The command of the next step; in a log without commands the last measured torques.
     pub command: Command,
-    pub ghost: Option<Ghost>,
 }
 
 impl Playback {
@@ -88,9 +86,6 @@ impl Plant for RecordedPlant {
         }
         let effective = reference.effective_at(now.t_ns);
         let (slope, mass) = reference.at(now.t_ns);
-        if let Some(ghost) = &mut play.ghost {
-            ghost.see(now, [slope, effective.unwrap_or(slope)], mass);
-        }
         let t = &mut self.truth;
         t.t_s = now.t_ns as f64 * 1e-9;
         t.total_mass_kg = mass;

@@ -1,20 +1,13 @@
 //! The error budget of a run, if `monorig explain` has made one.
 
 use crate::explain::{Budget, METRICS, NAME};
-use crate::metrics::find;
 use crate::reports::page::Section;
-use crate::reports::plot::axis::Axis;
-use crate::reports::plot::grouped::GroupedBars;
-use crate::reports::plot::{Figure, ValueGroup};
 use crate::reports::run::recorded::Recorded;
 use crate::reports::table::{Cell, Table};
 use monorig_sim::config::file::{input_error, read_result};
 use monorig_sim::error::Error;
 
-/// Least share that is drawn; the largest is 1: one that gets much worse does not flatten the others.
-const LEAST: f64 = -1.0;
-
-/// Table and plots; `None` without a budget. One of another run is an error.
+/// Tables; none without a budget. One of another run is an error.
 pub(crate) fn section(run: &Recorded) -> Result<Option<Section>, Error> {
     let path = run.folder.join(NAME);
     if !path.is_file() {
@@ -60,9 +53,7 @@ pub(crate) fn section(run: &Recorded) -> Result<Option<Section>, Error> {
             section = section.folded(what, table(&budget, metric));
         }
     }
-    let figures = METRICS.iter().map(|metric| figure(run, &budget, metric));
-    let figures = figures.filter(|f| f.svg.is_some()).collect();
-    Ok(Some(section.folded_figures("Plots of the shares", figures)))
+    Ok(Some(section))
 }
 
 /// Largest sources of the errors of an estimator.
@@ -110,27 +101,4 @@ fn table(budget: &Budget, metric: &str) -> Table {
         table.row(std::iter::once(error.estimator.clone().into()).chain(values));
     }
     table
-}
-
-fn figure(run: &Recorded, budget: &Budget, metric: &str) -> Figure {
-    let series = run.estimators().filter_map(|(name, ink)| {
-        let error = budget.of(metric).find(|e| e.estimator == name)?;
-        let shares = (0..budget.sources.len()).map(|i| 100.0 * error.share(i).unwrap_or(f64::NAN));
-        Some(ValueGroup::new(name, ink, shares.collect()))
-    });
-    let series: Vec<ValueGroup<f64>> = series.collect();
-    let values = series.iter().flat_map(|s| &s.values).copied();
-    let least = values.filter(|x| x.is_finite()).fold(0.0, f64::min);
-    let axis = Axis::linear("share of mean square error that disappears, %");
-    GroupedBars {
-        title: find(metric).map_or(metric.to_owned(), |m| m.doc.to_owned()),
-        note: match least < 100.0 * LEAST {
-            true => "Bars below −100 % are cut.".into(),
-            false => String::new(),
-        },
-        names: budget.sources.iter().map(|s| s.name.clone()).collect(),
-        y: axis.between(least.max(100.0 * LEAST) - 3.0, 105.0),
-        series,
-    }
-    .figure()
 }

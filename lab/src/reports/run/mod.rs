@@ -5,7 +5,6 @@ mod budget;
 mod control;
 pub(super) mod errors;
 mod estimates;
-mod ghost;
 mod integrity;
 mod measured;
 pub(super) mod recorded;
@@ -46,7 +45,6 @@ pub fn page(folder: &Path, link: &str) -> Result<Page, Error> {
         page.sections.push(track::section(&run)?);
         page.sections.push(control::section(&run)?);
     }
-    page.sections.extend(ghost::section(&run)?);
     page.sections.push(about::section(&run, link));
     if replayed {
         // of a log much is not known, and a box without a curve says nothing
