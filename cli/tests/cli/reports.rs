@@ -436,7 +436,7 @@ fn an_error_budget_is_in_the_report() {
     }
     let text = text(&dir.read("runs/quick & dirty/1/report.html"));
     assert!(
-        text.contains("Error budget") && text.contains("share of mean square error"),
+        text.contains("Error budget") && text.contains("share of the mean square error"),
         "{text}"
     );
     let (code, out, err) = dir.monorig(&[

@@ -7,9 +7,7 @@ use crate::reports::plot::axis::Axis;
 use crate::reports::plot::heat::HeatMap;
 use crate::reports::plot::history::History;
 use crate::reports::plot::line::{Line, LineChart};
-use crate::reports::plot::parallel::Parallel;
 use crate::reports::plot::pareto::Pareto;
-use crate::reports::plot::sensitivity::SensitivityChart;
 use crate::reports::plot::theme::Ink;
 use crate::reports::table::{Cell, Table};
 use crate::text::number;
@@ -155,38 +153,7 @@ fn search(study: &TuningStudy, trials: &[Trial]) -> Section {
         scores: trials.iter().map(Trial::loss).collect(),
         references: references.collect(),
     };
-    let space = ParameterAxes(study);
-    let names: Vec<&String> = study.file.parameters.keys().collect();
-    let values = |t: &Trial| -> Vec<f64> {
-        let of = |name: &&String| {
-            t.parameters
-                .get(*name)
-                .map_or(f64::NAN, |x| space.shown(name, x))
-        };
-        names.iter().map(of).collect()
-    };
-    let candidates: Vec<(Vec<f64>, f64)> = trials.iter().map(|t| (values(t), t.loss())).collect();
-    let ends = |i: usize, name: &str| {
-        let all = || {
-            candidates
-                .iter()
-                .filter_map(|c| c.0.get(i).copied())
-                .filter(|x| x.is_finite())
-        };
-        let low = all().fold(f64::INFINITY, f64::min);
-        let high = all().fold(f64::NEG_INFINITY, f64::max);
-        (space.title(name), low, high, space.is_log(name))
-    };
-    let parallel = Parallel {
-        title: "Parameters and loss".into(),
-        score: LOSS.into(),
-        parameters: names.iter().enumerate().map(|(i, n)| ends(i, n)).collect(),
-        candidates: candidates.clone(),
-        most: 100,
-    };
-    let mut section = Section::new("Search")
-        .figure(history.figure())
-        .figure(parallel.figure());
+    let mut section = Section::new("Search").figure(history.figure());
     if study.file.objective.combine == Combine::Pareto {
         section = section.figure(front(study, trials));
     }
@@ -221,15 +188,20 @@ fn front(study: &TuningStudy, trials: &[Trial]) -> Figure {
 
 fn curve(space: &ParameterAxes<'_>, c: &Curve, marks: Vec<(String, f64)>) -> Figure {
     let points = c.values.iter().zip(&c.losses);
-    let points = points.map(|(x, y)| (space.shown(&c.parameter, x), y.unwrap_or(f64::NAN)));
-    SensitivityChart {
-        title: c.parameter.clone(),
-        x: space.axis(&c.parameter),
-        y: Axis::linear(LOSS),
-        curves: vec![("tuning".into(), points.collect())],
-        marks,
-    }
-    .figure()
+    let points: Vec<_> = points
+        .map(|(x, y)| (space.shown(&c.parameter, x), y.unwrap_or(f64::NAN)))
+        .collect();
+    let (x, y) = (space.axis(&c.parameter), Axis::linear(LOSS));
+    let mut chart = LineChart::new(c.parameter.clone(), x, y);
+    chart.add(Line::new("", Ink::Series(0), points.clone()).dotted());
+    chart.add(Line::new("tuning", Ink::Series(0), points));
+    let inks = [Ink::Good, Ink::Muted, Ink::Series(4)];
+    chart.marks = marks
+        .into_iter()
+        .zip(inks)
+        .map(|((name, at), ink)| (name, at, ink))
+        .collect();
+    chart.figure()
 }
 
 fn map(space: &ParameterAxes<'_>, m: &Map, result: &TuningResult) -> Figure {

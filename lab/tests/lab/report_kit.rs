@@ -8,10 +8,8 @@ use monorig_lab::reports::plot::consistency::Consistency;
 use monorig_lab::reports::plot::heat::HeatMap;
 use monorig_lab::reports::plot::history::History;
 use monorig_lab::reports::plot::line::{Band, Line, LineChart};
-use monorig_lab::reports::plot::parallel::Parallel;
 use monorig_lab::reports::plot::pareto::Pareto;
 use monorig_lab::reports::plot::scatter::Scatter;
-use monorig_lab::reports::plot::sensitivity::SensitivityChart;
 use monorig_lab::reports::plot::theme::Ink;
 use monorig_lab::reports::plot::{Figure, ValueGroup};
 use monorig_lab::reports::table::{Cell, Table};
@@ -148,40 +146,7 @@ fn search_plots() -> Section {
             }
             .figure(),
         )
-        .figure(
-            Parallel {
-                title: "Candidates".into(),
-                score: "slope RMSE, °".into(),
-                parameters: vec![
-                    ("lambda0".into(), 0.9, 1.0, false),
-                    ("q_slope".into(), 1e-4, 1.0, true),
-                    ("delta".into(), -1.0, 1.0, false),
-                ],
-                candidates: candidates.clone(),
-                most: 100,
-            }
-            .figure(),
-        )
         .figure(scatter.figure())
-        .figure(
-            SensitivityChart {
-                title: "lambda0".into(),
-                x: Axis::linear("λ₀"),
-                y: Axis::linear("slope RMSE, °"),
-                curves: vec![
-                    (
-                        "tuning".into(),
-                        xs.iter().map(|&x| (x, bowl(x, 0.01))).collect(),
-                    ),
-                    (
-                        "validation".into(),
-                        xs.iter().map(|&x| (x, 1.1 * bowl(x, 0.02))).collect(),
-                    ),
-                ],
-                marks: vec![("winner".into(), 0.97), ("published".into(), 0.98)],
-            }
-            .figure(),
-        )
         .figure(
             HeatMap {
                 title: "Map".into(),
@@ -282,7 +247,7 @@ fn a_page_is_well_formed_self_contained_and_always_the_same() {
     assert_eq!(html, page().to_html());
     let (elements, text) = parse(&html);
     let figures = elements.iter().filter(|e| *e == "figure").count();
-    assert_eq!(figures, 11);
+    assert_eq!(figures, 9);
     assert!(!text.contains("no data"), "a plot is missing");
     for part in [
         "Gallery <of> \"plots\" & more",
@@ -359,22 +324,6 @@ fn a_plot_without_numbers_says_so() {
             xs: vec![1.0],
             ys: vec![1.0],
             scores: vec![nan.clone()],
-            marks: vec![],
-        }
-        .figure(),
-        Parallel {
-            title: "t".into(),
-            score: "s".into(),
-            parameters: vec![],
-            candidates: vec![],
-            most: 9,
-        }
-        .figure(),
-        SensitivityChart {
-            title: "t".into(),
-            x: axis(),
-            y: axis(),
-            curves: vec![],
             marks: vec![],
         }
         .figure(),

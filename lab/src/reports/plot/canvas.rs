@@ -8,7 +8,6 @@ use plotters::coord::Shift;
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint};
 use plotters::element::{CoordMapper, Drawable, PointCollection};
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Size of a drawing in its own units; two of them are a pixel where two figures stand side by side.
 const SIZE: (u32, u32) = (1160, 640);
@@ -276,15 +275,6 @@ impl<'a> Canvas<'a> {
         if self.is_inside(at) {
             self.draw(&Cross::new(at, 13, ink.rgb().stroke_width(5)));
         }
-    }
-
-    /// Text, its middle at a point.
-    pub(crate) fn text(&mut self, at: (f64, f64), text: &str, ink: Ink) {
-        let style = ("sans-serif", TEXT)
-            .into_font()
-            .color(&ink.rgb())
-            .pos(Pos::new(HPos::Center, VPos::Center));
-        self.draw(&Text::new(text.to_owned(), self.scaled(at), style));
     }
 }
 
