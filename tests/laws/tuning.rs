@@ -136,7 +136,7 @@ fn a_recording_comes_back_from_disk_whole_or_not_at_all() {
         .unwrap()
         .unwrap();
     let place = cache.place(&s, 1).unwrap();
-    assert!(cache::load(&place).unwrap() == made);
+    assert!(cache::load(&place, made.vehicle).unwrap() == made);
 
     // found again without running: a run would be stopped at once
     let found = cache
@@ -168,7 +168,11 @@ fn a_recording_comes_back_from_disk_whole_or_not_at_all() {
         b"monorig replay 1",
     ] {
         std::fs::write(&place, bad).unwrap();
-        assert!(cache::load(&place).is_none(), "{} bytes", bad.len());
+        assert!(
+            cache::load(&place, made.vehicle).is_none(),
+            "{} bytes",
+            bad.len()
+        );
     }
     // and is then made anew
     assert!(
@@ -178,7 +182,7 @@ fn a_recording_comes_back_from_disk_whole_or_not_at_all() {
             .unwrap()
             == made
     );
-    assert!(cache::load(&place).is_some());
+    assert!(cache::load(&place, made.vehicle).is_some());
     let names = std::fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(names, 1, "something was left behind");
 }

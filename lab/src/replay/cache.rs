@@ -4,10 +4,9 @@ use crate::bound::BoundSample;
 use crate::metrics::series::Target;
 use crate::replay::{ReplayData, record};
 use monorig_estimators::Time;
-use monorig_estimators::api::mass_layout::MassLayout;
-use monorig_estimators::api::signals::{RoadVehicle, Vehicle, VehicleData};
-use monorig_sim::closed_loop::SimulationBuilder;
+use monorig_estimators::api::signals::Vehicle;
 use monorig_sim::closed_loop::registry::Registry;
+use monorig_sim::closed_loop::{Simulation, SimulationBuilder};
 use monorig_sim::config::file::read_large;
 use monorig_sim::config::scenario::Scenario;
 use monorig_sim::error::Error;
@@ -17,7 +16,7 @@ use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
 /// First bytes of a file; the number is the format's.
-const MAGIC: &[u8; 16] = b"monorig replay 6";
+const MAGIC: &[u8; 16] = b"monorig replay 7";
 
 /// A folder of recordings.
 #[derive(Clone, Debug)]
@@ -59,8 +58,11 @@ impl Cache {
         go_on: &mut dyn FnMut(f64) -> bool,
     ) -> Result<Option<ReplayData>, Error> {
         let place = self.place(scenario, seed)?;
-        if let Some(found) = load(&place) {
-            return Ok(Some(found));
+        if place.is_file() {
+            let vehicle = Simulation::build(record::bare(scenario), registry, seed)?.vehicle;
+            if let Some(found) = load(&place, vehicle) {
+                return Ok(Some(found));
+            }
         }
         let made = record::record(scenario, registry, seed, go_on)?;
         if let Some(columns) = &made {
@@ -70,7 +72,7 @@ impl Cache {
     }
 }
 
-/// Write a recording under a temporary name, then move it into place.
+/// Write a recording, all but its vehicle, under a temporary name, then move it into place.
 pub fn save(place: &Path, columns: &ReplayData) -> Result<(), Error> {
     if let Some(folder) = place.parent() {
         std::fs::create_dir_all(folder).map_err(Error::at(folder))?;
@@ -78,9 +80,9 @@ pub fn save(place: &Path, columns: &ReplayData) -> Result<(), Error> {
     whole::write(place, &encode(columns))
 }
 
-/// Read a recording; none if there is no file, or if it is not whole.
-pub fn load(place: &Path) -> Option<ReplayData> {
-    decode(&read_large(place).ok()?)
+/// Read a recording of this vehicle; none if there is no file, or if it is not whole.
+pub fn load(place: &Path, vehicle: Vehicle) -> Option<ReplayData> {
+    decode(&read_large(place).ok()?, vehicle)
 }
 
 fn encode(columns: &ReplayData) -> Vec<u8> {
@@ -90,9 +92,6 @@ fn encode(columns: &ReplayData) -> Vec<u8> {
         body.extend((count as u64).to_le_bytes());
     }
     let mut put = |x: f64| body.extend(x.to_le_bytes());
-    vehicle_numbers(&columns.vehicle)
-        .into_iter()
-        .for_each(&mut put);
     for t in &columns.truth {
         put(t.t_s);
         put(t.total_mass_kg);
@@ -115,7 +114,7 @@ fn encode(columns: &ReplayData) -> Vec<u8> {
     file
 }
 
-fn decode(file: &[u8]) -> Option<ReplayData> {
+fn decode(file: &[u8], vehicle: Vehicle) -> Option<ReplayData> {
     let (hash, body) = file.strip_prefix(MAGIC)?.split_at_checked(32)?;
     if Sha256::digest(body).as_slice() != hash {
         return None;
@@ -130,7 +129,6 @@ fn decode(file: &[u8]) -> Option<ReplayData> {
     }
     let mut numbers = words.by_ref().map(f64::from_bits);
     let mut get = || numbers.next();
-    let vehicle = vehicle_of(&mut get)?;
     let mut columns = ReplayData::new(vehicle);
     for _ in 0..steps {
         columns.truth.push(Target {
@@ -173,110 +171,4 @@ fn bound_of([t_s, slope_rad, effective_rad, mass_rel]: [f64; 4]) -> Option<Bound
         effective_rad,
         mass_rel,
     })
-}
-
-/// Number of a standard deviation that is not known.
-const NOT_KNOWN: f64 = -1.0;
-
-fn known(number: f64) -> Option<f64> {
-    (number >= 0.0).then_some(number)
-}
-
-/// The numbers of a vehicle, in the order [`vehicle_of`] reads them.
-fn vehicle_numbers(vehicle: &Vehicle) -> Vec<f64> {
-    let VehicleData {
-        tare_kg,
-        drives,
-        wheel_radius_m,
-        gear_ratio,
-        efficiency,
-        rotating_mass_kg,
-        running_resistance,
-        mass_range_kg: [mass_low, mass_high],
-        mass_guess_kg,
-        tare_span_m: [tare_near, tare_far],
-        load_span_m: [load_near, load_far],
-        imu_arm_m,
-        layout,
-        accel_bias_sd_mps2,
-        gyro_bias_sd_radps,
-        road,
-    } = vehicle.data();
-    let mut numbers = vec![
-        tare_kg,
-        drives as f64,
-        wheel_radius_m,
-        gear_ratio,
-        efficiency,
-        rotating_mass_kg,
-        running_resistance,
-        mass_low,
-        mass_high,
-        mass_guess_kg.unwrap_or(NOT_KNOWN),
-        tare_near,
-        tare_far,
-        load_near,
-        load_far,
-        imu_arm_m,
-        accel_bias_sd_mps2.unwrap_or(NOT_KNOWN),
-        gyro_bias_sd_radps.unwrap_or(NOT_KNOWN),
-        if layout.is_some() { 1.0 } else { 0.0 },
-        if road.is_some() { 1.0 } else { 0.0 },
-    ];
-    numbers.extend(layout.iter().flat_map(MassLayout::numbers));
-    if let Some(RoadVehicle {
-        drag_area_m2,
-        air_density_kgpm3,
-        front_axle_m,
-        rear_axle_m,
-        front_cornering_npr,
-        rear_cornering_npr,
-    }) = road
-    {
-        numbers.extend([
-            drag_area_m2,
-            air_density_kgpm3,
-            front_axle_m,
-            rear_axle_m,
-            front_cornering_npr,
-            rear_cornering_npr,
-        ]);
-    }
-    numbers
-}
-
-fn vehicle_of(get: &mut impl FnMut() -> Option<f64>) -> Option<Vehicle> {
-    let mut vehicle = VehicleData {
-        tare_kg: get()?,
-        drives: get()? as usize,
-        wheel_radius_m: get()?,
-        gear_ratio: get()?,
-        efficiency: get()?,
-        rotating_mass_kg: get()?,
-        running_resistance: get()?,
-        mass_range_kg: [get()?, get()?],
-        mass_guess_kg: known(get()?),
-        tare_span_m: [get()?, get()?],
-        load_span_m: [get()?, get()?],
-        imu_arm_m: get()?,
-        layout: None,
-        accel_bias_sd_mps2: known(get()?),
-        gyro_bias_sd_radps: known(get()?),
-        road: None,
-    };
-    let (layout, road) = (get()?, get()?);
-    if layout != 0.0 {
-        vehicle.layout = Some(MassLayout::from_numbers(&mut *get)?);
-    }
-    if road != 0.0 {
-        vehicle.road = Some(RoadVehicle {
-            drag_area_m2: get()?,
-            air_density_kgpm3: get()?,
-            front_axle_m: get()?,
-            rear_axle_m: get()?,
-            front_cornering_npr: get()?,
-            rear_cornering_npr: get()?,
-        });
-    }
-    Vehicle::new(vehicle).ok()
 }

@@ -56,19 +56,23 @@ fn mutants_of_recordings_to_be_replayed() {
     let place = folder.path().join("a.replay");
     cache::save(&place, &recording()).unwrap();
     let good = std::fs::read(&place).unwrap();
-    assert_eq!(cache::load(&place).unwrap(), recording());
+    assert_eq!(cache::load(&place, vehicle()).unwrap(), recording());
     let mut decoded = 0;
     for seed in 0..mutants::count(MUTANTS) {
         let mut bytes = mutant(&good, 0, seed);
         std::fs::write(&place, &bytes).unwrap();
         let same = bytes == good;
-        assert_eq!(cache::load(&place).is_some(), same, "mutant {seed}");
+        assert_eq!(
+            cache::load(&place, vehicle()).is_some(),
+            same,
+            "mutant {seed}"
+        );
         // and with the check sum of what is in it: the decoder is on its own
         bytes = mutant(&good, HEAD_BYTES, seed);
         let sum = Sha256::digest(&bytes[HEAD_BYTES..]);
         bytes[FORMAT_BYTES..HEAD_BYTES].copy_from_slice(&sum);
         std::fs::write(&place, &bytes).unwrap();
-        let Some(data) = cache::load(&place) else {
+        let Some(data) = cache::load(&place, vehicle()) else {
             continue;
         };
         decoded += 1;
