@@ -120,10 +120,7 @@ fn whole_pipelines() {
     for name in registry::NAMES.iter().filter(|name| wanted(name)) {
         let build = || registry::build(name, &columns.vehicle, []).expect("defaults");
         let sampled = rate(1, || {
-            play(&columns, "tuned", Box::new(build()), |batch| {
-                std::hint::black_box(batch);
-            })
-            .expect("a replay");
+            std::hint::black_box(play(&columns, "tuned", Box::new(build())).expect("a replay"));
         });
         let each = |rate: f64| 1e9 / rate / steps as f64;
         let told = format!(

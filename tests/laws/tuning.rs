@@ -54,11 +54,7 @@ fn replay_gives_the_bits_of_the_run() {
     for (name, samples) in &live.estimators {
         let columns = &recorder.columns;
         let estimator = registry::build(name, &columns.vehicle, []).unwrap();
-        let mut replayed = Vec::new();
-        play(columns, name, Box::new(estimator), |batch| {
-            replayed.extend_from_slice(batch);
-        })
-        .unwrap();
+        let replayed = play(columns, name, Box::new(estimator)).unwrap();
         valid += samples
             .iter()
             .filter(|x| x.mass_valid && x.slope_valid)

@@ -30,7 +30,7 @@ pub(crate) use window::{End, Window};
 pub(crate) use windowed::{WantedMetric, WindowedMetrics};
 
 use crate::metrics::series::{ErrorSample, ErrorSeries, Tracking};
-use crate::metrics::window::{Timed, Windowed};
+use crate::metrics::window::Timed;
 use monorig_sim::config::file::suggestion;
 use monorig_sim::config::scenario::IntegrityLimits;
 
@@ -359,44 +359,6 @@ pub fn measure_run(series: &ErrorSeries, metric: &str, after_s: f64, until_s: f6
     let running = find(metric)?.of_run()?;
     let window = Window::new(after_s, until_s);
     Some(over(&series.tracking, running, &window))
-}
-
-/// A metric over the time from `after_s` to `until_s` of samples that come batch by batch: the number of [`measure`],
-/// or of [`measure_run`] where there is no closed loop.
-pub(crate) struct InWindow {
-    of_estimator: Option<Windowed<ErrorSample>>,
-    of_no_run: f64,
-}
-
-impl InWindow {
-    /// None if there is no metric of this name.
-    pub(crate) fn new(
-        metric: &str,
-        limits: &IntegrityLimits,
-        after_s: f64,
-        until_s: f64,
-    ) -> Option<Self> {
-        let metric = find(metric)?;
-        let window = Window::new(after_s, until_s);
-        let running = metric.of_estimator(limits);
-        Some(Self {
-            of_estimator: running.map(|running| Windowed::new(window, running)),
-            of_no_run: metric.of_run().map_or(f64::NAN, |running| running.value()),
-        })
-    }
-
-    /// The next samples, in the order of time.
-    pub(crate) fn add(&mut self, batch: &[ErrorSample]) {
-        if let Some(windowed) = &mut self.of_estimator {
-            windowed.add_all(&[], batch);
-        }
-    }
-
-    /// The number for the samples so far.
-    pub(crate) fn value(&self) -> f64 {
-        let windowed = self.of_estimator.as_ref();
-        windowed.map_or(self.of_no_run, Windowed::value)
-    }
 }
 
 /// The unit of a metric of either kind; none if there is no such metric.

@@ -1,8 +1,8 @@
 //! Runs a trial: an estimator with the trial's parameters over every run of the study, side by side on several threads.
 
 use crate::batch::map_in_order;
+use crate::metrics;
 use crate::metrics::series::{ErrorSample, ErrorSeries};
-use crate::metrics::{self, InWindow};
 use crate::replay::{ReplayData, cache::Cache, play::play};
 pub use crate::tuning::loss::RunMetrics;
 use crate::tuning::loss::{MetricWindow, metric_windows};
@@ -106,7 +106,9 @@ impl<'a> Evaluator<'a> {
 
     /// The metrics of the study over all runs with these parameters, in the order of the study.
     pub fn evaluate(&self, values: &Values) -> Vec<RunMetrics> {
-        let measured = map_in_order(self.jobs, &self.runs, |run| self.one(run, values));
+        let measured = map_in_order(self.jobs, &self.runs, |run| {
+            self.measure(&self.series(run, values)?)
+        });
         let runs = self.runs.iter().zip(measured);
         runs.map(|(run, values)| RunMetrics {
             group: run.group,
@@ -114,42 +116,6 @@ impl<'a> Evaluator<'a> {
             values,
         })
         .collect()
-    }
-
-    /// The metrics of one run.
-    fn one(&self, run: &OneRun, values: &Values) -> Result<Vec<f64>, String> {
-        match &run.source {
-            SampleSource::Replay(columns) => caught(|| self.measure_replay(run, columns, values)),
-            SampleSource::ClosedLoop(_) => self
-                .series(run, values)
-                .and_then(|series| self.measure(&series, &self.windows)),
-        }
-    }
-
-    /// The metrics of a replay, measured as it goes: the numbers of [`Evaluator::measure`], without keeping the
-    /// samples.
-    fn measure_replay(
-        &self,
-        run: &OneRun,
-        columns: &ReplayData,
-        values: &Values,
-    ) -> Result<Vec<f64>, String> {
-        let mut metrics = self.started(run)?;
-        let estimator = self.estimator(columns, values)?;
-        play(columns, &self.study.file.estimator, estimator, |batch| {
-            metrics.iter_mut().for_each(|metric| metric.add(batch));
-        })
-        .map_err(|e| e.to_string())?;
-        Ok(metrics.iter().map(InWindow::value).collect())
-    }
-
-    /// The metrics of the study over a run, before its first sample.
-    fn started(&self, run: &OneRun) -> Result<Vec<InWindow>, String> {
-        let of_window = |w: &MetricWindow| {
-            InWindow::new(&w.metric, &run.limits, w.after_s, w.until_s)
-                .ok_or_else(|| format!("there is no metric {}", w.metric))
-        };
-        self.windows.iter().map(of_window).collect()
     }
 
     /// The study's estimator with these parameters.
@@ -176,7 +142,7 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    fn measure(&self, series: &ErrorSeries, windows: &[MetricWindow]) -> Result<Vec<f64>, String> {
+    fn measure(&self, series: &ErrorSeries) -> Result<Vec<f64>, String> {
         let one = |w: &MetricWindow| {
             metrics::measure(
                 series,
@@ -188,7 +154,7 @@ impl<'a> Evaluator<'a> {
             .or_else(|| metrics::measure_run(series, &w.metric, w.after_s, w.until_s))
             .ok_or_else(|| format!("there is no metric {}", w.metric))
         };
-        windows.iter().map(one).collect()
+        self.windows.iter().map(one).collect()
     }
 
     fn series(&self, run: &OneRun, values: &Values) -> Result<ErrorSeries, String> {
@@ -199,11 +165,8 @@ impl<'a> Evaluator<'a> {
         let name = &self.study.file.estimator;
         match &run.source {
             SampleSource::Replay(columns) => {
-                let mut samples = Vec::with_capacity(columns.len());
-                play(columns, name, self.estimator(columns, values)?, |batch| {
-                    samples.extend_from_slice(batch);
-                })
-                .map_err(|e| e.to_string())?;
+                let samples = play(columns, name, self.estimator(columns, values)?)
+                    .map_err(|e| e.to_string())?;
                 Ok(ErrorSeries {
                     estimators: vec![(name.clone(), samples)],
                     limits: run.limits,
