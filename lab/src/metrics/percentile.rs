@@ -2,19 +2,15 @@
 //!
 //! The histogram is log-linear (Tene 2012, HdrHistogram): each power of two is cut into 1024 cells of equal width, so
 //! that the middle of a cell is within 1/2048 (0.05 %) of every value in it. A cell is the leading bits of the
-//! number: no logarithm, so the same on every machine, and whatever the order of the values. Powers of two that hold
-//! nothing take no room.
+//! number: no logarithm, so the same on every machine, and whatever the order of the values.
 
 use crate::metrics::statistics::{Accumulator, Running};
+use std::collections::BTreeMap;
 
 /// So many values are kept as they are: 22 minutes at 100 Hz.
 const EXACT: usize = 1 << 17;
 /// Bits of the mantissa that make the cells of a power of two.
 const CELL_BITS: u32 = 10;
-/// Cells of a power of two.
-const CELLS: usize = 1 << CELL_BITS;
-/// Powers of two that a number can have, infinity and not-a-number among them.
-const POWERS: usize = 1 << 11;
 /// Bits of a number below those of its cell.
 const BELOW: u32 = f64::MANTISSA_DIGITS - 1 - CELL_BITS;
 
@@ -58,10 +54,11 @@ impl<T, F: Fn(&T) -> f64> Accumulator<T> for Percentile<F> {
     }
 }
 
-/// Magnitudes, as they are or as a histogram.
+/// Magnitudes, as they are or as a histogram: the number of values in each cell. The sign of a magnitude is 0, so cells
+/// are in the order of the numbers, infinity and not-a-number last.
 enum Magnitudes {
     Exact(Vec<f64>),
-    Buckets(Buckets),
+    Cells(BTreeMap<u64, u64>),
 }
 
 impl Default for Magnitudes {
@@ -75,11 +72,11 @@ impl Magnitudes {
         match self {
             Self::Exact(values) if values.len() < EXACT => values.push(x),
             Self::Exact(values) => {
-                let mut cells = Buckets::default();
-                values.iter().chain([&x]).for_each(|x| cells.count(*x));
-                *self = Self::Buckets(cells);
+                let values = std::mem::take(values);
+                *self = Self::Cells(BTreeMap::new());
+                values.into_iter().chain([x]).for_each(|x| self.add(x));
             }
-            Self::Buckets(cells) => cells.count(x),
+            Self::Cells(cells) => *cells.entry(x.to_bits() >> BELOW).or_default() += 1,
         }
     }
 
@@ -93,52 +90,22 @@ impl Magnitudes {
                 let place = place(values.len() as f64) as usize;
                 *values.select_nth_unstable_by(place, f64::total_cmp).1
             }
-            Self::Buckets(cells) => {
-                let place = place(cells.iter().map(|(_, n)| n).sum::<u64>() as f64) as u64;
+            Self::Cells(cells) => {
+                let place = place(cells.values().sum::<u64>() as f64) as u64;
                 let mut below = 0;
                 let at = cells.iter().find(|(_, n)| {
-                    below += n;
+                    below += **n;
                     below > place
                 });
-                at.map_or(f64::NAN, |(cell, _)| middle(cell))
+                at.map_or(f64::NAN, |(cell, _)| middle(*cell))
             }
         }
     }
 }
 
-/// Number of values in each cell, by power of two. The sign of a magnitude is 0, so cells are in the order of the
-/// numbers, infinity and not-a-number last.
-#[derive(Default)]
-struct Buckets(Vec<Option<Box<[u64; CELLS]>>>);
-
-impl Buckets {
-    fn count(&mut self, x: f64) {
-        let cell = (x.to_bits() >> BELOW) as usize;
-        let (power, cell) = (cell >> CELL_BITS, cell & (CELLS - 1));
-        if self.0.is_empty() {
-            self.0.resize_with(POWERS, || None);
-        }
-        if let Some(cells) = self.0.get_mut(power) {
-            cells.get_or_insert_with(|| Box::new([0; CELLS]))[cell] += 1;
-        }
-    }
-
-    /// The cells that hold something, in the order of the numbers.
-    fn iter(&self) -> impl Iterator<Item = (u32, u64)> {
-        let powers = self.0.iter().zip(0u32..);
-        let cells = powers.flat_map(|(cells, power)| {
-            let cells = cells.iter().flat_map(|cells| cells.iter());
-            cells
-                .zip(0u32..)
-                .map(move |(n, cell)| ((power << CELL_BITS) | cell, *n))
-        });
-        cells.filter(|(_, n)| *n > 0)
-    }
-}
-
-fn middle(cell: u32) -> f64 {
-    let start = f64::from_bits(u64::from(cell) << BELOW);
-    let end = f64::from_bits((u64::from(cell) + 1) << BELOW);
+fn middle(cell: u64) -> f64 {
+    let start = f64::from_bits(cell << BELOW);
+    let end = f64::from_bits((cell + 1) << BELOW);
     match start == 0.0 || !end.is_finite() {
         true => start,
         false => 0.5 * (start + end),
@@ -185,9 +152,7 @@ mod tests {
             })
             .collect();
         let all = of(values.iter().copied());
-        assert!(
-            matches!(&all, Magnitudes::Buckets(cells) if cells.0.iter().flatten().count() <= 32)
-        );
+        assert!(matches!(&all, Magnitudes::Cells(cells) if cells.len() <= 32 << CELL_BITS));
         let backwards = of(values.iter().rev().copied());
         let mut sorted = values;
         sorted.sort_unstable_by(f64::total_cmp);
