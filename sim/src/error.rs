@@ -57,6 +57,24 @@ impl Error {
             source,
         }
     }
+
+    /// Makes an error of an input: line and column, where they are known, and the key, empty for the file as a whole.
+    pub fn input(
+        file: &Path,
+        place: Option<(usize, usize)>,
+        key: impl Into<String>,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Self {
+        Self::Input(Box::new(InputError {
+            file: file.into(),
+            line: place.map(|p| p.0),
+            column: place.map(|p| p.1),
+            key: key.into(),
+            message: message.into(),
+            help: help.into(),
+        }))
+    }
 }
 
 fn of_seed(seed: Option<u64>) -> String {
@@ -70,15 +88,7 @@ pub fn wrong(
     message: impl Into<String>,
     help: impl Into<String>,
 ) -> Error {
-    InputError {
-        file: file.into(),
-        line,
-        column: line.map(|_| 1),
-        key: String::new(),
-        message: message.into(),
-        help: help.into(),
-    }
-    .into()
+    Error::input(file, line.map(|line| (line, 1)), "", message, help)
 }
 
 /// A mistake in an input: its place, the message and the remedy.
@@ -162,13 +172,6 @@ impl DataError {
 /// Converts an error of data without a file, as in a simulation built in code.
 impl From<DataError> for Error {
     fn from(e: DataError) -> Self {
-        Error::Input(Box::new(InputError {
-            file: PathBuf::new(),
-            line: None,
-            column: None,
-            key: e.key,
-            message: e.message,
-            help: e.help,
-        }))
+        Error::input(Path::new(""), None, e.key, e.message, e.help)
     }
 }

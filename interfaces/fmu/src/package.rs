@@ -80,10 +80,7 @@ impl Package {
 
     /// The FMU, with the shared library at this place.
     pub fn bytes(&self, fmi: Fmi, library: &Path) -> Result<Vec<u8>, Error> {
-        self.pack(fmi, library).map_err(|source| Error::Io {
-            path: library.into(),
-            source,
-        })
+        self.pack(fmi, library).map_err(Error::at(library))
     }
 
     fn pack(&self, fmi: Fmi, library: &Path) -> std::io::Result<Vec<u8>> {

@@ -38,8 +38,5 @@ use std::path::Path;
 
 /// The operating system refused to read.
 pub(crate) fn io(file: &Path, source: std::io::Error) -> Error {
-    Error::Io {
-        path: file.into(),
-        source,
-    }
+    Error::at(file)(source)
 }

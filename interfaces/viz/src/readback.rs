@@ -73,20 +73,14 @@ pub fn read_all(paths: &[&Path]) -> Result<Vec<Recording>, Error> {
 }
 
 fn damaged(path: &Path, what: String) -> Error {
-    Error::Io {
-        path: path.into(),
-        source: std::io::Error::new(std::io::ErrorKind::InvalidData, what),
-    }
+    Error::at(path)(std::io::Error::new(std::io::ErrorKind::InvalidData, what))
 }
 
 fn decode(path: &Path, all: &mut Vec<Recording>) -> Result<(), Error> {
-    let fail = |source| Error::Io {
-        path: path.into(),
-        source,
-    };
-    let other = |e: String| fail(std::io::Error::new(std::io::ErrorKind::InvalidData, e));
-    frames::check_lengths(path).map_err(fail)?;
-    let file = BufReader::new(File::open(path).map_err(fail)?);
+    let fail = Error::at(path);
+    let other = |e: String| damaged(path, e);
+    frames::check_lengths(path).map_err(&fail)?;
+    let file = BufReader::new(File::open(path).map_err(&fail)?);
     let mut messages = Decoder::<LogMsg>::decode_eager(file).map_err(|e| other(e.to_string()))?;
     let mut of_file = Vec::new();
     let mut layout = Vec::new();

@@ -177,8 +177,5 @@ impl Sink for RerunSink {
 }
 
 fn not_begun(path: &Path) -> Error {
-    Error::Io {
-        path: path.into(),
-        source: std::io::Error::other("recording was not begun"),
-    }
+    Error::at(path)(std::io::Error::other("recording was not begun"))
 }

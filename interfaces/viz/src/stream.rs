@@ -269,10 +269,7 @@ pub fn send<I: IntoIterator<Item = SerializedComponentColumn>>(
     times: TimeColumn,
     columns: Result<I, SerializationError>,
 ) -> Result<(), Error> {
-    let columns = columns.map_err(|e| Error::Io {
-        path: stream.path().into(),
-        source: std::io::Error::other(e),
-    })?;
+    let columns = columns.map_err(|e| io(stream.path(), std::io::Error::other(e)))?;
     stream.columns(entity, times, columns)
 }
 
@@ -294,8 +291,5 @@ fn encode(path: &Path, e: EncodeError) -> Error {
 }
 
 fn io(path: &Path, source: std::io::Error) -> Error {
-    Error::Io {
-        path: path.into(),
-        source,
-    }
+    Error::at(path)(source)
 }

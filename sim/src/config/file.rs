@@ -17,7 +17,7 @@ pub use sets::Sets;
 pub use suggest::{nearest, suggestion};
 
 use crate::config::input_files::{InputFiles, note_input};
-use crate::error::{DataError, Error, InputError};
+use crate::error::{DataError, Error, wrong};
 use key_path::{join, with_key};
 use locate::Target;
 use serde::de::DeserializeOwned;
@@ -63,20 +63,18 @@ pub fn read_large(path: &Path) -> Result<Vec<u8>, Error> {
 pub fn regular(path: &Path) -> Result<std::fs::Metadata, Error> {
     let metadata = match std::fs::metadata(path) {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-            return Err(whole(path, "there is no such file", suggest::beside(path)));
+            let help = suggest::beside(path);
+            return Err(wrong(path, None, "there is no such file", help));
         }
-        other => other.map_err(|source| Error::Io {
-            path: path.into(),
-            source,
-        })?,
+        other => other.map_err(Error::at(path))?,
     };
     if metadata.is_dir() {
-        let help = "name a file in it".into();
-        return Err(whole(path, "this is a folder, not a file", help));
+        let message = "this is a folder, not a file";
+        return Err(wrong(path, None, message, "name a file in it"));
     }
     if !metadata.is_file() {
-        let help = "copy its contents into a file".into();
-        return Err(whole(path, "this is not a regular file", help));
+        let message = "this is not a regular file";
+        return Err(wrong(path, None, message, "copy its contents into a file"));
     }
     note_input(path);
     Ok(metadata)
@@ -84,23 +82,19 @@ pub fn regular(path: &Path) -> Result<std::fs::Metadata, Error> {
 
 /// The bytes of a regular file of at most so many.
 fn bounded(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
-    let refused = |source| Error::Io {
-        path: path.into(),
-        source,
-    };
     let length = regular(path)?.len();
     let mut bytes = Vec::new();
     if length <= most {
         // a file may grow while it is read
-        let file = std::fs::File::open(path).map_err(refused)?;
-        file.take(most + 1)
-            .read_to_end(&mut bytes)
-            .map_err(refused)?;
+        let file = std::fs::File::open(path);
+        file.and_then(|file| file.take(most + 1).read_to_end(&mut bytes))
+            .map_err(Error::at(path))?;
     }
     if length > most || bytes.len() as u64 > most {
-        return Err(whole(
+        return Err(wrong(
             path,
-            &format!(
+            None,
+            format!(
                 "this file is {} MB long, far more than any file of ours",
                 length.max(most + 1).div_ceil(1 << 20)
             ),
@@ -114,29 +108,13 @@ fn text(path: &Path, bytes: &[u8]) -> Result<String, Error> {
     let text = std::str::from_utf8(bytes).map_err(|e| {
         let good = &bytes[..e.valid_up_to()];
         let start = good.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
-        InputError {
-            file: path.into(),
-            line: Some(1 + good.iter().filter(|b| **b == b'\n').count()),
-            column: Some(1 + String::from_utf8_lossy(&good[start..]).chars().count()),
-            key: String::new(),
-            message: "this is not text in UTF-8".into(),
-            help: "save the file as UTF-8; if it is not a text file, another one was meant".into(),
-        }
+        let line = 1 + good.iter().filter(|b| **b == b'\n').count();
+        let column = 1 + String::from_utf8_lossy(&good[start..]).chars().count();
+        let help = "save the file as UTF-8; if it is not a text file, another one was meant";
+        let message = "this is not text in UTF-8";
+        Error::input(path, Some((line, column)), "", message, help)
     })?;
     Ok(text.to_owned())
-}
-
-/// An error of a file as a whole.
-fn whole(path: &Path, message: &str, help: String) -> Error {
-    InputError {
-        file: path.into(),
-        line: None,
-        column: None,
-        key: String::new(),
-        message: message.into(),
-        help,
-    }
-    .into()
 }
 
 /// Checks that a file named by another one is there. The error is message and help, with the nearest name.
@@ -188,10 +166,11 @@ pub fn name_of(path: &Path) -> Result<String, Error> {
     let name = stem.to_string_lossy().into_owned();
     match name.chars().all(|c| c == '.') {
         false => Ok(name),
-        true => Err(whole(
+        true => Err(wrong(
             path,
+            None,
             "this name cannot be that of a folder of results",
-            "a file name with a letter in it".into(),
+            "a file name with a letter in it",
         )),
     }
 }
@@ -230,15 +209,7 @@ pub fn input_error(
     let place = read_text(file)
         .ok()
         .and_then(|text| locate::locate(&text, &key, Target::Value));
-    InputError {
-        file: file.into(),
-        line: place.map(|p| p.0),
-        column: place.map(|p| p.1),
-        key,
-        message: message.into(),
-        help: help.into(),
-    }
-    .into()
+    Error::input(file, place, key, message, help)
 }
 
 impl DataError {
@@ -303,14 +274,8 @@ impl Document {
     pub fn apply(&mut self, sets: &Sets) -> Result<(), Error> {
         for (path, value) in sets.iter() {
             set::set(&mut self.tree, path, value).map_err(|(message, help)| {
-                Error::from(InputError {
-                    file: self.path.clone(),
-                    line: None,
-                    column: None,
-                    key: path.into(),
-                    message: format!("{}: {message}", sets.written(path, value)),
-                    help,
-                })
+                let message = format!("{}: {message}", sets.written(path, value));
+                Error::input(&self.path, None, path, message, help)
             })?;
         }
         self.sets = sets.clone();
@@ -374,33 +339,18 @@ impl Document {
             Some(_) => None,
             None => locate::locate(&self.text, &key, target),
         };
-        InputError {
-            file: self.path.clone(),
-            line: place.map(|p| p.0),
-            column: place.map(|p| p.1),
-            key,
-            message: match by_set {
-                Some((path, value)) => {
-                    format!("{message} (given as {})", self.sets.written(path, value))
-                }
-                None => message,
-            },
-            help,
-        }
-        .into()
+        let message = match by_set {
+            Some((path, value)) => {
+                format!("{message} (given as {})", self.sets.written(path, value))
+            }
+            None => message,
+        };
+        Error::input(&self.path, place, key, message, help)
     }
 
     /// Makes the error of a file that is larger than allowed.
     fn over(&self, over: limits::Over) -> Error {
-        InputError {
-            file: self.path.clone(),
-            line: over.place.map(|p| p.0),
-            column: over.place.map(|p| p.1),
-            key: String::new(),
-            message: over.message,
-            help: over.help,
-        }
-        .into()
+        Error::input(&self.path, over.place, "", over.message, over.help)
     }
 
     fn syntax_error(&self, e: &serde_path_to_error::Error<serde_yaml::Error>) -> Error {
@@ -429,15 +379,7 @@ impl Document {
             }
         }
         let told = error_messages::syntax(&text, line);
-        InputError {
-            file: self.path.clone(),
-            line: place.map(|p| p.0),
-            column: place.map(|p| p.1),
-            key: String::new(),
-            message: told.message,
-            help: told.help,
-        }
-        .into()
+        Error::input(&self.path, place, "", told.message, told.help)
     }
 }
 
@@ -453,12 +395,6 @@ fn tagged(tree: &serde_yaml::Value, path: &str) -> Option<(String, String)> {
             tagged(key, path).or_else(|| tagged(value, &join(path, key.as_str().unwrap_or("?"))))
         }),
         _ => None,
-    }
-}
-
-impl From<InputError> for Error {
-    fn from(e: InputError) -> Self {
-        Error::Input(Box::new(e))
     }
 }
 

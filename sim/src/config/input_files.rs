@@ -5,7 +5,7 @@
 //! [`read_bytes`](super::file::read_bytes); within [`InputFiles::during`] these take a file from memory if it was read
 //! before.
 
-use crate::error::{Error, InputError};
+use crate::error::{Error, wrong};
 use sha2::{Digest, Sha256};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -112,15 +112,9 @@ impl InputFiles {
             return Ok(bytes.clone());
         }
         if shared.sealed {
-            return Err(InputError {
-                file: path.into(),
-                line: None,
-                column: None,
-                key: String::new(),
-                message: "this file was not among the inputs when the study began".into(),
-                help: "begin the study anew, in another folder".into(),
-            }
-            .into());
+            let message = "this file was not among the inputs when the study began";
+            let help = "begin the study anew, in another folder";
+            return Err(wrong(path, None, message, help));
         }
         let file = path.canonicalize().unwrap_or_else(|_| path.into());
         let bytes = match (shared.contents.get(&file), &shared.whole) {

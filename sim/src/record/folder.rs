@@ -20,11 +20,11 @@ impl RunFolder {
         let parent = parent(root, scenario)?;
         only_results(&parent.join(seed.to_string()))?;
         only_results(&parent.join(format!("{seed}{INTERRUPTED}")))?;
-        fs::create_dir_all(&parent).map_err(|e| at(&parent, e))?;
+        fs::create_dir_all(&parent).map_err(Error::at(&parent))?;
         clear_orphans(&parent, seed);
         let partial = parent.join(format!("{}{}", prefix(seed), whole::unique()));
         remove(&partial)?;
-        fs::create_dir(&partial).map_err(|e| at(&partial, e))?;
+        fs::create_dir(&partial).map_err(Error::at(&partial))?;
         Ok(Self {
             partial,
             place: parent.join(seed.to_string()),
@@ -40,7 +40,7 @@ impl RunFolder {
     /// Write a whole file into the folder.
     pub fn write(&self, name: &str, contents: &[u8]) -> Result<(), Error> {
         let path = self.partial.join(name);
-        fs::write(&path, contents).map_err(|e| at(&path, e))
+        fs::write(&path, contents).map_err(Error::at(&path))
     }
 
     /// Move the folder of a whole run into place. An older run of the same seed is replaced in one step, so that one of
@@ -63,7 +63,7 @@ impl RunFolder {
     fn move_to_place(mut self) -> Result<PathBuf, Error> {
         match self.place.exists() {
             true => exchange(&self.partial, &self.place)?,
-            false => fs::rename(&self.partial, &self.place).map_err(|e| at(&self.place, e))?,
+            false => fs::rename(&self.partial, &self.place).map_err(Error::at(&self.place))?,
         }
         self.committed = true;
         remove(&self.partial)?; // the older run, if there was one
@@ -100,15 +100,12 @@ fn parent(root: &Path, scenario: &str) -> Result<PathBuf, Error> {
     let parent = root.join(scenario);
     match is_name(scenario) {
         true => Ok(parent),
-        false => Err(at(
-            &parent,
-            std::io::Error::new(
-                std::io::ErrorKind::InvalidInput,
-                format!(
-                    "`{scenario}` cannot be the name of a folder; give the scenario file another name"
-                ),
+        false => Err(Error::at(&parent)(std::io::Error::new(
+            std::io::ErrorKind::InvalidInput,
+            format!(
+                "`{scenario}` cannot be the name of a folder; give the scenario file another name"
             ),
-        )),
+        ))),
     }
 }
 
@@ -154,12 +151,12 @@ fn exchange(new: &Path, place: &Path) -> Result<(), Error> {
     aside.push(OLD);
     let aside = PathBuf::from(aside);
     remove(&aside)?;
-    fs::rename(place, &aside).map_err(|e| at(place, e))?;
+    fs::rename(place, &aside).map_err(Error::at(place))?;
     if let Err(e) = fs::rename(new, place) {
-        fs::rename(&aside, place).map_err(|e| at(&aside, e))?;
-        return Err(at(place, e));
+        fs::rename(&aside, place).map_err(Error::at(&aside))?;
+        return Err(Error::at(place)(e));
     }
-    fs::rename(&aside, new).map_err(|e| at(&aside, e))
+    fs::rename(&aside, new).map_err(Error::at(&aside))
 }
 
 /// Ending of an older run's folder while it is replaced in two steps.
@@ -210,15 +207,8 @@ fn recently_changed(folder: &Path) -> bool {
 
 fn remove(path: &Path) -> Result<(), Error> {
     match fs::remove_dir_all(path) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(at(path, e)),
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::at(path)(e)),
         _ => Ok(()),
-    }
-}
-
-fn at(path: &Path, source: std::io::Error) -> Error {
-    Error::Io {
-        path: path.into(),
-        source,
     }
 }
 

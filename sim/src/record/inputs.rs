@@ -8,10 +8,7 @@ use std::path::Path;
 /// Keep a copy of every file in `folder`, which is made if need be. The name of a copy is its SHA-256, so that studies,
 /// and shards of a study, can share the folder.
 pub fn keep(files: &InputFiles, folder: &Path) -> Result<(), Error> {
-    std::fs::create_dir_all(folder).map_err(|source| Error::Io {
-        path: folder.into(),
-        source,
-    })?;
+    std::fs::create_dir_all(folder).map_err(Error::at(folder))?;
     for (digest, bytes) in files.contents() {
         let place = folder.join(digest);
         if !place.exists() {

@@ -5,7 +5,7 @@ use super::folder::is_name;
 use super::identity::Identity;
 use crate::config::file::{input_error, read_result, regular};
 use crate::config::input_files::{hex, note_input};
-use crate::error::{Error, InputError};
+use crate::error::{Error, wrong};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -101,12 +101,9 @@ impl Manifest {
 
     /// Take the check sums of all files in the folder of the run, but of the manifest itself.
     pub fn sum_outputs(&mut self, folder: &Path) -> Result<(), Error> {
-        let failed = |source| Error::Io {
-            path: folder.into(),
-            source,
-        };
-        for entry in std::fs::read_dir(folder).map_err(failed)? {
-            let entry = entry.map_err(failed)?;
+        let failed = Error::at(folder);
+        for entry in std::fs::read_dir(folder).map_err(&failed)? {
+            let entry = entry.map_err(&failed)?;
             let name = entry.file_name().to_string_lossy().into_owned();
             if name != NAME && entry.path().is_file() {
                 self.outputs.insert(name, sum(&entry.path())?);
@@ -198,27 +195,16 @@ impl Manifest {
 
 /// SHA-256 of a file, as `sha256sum` prints it.
 pub fn sum(path: &Path) -> Result<String, Error> {
-    let failed = |source| Error::Io {
-        path: path.into(),
-        source,
-    };
     regular(path)?;
     let mut hash = Sha256::new();
-    let mut file = File::open(path).map_err(failed)?;
-    std::io::copy(&mut file, &mut hash).map_err(failed)?;
+    let file = File::open(path);
+    file.and_then(|mut file| std::io::copy(&mut file, &mut hash))
+        .map_err(Error::at(path))?;
     Ok(hex(&hash.finalize()))
 }
 
 fn damaged(path: &Path, message: &str) -> Error {
-    InputError {
-        file: path.into(),
-        line: None,
-        column: None,
-        key: String::new(),
-        message: message.into(),
-        help: "make it again with `monorig run`".into(),
-    }
-    .into()
+    wrong(path, None, message, "make it again with `monorig run`")
 }
 
 #[cfg(test)]

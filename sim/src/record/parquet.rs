@@ -61,7 +61,7 @@ impl ParquetSink {
 
 impl Sink for ParquetSink {
     fn begin(&mut self, layout: &Layout<'_>) -> Result<(), Error> {
-        let file = File::create(&self.partial).map_err(io(&self.partial))?;
+        let file = File::create(&self.partial).map_err(Error::at(&self.partial))?;
         let schema = schema(layout);
         // the schema goes into the file at the end: the events are among its attributes for pandas
         let options = ArrowWriterOptions::new().with_properties(properties()?);
@@ -88,9 +88,9 @@ impl Sink for ParquetSink {
         let time: ArrayRef = Arc::new(Float64Array::from_iter_values(seconds));
         let values = chunk.values.iter().map(|v| column(v));
         let columns = std::iter::once(time).chain(values).collect();
-        let batch = RecordBatch::try_new(open.schema.clone(), columns).map_err(|e| Error::Io {
-            path: self.path.clone(),
-            source: std::io::Error::new(std::io::ErrorKind::InvalidInput, e.to_string()),
+        let batch = RecordBatch::try_new(open.schema.clone(), columns).map_err(|e| {
+            let invalid = std::io::ErrorKind::InvalidInput;
+            Error::at(&self.path)(std::io::Error::new(invalid, e.to_string()))
         })?;
         open.writer
             .write(&batch)
@@ -102,17 +102,15 @@ impl Sink for ParquetSink {
         let Some(mut open) = self.open.take() else {
             return Err(not_begun(&self.path));
         };
-        let events = serde_json::to_string(&open.events).map_err(|e| Error::Io {
-            path: self.path.clone(),
-            source: e.into(),
-        })?;
+        let events = serde_json::to_string(&open.events);
+        let events = events.map_err(|e| Error::at(&self.path)(e.into()))?;
         let schema = encode_arrow_schema(&for_pandas(&open.schema, &open.events));
         for (key, value) in [(ARROW_SCHEMA_META_KEY, schema), (EVENTS, events)] {
             open.writer
                 .append_key_value_metadata(KeyValue::new(key.into(), value));
         }
         open.writer.close().map_err(broken_write(&self.path))?;
-        std::fs::rename(&self.partial, &self.path).map_err(io(&self.path))
+        std::fs::rename(&self.partial, &self.path).map_err(Error::at(&self.path))
     }
 }
 
@@ -180,13 +178,7 @@ fn properties() -> Result<WriterProperties, Error> {
         .build())
 }
 
-fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
-    let path = path.to_owned();
-    move |source| Error::Io { path, source }
-}
-
 fn broken_write(path: &Path) -> impl FnOnce(ParquetError) -> Error {
-    let path = path.to_owned();
     move |e| {
         let source = match e {
             ParquetError::External(inner) => match inner.downcast::<std::io::Error>() {
@@ -195,12 +187,12 @@ fn broken_write(path: &Path) -> impl FnOnce(ParquetError) -> Error {
             },
             other => std::io::Error::other(other),
         };
-        Error::Io { path, source }
+        Error::at(path)(source)
     }
 }
 
 fn not_begun(path: &Path) -> Error {
-    io(path)(std::io::Error::other(
+    Error::at(path)(std::io::Error::other(
         "recording was not begun, or is finished",
     ))
 }

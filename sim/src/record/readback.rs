@@ -2,7 +2,7 @@
 
 use super::parquet::{EVENTS, PANDAS};
 use crate::config::file::{nearest, regular};
-use crate::error::{Error, InputError};
+use crate::error::{Error, wrong};
 use crate::guarded::decoded;
 use arrow_array::{Array, Float64Array};
 use parquet::arrow::ProjectionMask;
@@ -43,15 +43,12 @@ impl Columns {
                 Some(near) => format!("did you mean `{near}`?"),
                 None => "the names of the columns are in the file's schema".to_owned(),
             };
-            InputError {
-                file: self.file.clone(),
-                line: None,
-                column: None,
-                key: String::new(),
-                message: format!("there is no column `{name}`"),
+            wrong(
+                &self.file,
+                None,
+                format!("there is no column `{name}`"),
                 help,
-            }
-            .into()
+            )
         })
     }
 
@@ -125,10 +122,7 @@ const MAX_VALUES: usize = 64 << 20;
 /// Everything but the values.
 fn open(path: &Path) -> Result<(Contents, ParquetRecordBatchReaderBuilder<File>), Error> {
     regular(path)?;
-    let file = File::open(path).map_err(|source| Error::Io {
-        path: path.into(),
-        source,
-    })?;
+    let file = File::open(path).map_err(Error::at(path))?;
     let reader = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| broken(path, e))?;
     let schema = reader.schema().clone();
     if schema.fields().len() > MAX_COLUMNS {
@@ -169,15 +163,8 @@ fn open(path: &Path) -> Result<(Contents, ParquetRecordBatchReaderBuilder<File>)
 }
 
 fn broken(path: &Path, what: impl ToString) -> Error {
-    InputError {
-        file: path.into(),
-        line: None,
-        column: None,
-        key: String::new(),
-        message: format!("this file of channels cannot be read: {}", what.to_string()),
-        help: "make it again with `monorig run`".into(),
-    }
-    .into()
+    let message = format!("this file of channels cannot be read: {}", what.to_string());
+    wrong(path, None, message, "make it again with `monorig run`")
 }
 
 #[cfg(test)]

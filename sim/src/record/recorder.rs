@@ -47,10 +47,7 @@ impl Recorder<'static> {
     /// A recorder into `channels.parquet` in this folder, which is made if it is not there.
     pub fn parquet(folder: impl AsRef<Path>) -> Result<Self, Error> {
         let folder = folder.as_ref();
-        std::fs::create_dir_all(folder).map_err(|source| Error::Io {
-            path: folder.into(),
-            source,
-        })?;
+        std::fs::create_dir_all(folder).map_err(Error::at(folder))?;
         let sink = ParquetSink::create(folder.join("channels.parquet"))?;
         Ok(Self::new(vec![Box::new(sink)]))
     }

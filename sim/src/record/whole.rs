@@ -44,17 +44,16 @@ pub fn create(path: &Path) -> Result<File, Error> {
     let _ = std::fs::remove_file(path); // a link goes, not what it leads to
     let mut options = OpenOptions::new();
     let file = options.write(true).create_new(true).open(path);
-    file.map_err(|source| at(path, source))
+    file.map_err(Error::at(path))
 }
 
 /// Write a whole file. What stands in its place is replaced if it is a file; a link, a device or a folder is refused.
 pub fn write(place: &Path, bytes: &[u8]) -> Result<(), Error> {
     replaceable(place)?;
     let partial = partial(place);
-    let written = create(&partial)
-        .and_then(|mut file| file.write_all(bytes).map_err(|source| at(place, source)));
-    let moved =
-        written.and_then(|()| std::fs::rename(&partial, place).map_err(|source| at(place, source)));
+    let written =
+        create(&partial).and_then(|mut file| file.write_all(bytes).map_err(Error::at(place)));
+    let moved = written.and_then(|()| std::fs::rename(&partial, place).map_err(Error::at(place)));
     if moved.is_err() {
         let _ = std::fs::remove_file(&partial);
     }
@@ -74,14 +73,7 @@ pub fn replaceable(place: &Path) -> Result<(), Error> {
         _ => return Ok(()),
     };
     let source = std::io::Error::new(std::io::ErrorKind::InvalidInput, what);
-    Err(at(place, source))
-}
-
-fn at(path: &Path, source: std::io::Error) -> Error {
-    Error::Io {
-        path: path.into(),
-        source,
-    }
+    Err(Error::at(place)(source))
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use super::{Asked, LogColumn, LogReader, Out, ReadOptions, Row, text};
 use crate::notation::{TimeUnit, Title};
 use crate::{io, wrong};
 use ::csv::{ByteRecord, ErrorKind, Position, ReaderBuilder, Trim};
-use monorig_sim::error::{Error, InputError};
+use monorig_sim::error::Error;
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
@@ -351,15 +351,8 @@ impl Line<'_> {
         let name = self.titles.names.get(column).map_or("", String::as_str);
         let before = self.record.iter().take(column);
         let characters: usize = before.map(|f| text::of_bytes(f).chars().count() + 1).sum();
-        InputError {
-            file: self.path.into(),
-            line: Some(self.number() as usize),
-            column: Some(1 + characters),
-            key: String::new(),
-            message: format!("{what} `{name}` {why}"),
-            help: help.into(),
-        }
-        .into()
+        let place = Some((self.number() as usize, 1 + characters));
+        Error::input(self.path, place, "", format!("{what} `{name}` {why}"), help)
     }
 }
 

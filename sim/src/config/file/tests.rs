@@ -1,5 +1,6 @@
 use super::*;
 use crate::config::checked::{Positive, Version1};
+use crate::error::InputError;
 use serde::Deserialize;
 
 #[derive(Debug, Deserialize)]

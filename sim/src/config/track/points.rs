@@ -5,7 +5,7 @@
 //! chainage is the sum of the chords between them and the heading that of the chord round each point.
 
 use crate::config::file::input_error;
-use crate::error::{Error, InputError};
+use crate::error::{Error, wrong};
 use std::path::Path;
 
 /// Columns along the rail, the last of them if it was surveyed.
@@ -40,15 +40,7 @@ pub(super) struct SurveyPoint {
 /// The points of a CSV file.
 pub(super) fn points(text: &str, file: &Path) -> Result<Vec<SurveyPoint>, Error> {
     let at = |line: u64, message: String, help: &str| -> Error {
-        InputError {
-            file: file.into(),
-            line: usize::try_from(line).ok(),
-            column: Some(1),
-            key: String::new(),
-            message,
-            help: help.into(),
-        }
-        .into()
+        wrong(file, usize::try_from(line).ok(), message, help)
     };
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)

@@ -2,7 +2,7 @@
 //! text is searched.
 
 use super::file::File;
-use crate::error::{Error, InputError};
+use crate::error::Error;
 
 const HELP: &str = "see http://wiki.ros.org/urdf/XML";
 /// Attributes that hold numbers.
@@ -56,15 +56,7 @@ pub(super) fn diagnose(file: &File<'_>, said: &str) -> Error {
         )
     };
     let place = at.map(|at| line_column(&text, at)).or_else(|| told(said));
-    InputError {
-        file: file.path.into(),
-        line: place.map(|p| p.0),
-        column: place.map(|p| p.1),
-        key: String::new(),
-        message,
-        help,
-    }
-    .into()
+    Error::input(file.path, place, "", message, help)
 }
 
 /// Comments blanked out, so that places stay where they are.

@@ -1,6 +1,6 @@
 //! A URDF file while it is read: errors that point into it, and poses.
 
-use crate::error::{Error, InputError};
+use crate::error::Error;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use std::path::Path;
 
@@ -17,19 +17,15 @@ impl File<'_> {
             .then(|| self.text.find(&format!("<{tag} name=\"{name}\"")))
             .flatten()
             .and_then(|i| self.text.get(..i));
-        InputError {
-            file: self.path.into(),
-            line: at.map(|before| before.matches('\n').count() + 1),
-            column: at.map(|before| before.len() - before.rfind('\n').map_or(0, |n| n + 1) + 1),
-            key: if tag.is_empty() {
-                String::new()
-            } else {
-                format!("{tag} `{name}`")
-            },
-            message: message.into(),
-            help: help.into(),
-        }
-        .into()
+        let place = at.map(|before| {
+            let start = before.rfind('\n').map_or(0, |n| n + 1);
+            (before.matches('\n').count() + 1, before.len() - start + 1)
+        });
+        let key = match tag.is_empty() {
+            true => String::new(),
+            false => format!("{tag} `{name}`"),
+        };
+        Error::input(self.path, place, key, message, help)
     }
 
     pub fn pose(&self, tag: &str, name: &str, p: &urdf_rs::Pose) -> Result<Isometry3<f64>, Error> {
