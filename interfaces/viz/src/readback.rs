@@ -54,72 +54,40 @@ impl Recording {
 /// an error, also where the decoders of Rerun and Arrow panic. They trust the lengths in a file: one from elsewhere can
 /// ask for more memory than there is.
 pub fn read(path: &Path) -> Result<Recording, Error> {
-    let mut all = read_all(&[path])?;
-    match all.len() {
-        0 => Ok(Recording::default()),
-        1 => Ok(all.remove(0)),
-        n => Err(damaged(path, format!("{n} recordings in one file"))),
-    }
-}
-
-/// Reads files into one store, as a viewer with all of them does: only application and id of a message separate
-/// recordings, so files with the same application and id become one recording. In the order in which they begin.
-pub fn read_all(paths: &[&Path]) -> Result<Vec<Recording>, Error> {
-    let mut all = Vec::new();
-    for path in paths {
-        decoded(|| decode(path, &mut all)).unwrap_or_else(|e| Err(damaged(path, e.into())))?;
-    }
-    Ok(all)
+    decoded(|| decode(path)).unwrap_or_else(|e| Err(damaged(path, e.into())))
 }
 
 fn damaged(path: &Path, what: String) -> Error {
     Error::at(path)(std::io::Error::new(std::io::ErrorKind::InvalidData, what))
 }
 
-fn decode(path: &Path, all: &mut Vec<Recording>) -> Result<(), Error> {
+fn decode(path: &Path) -> Result<Recording, Error> {
     let fail = Error::at(path);
     let other = |e: String| damaged(path, e);
     frames::check_lengths(path).map_err(&fail)?;
     let file = BufReader::new(File::open(path).map_err(&fail)?);
     let mut messages = Decoder::<LogMsg>::decode_eager(file).map_err(|e| other(e.to_string()))?;
-    let mut of_file = Vec::new();
-    let mut layout = Vec::new();
+    let mut found = Recording::default();
     for message in messages.by_ref() {
-        if let LogMsg::ArrowMsg(store, arrow) = message.map_err(|e| other(e.to_string()))? {
-            let chunk = Chunk::from_arrow_msg(&arrow).map_err(|e| other(e.to_string()))?;
-            if store.is_recording() {
-                let id = store.recording_id().to_string();
-                let application = store.application_id().to_string();
-                let name = chunk.entity_path().to_string();
-                let same = |r: &Recording| r.id == id && r.application == application;
-                let place = all.iter().position(same).unwrap_or_else(|| {
-                    all.push(Recording {
-                        application,
-                        id,
-                        ..Recording::default()
-                    });
-                    all.len() - 1
-                });
-                if !of_file.contains(&place) {
-                    of_file.push(place);
-                }
-                if let Some(recording) = all.get_mut(place) {
-                    recording.entities.entry(name).or_default().add(&chunk);
-                }
-            } else {
-                layout.push(chunk.entity_path().to_string());
-            }
+        let LogMsg::ArrowMsg(store, arrow) = message.map_err(|e| other(e.to_string()))? else {
+            continue;
+        };
+        let chunk = Chunk::from_arrow_msg(&arrow).map_err(|e| other(e.to_string()))?;
+        let name = chunk.entity_path().to_string();
+        if !store.is_recording() {
+            found.layout.push(name);
+            continue;
         }
+        let id = store.recording_id().to_string();
+        if !found.entities.is_empty() && found.id != id {
+            return Err(other(format!("{} and {id} in one file", found.id)));
+        }
+        (found.application, found.id) = (store.application_id().to_string(), id);
+        found.entities.entry(name).or_default().add(&chunk);
     }
     let manifests = messages.rrd_manifests().map_err(|e| other(e.to_string()))?;
-    let complete = !manifests.is_empty() && frames::ends_with_index(path).map_err(fail)?;
-    for place in of_file {
-        if let Some(recording) = all.get_mut(place) {
-            recording.layout.clone_from(&layout);
-            recording.complete = complete;
-        }
-    }
-    Ok(())
+    found.complete = !manifests.is_empty() && frames::ends_with_index(path).map_err(fail)?;
+    Ok(found)
 }
 
 impl Entity {
