@@ -34,16 +34,15 @@ pub struct ChunkColumns {
 }
 
 impl ChunkColumns {
-    /// Styles are logged here; `wheels` as they came from the scene. `points_hz`: points a second of thinned lines;
-    /// none: all rows.
+    /// Styles are logged here; `wheels` as they came from the scene. Lines that are not thinned go through all rows.
     pub fn begin(
         stream: &mut MessageStream,
         layout: &Layout<'_>,
         wheels: Vec<WheelShape>,
         origin: Origin,
-        points_hz: Option<f64>,
+        thinned: bool,
     ) -> Result<Self, Error> {
-        let lines = PlottedLines::begin(stream, layout, points_hz)?;
+        let lines = PlottedLines::begin(stream, layout, thinned)?;
         let bodies = MovingBodies::begin(stream, layout, wheels, origin)?;
         marks(stream)?;
         Ok(Self {

@@ -5,19 +5,21 @@ use crate::gaps::GapFinder;
 use crate::series::{PlottedSeries, plan};
 use crate::source::ScalarSource;
 use crate::stream::{MessageStream, send, times};
-use crate::thinning::{LineChunk, Periods};
+use crate::thinning::LineChunk;
 use monorig_sim::error::Error;
 use monorig_sim::record::{Chunk, Layout};
 use re_sdk_types::archetypes::Scalars;
 
 /// A message has so many rows, but for the last of its line.
 pub const ROWS_A_MESSAGE: usize = 4096;
+/// Thinned lines go through the smallest and the largest value of each period, ns: ten points a second.
+const PERIOD_NS: i64 = 200_000_000;
 
 /// All lines, and what is not yet sent of them.
 pub struct PlottedLines {
     series: Vec<PlottedSeries>,
     pending: Vec<PendingLine>,
-    thinning: Option<Thinning>,
+    thinned: bool,
 }
 
 /// Entity of a line.
@@ -29,30 +31,12 @@ struct PendingLine {
     largest: f64,
 }
 
-/// Points a second of a thinned line, and where its periods are.
-struct Thinning {
-    /// Lines with a value in every row: one point a period.
-    periods: Periods,
-    /// Samples: the smallest and the largest of each period, ns.
-    sample_period_ns: i64,
-}
-
-impl Thinning {
-    fn at(points_hz: f64) -> Self {
-        let period_ns = (1e9 / points_hz) as i64;
-        Self {
-            periods: Periods::new(period_ns),
-            sample_period_ns: 2 * period_ns,
-        }
-    }
-}
-
 impl PlottedLines {
-    /// Styles are logged here. `points_hz`: points a second of thinned lines; none: all rows.
+    /// Styles are logged here. Lines that are not thinned go through all rows.
     pub fn begin(
         stream: &mut MessageStream,
         layout: &Layout<'_>,
-        points_hz: Option<f64>,
+        thinned: bool,
     ) -> Result<Self, Error> {
         let series = plan(layout.channels, &layout.emphasis);
         for s in &series {
@@ -67,7 +51,7 @@ impl PlottedLines {
         Ok(Self {
             pending: pending.collect(),
             series,
-            thinning: points_hz.map(Thinning::at),
+            thinned,
         })
     }
 
@@ -83,8 +67,6 @@ impl PlottedLines {
 
     /// Some seconds of the run.
     pub fn log(&mut self, stream: &mut MessageStream, chunk: &Chunk) -> Result<(), Error> {
-        let thinning = self.thinning.as_mut();
-        let thinning = thinning.map(|t| (t.periods.first_rows(&chunk.time_ns), t.sample_period_ns));
         for (s, line) in self.series.iter().zip(&mut self.pending) {
             if let ScalarSource::Limit(limit) = s.line {
                 let ends = [chunk.time_ns.first(), chunk.time_ns.last()];
@@ -93,7 +75,7 @@ impl PlottedLines {
                 line.values.resize(line.time_ns.len(), limit);
                 line.largest = limit;
             } else {
-                line.add(s, chunk, thinning.as_ref());
+                line.add(s, chunk, self.thinned);
             }
             if line.time_ns.len() >= ROWS_A_MESSAGE {
                 line.flush(stream, s)?;
@@ -112,7 +94,7 @@ impl PlottedLines {
 impl PendingLine {
     /// Rows without a finite value are left out, but for the first of a gap: that one is not a number, and the line
     /// breaks there.
-    fn add(&mut self, series: &PlottedSeries, chunk: &Chunk, thinning: Option<&(Vec<bool>, i64)>) {
+    fn add(&mut self, series: &PlottedSeries, chunk: &Chunk, thinned: bool) {
         let width = series.line.width();
         let values = series.line.scalars(&chunk.values, chunk.time_ns.len());
         let all = LineChunk {
@@ -121,10 +103,9 @@ impl PendingLine {
             width,
         };
         let written = all.written(&mut self.gaps);
-        let kept = match thinning {
-            None => written,
-            Some((_, period_ns)) if series.is_sampled() => all.thin_samples(&written, *period_ns),
-            Some((first, _)) => all.thin_line(&written, first),
+        let kept = match thinned {
+            false => written,
+            true => all.thin(&written, PERIOD_NS),
         };
         for row in kept {
             let numbers = &values[row * width..(row + 1) * width];

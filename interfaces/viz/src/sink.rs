@@ -19,9 +19,6 @@ pub const CHUNK_S: f64 = 30.0;
 /// Length of a chunk for a recording that is watched, s; shorter chunks cost more.
 pub const LIVE_CHUNK_S: f64 = 10.0;
 
-/// Lines of a thinned recording have about so many points a second.
-pub const THINNED_HZ: f64 = 10.0;
-
 /// Writes a `.rrd` file, and shows the run in a viewer if there is one.
 ///
 /// The same layout and chunks give the same file, byte for byte: ids count up, no clock is read, and the index at the
@@ -32,7 +29,7 @@ pub struct RerunSink {
     path: PathBuf,
     live: Option<Live>,
     open: Option<Open>,
-    points_hz: Option<f64>,
+    thinned: bool,
 }
 
 /// A recording that is being written.
@@ -91,16 +88,14 @@ impl RerunSink {
             path: path.into(),
             live: None,
             open: None,
-            points_hz: None,
+            thinned: false,
         }
     }
 
-    /// Draw lines at [`THINNED_HZ`]: those of truth, control and estimates through the first row of each tenth of a
-    /// second and rows between that stand out, those of samples through the smallest and the largest of each fifth of a
-    /// second; all of them through both ends of each gap, and of a stretch of equal values its ends only. Poses, states
-    /// and events stay as they are.
+    /// Draw lines through about ten points a second: the smallest and the largest value of each fifth of a second, both
+    /// ends of each gap, and of a stretch of equal values its ends only. Poses, states and events stay as they are.
     pub fn thinned(mut self) -> Self {
-        self.points_hz = Some(THINNED_HZ);
+        self.thinned = true;
         self
     }
 
@@ -135,7 +130,7 @@ impl Sink for RerunSink {
         stream.fixed(EntityPath::properties(), &name)?;
         let origin = Origin::of(layout);
         let wheels = scene::log(&mut stream, layout, &origin)?;
-        let columns = ChunkColumns::begin(&mut stream, layout, wheels, origin, self.points_hz)?;
+        let columns = ChunkColumns::begin(&mut stream, layout, wheels, origin, self.thinned)?;
         let around = Surroundings {
             vehicle_length_m: layout.train.limits.length_m,
             load: layout.train.load.is_some(),

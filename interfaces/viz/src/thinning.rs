@@ -1,40 +1,9 @@
 //! Rows that a line is drawn through in a thinned recording: the plot of the run looks the same.
 //!
-//! A line with a value in every row goes through the first row of each tenth of a second, and through what stands out
-//! between two of these. A line through samples, which are noise as a rule, goes through the smallest and the largest
-//! of each fifth of a second. Both keep the ends of gaps, and of a stretch of equal values its first and last row.
+//! A line goes through the smallest and the largest value of each fifth of a second, through the ends of gaps, and of a
+//! stretch of equal values through its first and last row.
 
 use crate::gaps::GapFinder;
-
-/// A row stands out if it is further outside of its neighbours on the line than this share of what the line spans in
-/// the chunk.
-const STANDS_OUT: f64 = 0.05;
-
-/// Finds the first row of each period, chunk after chunk.
-#[derive(Clone, Copy, Debug)]
-pub struct Periods {
-    period_ns: i64,
-    last: Option<i64>,
-}
-
-impl Periods {
-    /// Periods of this length, ns.
-    pub fn new(period_ns: i64) -> Self {
-        Self {
-            period_ns,
-            last: None,
-        }
-    }
-
-    /// Marks the rows of the next chunk that are the first of their period.
-    pub fn first_rows(&mut self, time_ns: &[i64]) -> Vec<bool> {
-        let mut first = |ns: &i64| {
-            let period = ns.div_euclid(self.period_ns);
-            self.last.replace(period) != Some(period)
-        };
-        time_ns.iter().map(&mut first).collect()
-    }
-}
 
 /// A chunk of a line: `width` numbers a row. Rows without a value are not numbers.
 #[derive(Clone, Copy, Debug)]
@@ -56,22 +25,9 @@ impl LineChunk<'_> {
             .collect()
     }
 
-    /// Picks the rows that stay of a line with a value in every row: the `first` of a period, those next to a gap and
-    /// the not-a-number that marks it, and the largest and the smallest between two of these where they stand out.
-    pub fn thin_line(&self, written: &[usize], first: &[bool]) -> Vec<usize> {
-        let mut kept: Vec<bool> = (0..written.len())
-            .map(|i| first[written[i]] || self.is_at_gap(written, i))
-            .collect();
-        for component in 0..self.width {
-            self.keep_extremes(written, component, &mut kept);
-        }
-        let kept = written.iter().zip(kept).filter(|(_, kept)| *kept);
-        self.without_inside_of_flats(kept.map(|(row, _)| *row).collect())
-    }
-
-    /// Picks the rows that stay of a line through samples: the smallest and the largest of each period (ns), those next
-    /// to a gap and the not-a-number that marks it, and the first and the last.
-    pub fn thin_samples(&self, written: &[usize], period_ns: i64) -> Vec<usize> {
+    /// Picks the rows that stay: the smallest and the largest of each period (ns), those next to a gap and the
+    /// not-a-number that marks it, and the first and the last.
+    pub fn thin(&self, written: &[usize], period_ns: i64) -> Vec<usize> {
         let mut kept = vec![false; written.len()];
         let low = |i: usize| self.at(written[i], 0);
         let high = |i: usize| self.at(written[i], self.width - 1);
@@ -127,42 +83,6 @@ impl LineChunk<'_> {
         near.take(count).any(|&row| !self.has_value(row))
     }
 
-    /// Keeps the largest and the smallest value between two rows that are kept, where they stand out from both.
-    fn keep_extremes(&self, written: &[usize], component: usize, kept: &mut [bool]) {
-        let line = |i: usize| self.at(written[i], component);
-        let finite = || (0..written.len()).map(line).filter(|x| x.is_finite());
-        let (low, high) = (
-            finite().fold(f64::INFINITY, f64::min),
-            finite().fold(f64::NEG_INFINITY, f64::max),
-        );
-        if low >= high {
-            return;
-        }
-        let room = STANDS_OUT * (high - low);
-        let mut before: Option<usize> = None;
-        for i in 0..=kept.len() {
-            let end = i == kept.len();
-            if !end && !kept[i] {
-                continue;
-            }
-            if let Some(from) = before {
-                // behind the last row that is kept there is only the one before
-                let ends = [line(from), line(if end { from } else { i })];
-                let between = || (from + 1..i).filter(|&k| line(k).is_finite());
-                let by_value = |a: &usize, b: &usize| line(*a).total_cmp(&line(*b));
-                let most = between().max_by(by_value);
-                let least = between().min_by(by_value);
-                if let Some(k) = most.filter(|&k| line(k) > ends[0].max(ends[1]) + room) {
-                    kept[k] = true;
-                }
-                if let Some(k) = least.filter(|&k| line(k) < ends[0].min(ends[1]) - room) {
-                    kept[k] = true;
-                }
-            }
-            before = Some(i);
-        }
-    }
-
     /// Without rows that have the values of the row before and of the one behind them: the line through the others is
     /// the same.
     fn without_inside_of_flats(&self, rows: Vec<usize>) -> Vec<usize> {
@@ -186,28 +106,24 @@ mod tests {
         (0..rows as i64).map(|i| 20_000_000 * i).collect()
     }
 
-    /// Rows that stay of a line with rows every 20 ms in periods of 100 ms.
+    /// Rows that stay of a line with rows every 20 ms in periods of 100 ms, with a value in every row.
     fn stay(line: &[f64]) -> Vec<usize> {
-        let time_ns = &every_20_ms(line.len())[..];
-        let first = Periods::new(PERIOD_NS).first_rows(time_ns);
-        let chunk = LineChunk {
-            time_ns,
-            values: line,
-            width: 1,
-        };
-        let written = chunk.written(&mut GapFinder::new(false));
-        chunk.thin_line(&written, &first)
+        rows_that_stay(line, 1, false)
     }
 
     /// Rows that stay of samples, `width` numbers a row.
     fn samples_stay(values: &[f64], width: usize) -> Vec<usize> {
+        rows_that_stay(values, width, true)
+    }
+
+    fn rows_that_stay(values: &[f64], width: usize, sampled: bool) -> Vec<usize> {
         let chunk = LineChunk {
             time_ns: &every_20_ms(values.len() / width),
             values,
             width,
         };
-        let written = chunk.written(&mut GapFinder::new(true));
-        chunk.thin_samples(&written, PERIOD_NS)
+        let written = chunk.written(&mut GapFinder::new(sampled));
+        chunk.thin(&written, PERIOD_NS)
     }
 
     fn ramp() -> Vec<f64> {
@@ -221,9 +137,9 @@ mod tests {
     }
 
     #[test]
-    fn a_smooth_line_goes_through_the_first_row_of_each_period() {
-        let tenths: Vec<usize> = (0..500).step_by(5).collect();
-        assert_eq!(stay(&ramp()), tenths);
+    fn a_smooth_line_goes_through_the_ends_of_each_period() {
+        let ends: Vec<usize> = (0..500).filter(|i| matches!(i % 5, 0 | 4)).collect();
+        assert_eq!(stay(&ramp()), ends);
     }
 
     #[test]
@@ -250,20 +166,10 @@ mod tests {
     /// The ends of both stretches of a step stay: no slope where there was none.
     #[test]
     fn a_stretch_of_equal_values_stays_as_its_ends() {
-        assert_eq!(stay(&[2.0; 500]), [0, 495]);
+        assert_eq!(stay(&[2.0; 500]), [0, 499]);
         let mut step = vec![1.0; 500];
         step[203..].fill(4.0);
-        assert_eq!(stay(&step), [0, 200, 205, 495]);
-        assert_eq!(samples_stay(&step, 1), [0, 200, 203, 499]);
-        assert_eq!(samples_stay(&[7.0; 500], 1), [0, 499]);
-    }
-
-    /// Periods go on from chunk to chunk.
-    #[test]
-    fn a_chunk_that_begins_within_a_period_has_no_first_row_there() {
-        let mut periods = Periods::new(100);
-        assert_eq!(periods.first_rows(&[0, 40, 80]), [true, false, false]);
-        assert_eq!(periods.first_rows(&[90, 120, 160]), [false, true, false]);
+        assert_eq!(stay(&step), [0, 200, 203, 499]);
     }
 
     /// A plot of noise shows its reach: in each period the same smallest and largest sample, in two fifths of the rows.
