@@ -213,34 +213,20 @@ impl Metric {
     /// Begins to measure it of an estimator, over the samples that it is given; it chooses from them itself. None if
     /// it is of train and controller.
     pub(crate) fn of_estimator(&self, limits: &IntegrityLimits) -> Option<Running<ErrorSample>> {
-        let (which, running) = self.of_chosen(limits)?;
-        Some(match which {
-            Some(which) => Box::new(OfSome {
-                which: Some(which),
-                all: vec![running],
-            }),
-            None => running,
-        })
-    }
-
-    /// The samples that count, and what begins to measure it of them; none where all count.
-    fn of_chosen(&self, limits: &IntegrityLimits) -> Option<(Option<Which>, Running<ErrorSample>)> {
         Some(match self.of {
             Of::Error {
                 quantity,
                 valid_only,
                 referenced,
                 start,
-            } => {
-                let which = Which {
-                    quantity,
-                    valid_only,
-                    referenced,
-                };
-                (Some(which), start())
-            }
-            Of::Estimator(start) => (None, start()),
-            Of::Marks { quantity, kind } => (None, marks::start(kind, quantity, limits)),
+            } => Box::new(OfSome {
+                quantity,
+                valid_only,
+                referenced,
+                running: start(),
+            }),
+            Of::Estimator(start) => start(),
+            Of::Marks { quantity, kind } => marks::start(kind, quantity, limits),
             Of::Run(_) => return None,
         })
     }
@@ -254,57 +240,25 @@ impl Metric {
     }
 }
 
-/// Passes on only the samples that count, to every metric of the same samples.
+/// Passes on only the samples that count: those with a reference of a quantity, and those in which it is marked valid.
 struct OfSome {
-    /// None where all count.
-    which: Option<Which>,
-    all: Vec<Running<ErrorSample>>,
-}
-
-/// The samples that count: those with a reference of a quantity, and those in which it is marked valid.
-#[derive(Clone, Copy, PartialEq, Eq)]
-struct Which {
     quantity: Quantity,
     valid_only: bool,
     referenced: bool,
-}
-
-impl Which {
-    fn counts(self, x: &ErrorSample) -> bool {
-        (!self.valid_only || self.quantity.is_valid(x))
-            && (!self.referenced || self.quantity.has_reference(x))
-    }
-}
-
-impl OfSome {
-    fn counts(&self, x: &ErrorSample) -> bool {
-        self.which.is_none_or(|which| which.counts(x))
-    }
+    running: Running<ErrorSample>,
 }
 
 impl Accumulator<ErrorSample> for OfSome {
     fn add(&mut self, x: &ErrorSample) {
-        if self.counts(x) {
-            self.all.iter_mut().for_each(|metric| metric.add(x));
+        if (!self.valid_only || self.quantity.is_valid(x))
+            && (!self.referenced || self.quantity.has_reference(x))
+        {
+            self.running.add(x);
         }
     }
 
-    /// Passes on each stretch of samples that count in one piece.
-    fn add_all(&mut self, all: &[ErrorSample]) {
-        let which = self.which;
-        let counts = |x: &ErrorSample| which.is_none_or(|which| which.counts(x));
-        for stretch in all.chunk_by(|a, b| counts(a) == counts(b)) {
-            if stretch.first().is_some_and(counts) {
-                self.all
-                    .iter_mut()
-                    .for_each(|metric| metric.add_all(stretch));
-            }
-        }
-    }
-
-    /// The number of the first metric.
     fn value(&self) -> f64 {
-        self.all.first().map_or(f64::NAN, |metric| metric.value())
+        self.running.value()
     }
 }
 

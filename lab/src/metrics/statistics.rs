@@ -5,30 +5,12 @@
 pub(crate) trait Accumulator<T> {
     /// One sample more.
     fn add(&mut self, x: &T);
-    /// Some samples more, in their order: one call through the trait for all of them.
-    fn add_all(&mut self, all: &[T]) {
-        all.iter().for_each(|x| self.add(x));
-    }
     /// The number for the samples so far.
     fn value(&self) -> f64;
 }
 
 /// An accumulator over samples `T`, whatever it is.
 pub(crate) type Running<T> = Box<dyn Accumulator<T>>;
-
-impl<T> Accumulator<T> for Running<T> {
-    fn add(&mut self, x: &T) {
-        self.as_mut().add(x);
-    }
-
-    fn add_all(&mut self, all: &[T]) {
-        self.as_mut().add_all(all);
-    }
-
-    fn value(&self) -> f64 {
-        self.as_ref().value()
-    }
-}
 
 /// Mean of numbers.
 #[derive(Clone, Copy, Debug, Default)]

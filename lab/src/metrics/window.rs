@@ -1,7 +1,7 @@
 //! Windows of time whose ends may be moments that are known only when the run comes to them.
 
 use crate::metrics::series::{ErrorSample, Geometry, Tracking};
-use crate::metrics::statistics::{Accumulator, Running};
+use crate::metrics::statistics::Running;
 use monorig_sim::config::scenario::{Moment, MomentOf, ScenarioFile, VehiclePart};
 use std::collections::VecDeque;
 
@@ -128,17 +128,17 @@ impl Timed for Tracking {
     }
 }
 
-/// A number made of the samples in a window, or several. Samples wait where an end may turn out to have been before
-/// them (`plus_s: -3`).
-pub(super) struct Windowed<T, A = Running<T>> {
+/// A number made of the samples in a window. Samples wait where an end may turn out to have been before them
+/// (`plus_s: -3`).
+pub(super) struct Windowed<T> {
     pub(crate) window: Window,
-    pub(super) running: A,
+    running: Running<T>,
     known_after_s: f64,
     waiting: VecDeque<T>,
 }
 
-impl<T: Timed, A: Accumulator<T>> Windowed<T, A> {
-    pub(crate) fn new(window: Window, running: A) -> Self {
+impl<T: Timed> Windowed<T> {
+    pub(crate) fn new(window: Window, running: Running<T>) -> Self {
         let known_after_s = window.after.known_after_s();
         Self {
             window,
@@ -158,18 +158,6 @@ impl<T: Timed, A: Accumulator<T>> Windowed<T, A> {
         let known_s = tracking.t_s - self.known_after_s;
         while let Some(x) = self.waiting.pop_front_if(|x| x.t_s() < known_s) {
             self.count(&x);
-        }
-    }
-
-    /// Adds samples in order of time. Those of a window between two instants are added in one piece.
-    pub(crate) fn add_all(&mut self, tracking: &[Tracking], all: &[T]) {
-        let (End::At(after_s), End::At(until_s)) = (self.window.after, self.window.until) else {
-            return tracking.iter().zip(all).for_each(|(t, x)| self.add(t, x));
-        };
-        let from = all.partition_point(|x| x.t_s() < after_s);
-        let to = all.partition_point(|x| x.t_s() <= until_s);
-        if let Some(inside) = all.get(from..to) {
-            self.running.add_all(inside);
         }
     }
 
@@ -265,7 +253,7 @@ mod tests {
             let mut windowed =
                 Windowed::new(Window::between(after, until), mean(|x: &Tracking| x.t_s));
             let all: Vec<Tracking> = (0..steps).map(at).collect();
-            all.chunks(7).for_each(|some| windowed.add_all(some, some));
+            all.iter().for_each(|x| windowed.add(x, x));
             windowed.finish();
             let inside = all.iter().filter(|x| windowed.window.holds(x.t_s));
             let inside: Vec<f64> = inside.map(|x| x.t_s).collect();

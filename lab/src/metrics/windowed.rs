@@ -1,8 +1,8 @@
 //! Metrics over windows of a run, measured while it goes on, in memory that does not grow with the run.
 
+use crate::metrics::find;
 use crate::metrics::series::{ErrorSample, Tracking};
 use crate::metrics::window::{Window, Windowed};
-use crate::metrics::{OfSome, find};
 use monorig_sim::config::scenario::IntegrityLimits;
 
 /// A metric to measure.
@@ -16,14 +16,12 @@ pub(crate) struct WantedMetric {
     pub(crate) window: Window,
 }
 
-/// Steps that are measured at once: what is looked at of them stays near, and each metric is called once for all of
-/// them.
+/// Steps that are measured at once: what a metric looks at stays near.
 const BLOCK: usize = 64;
 
 /// Values of the wanted metrics, in their order.
 pub(crate) struct WindowedMetrics {
     all: Vec<Measured>,
-    groups: Vec<SampleGroup>,
     /// Steps not yet measured: the state of the run, and the samples of each estimator.
     tracking: Vec<Tracking>,
     samples: Vec<Vec<ErrorSample>>,
@@ -31,16 +29,10 @@ pub(crate) struct WindowedMetrics {
 
 /// Nothing where there is no such estimator, or the metric is not one of it.
 enum Measured {
-    /// Its group, and its place in it.
-    OfEstimator(usize, usize),
+    /// Of the estimator in this place.
+    OfEstimator(usize, Windowed<ErrorSample>),
     OfRun(Windowed<Tracking>),
     Nothing(Window),
-}
-
-/// Metrics of one estimator over the same samples: which of them count is found once for all.
-struct SampleGroup {
-    estimator: usize,
-    windowed: Windowed<ErrorSample, OfSome>,
 }
 
 impl WindowedMetrics {
@@ -50,41 +42,20 @@ impl WindowedMetrics {
         wanted: &[WantedMetric],
         limits: &IntegrityLimits,
     ) -> Self {
-        let mut groups: Vec<SampleGroup> = Vec::new();
-        let mut start = |w: &WantedMetric| {
+        let start = |w: &WantedMetric| {
             let metric = find(&w.metric)?;
-            let Some(name) = &w.estimator else {
-                return Some(Measured::OfRun(Windowed::new(w.window, metric.of_run()?)));
-            };
-            let estimator = estimators.iter().position(|e| e == name)?;
-            let (which, running) = metric.of_chosen(limits)?;
-            let same = |g: &SampleGroup| {
-                g.estimator == estimator
-                    && g.windowed.window == w.window
-                    && g.windowed.running.which == which
-            };
-            let known = groups.iter().position(same);
-            let group = known.unwrap_or(groups.len());
-            if known.is_none() {
-                let none = OfSome {
-                    which,
-                    all: Vec::new(),
-                };
-                groups.push(SampleGroup {
-                    estimator,
-                    windowed: Windowed::new(w.window, none),
-                });
-            }
-            let all = &mut groups.get_mut(group)?.windowed.running.all;
-            all.push(running);
-            Some(Measured::OfEstimator(group, all.len() - 1))
+            Some(match &w.estimator {
+                None => Measured::OfRun(Windowed::new(w.window, metric.of_run()?)),
+                Some(name) => Measured::OfEstimator(
+                    estimators.iter().position(|e| e == name)?,
+                    Windowed::new(w.window, metric.of_estimator(limits)?),
+                ),
+            })
         };
         let all = wanted.iter();
+        let all = all.map(|w| start(w).unwrap_or(Measured::Nothing(w.window)));
         Self {
-            all: all
-                .map(|w| start(w).unwrap_or(Measured::Nothing(w.window)))
-                .collect(),
-            groups,
+            all: all.collect(),
             tracking: Vec::with_capacity(BLOCK),
             samples: vec![Vec::with_capacity(BLOCK); estimators.len()],
         }
@@ -102,17 +73,17 @@ impl WindowedMetrics {
     }
 
     fn measure(&mut self) {
-        let tracking = &self.tracking;
-        for group in &mut self.groups {
-            if let Some(samples) = self.samples.get(group.estimator) {
-                group.windowed.add_all(tracking, samples);
-            }
-        }
+        let tracking = || self.tracking.iter();
         for measured in &mut self.all {
             match measured {
-                Measured::OfEstimator(..) => {}
-                Measured::OfRun(windowed) => windowed.add_all(tracking, tracking),
-                Measured::Nothing(window) => tracking.iter().for_each(|t| window.see(t)),
+                Measured::OfEstimator(estimator, windowed) => {
+                    let samples = self.samples.get(*estimator).into_iter().flatten();
+                    tracking()
+                        .zip(samples)
+                        .for_each(|(t, x)| windowed.add(t, x));
+                }
+                Measured::OfRun(windowed) => tracking().for_each(|t| windowed.add(t, t)),
+                Measured::Nothing(window) => tracking().for_each(|t| window.see(t)),
             }
         }
         self.tracking.clear();
@@ -122,26 +93,21 @@ impl WindowedMetrics {
     /// The run is over.
     pub(crate) fn finish(&mut self) {
         self.measure();
-        self.groups.iter_mut().for_each(|g| g.windowed.finish());
         for measured in &mut self.all {
-            if let Measured::OfRun(windowed) = measured {
-                windowed.finish();
+            match measured {
+                Measured::OfEstimator(_, windowed) => windowed.finish(),
+                Measured::OfRun(windowed) => windowed.finish(),
+                Measured::Nothing(_) => {}
             }
         }
     }
 
     /// The values of a run that is over, each with its window; none where there is nothing to measure.
     pub(crate) fn values(&self) -> impl Iterator<Item = (Option<f64>, Window)> {
-        self.all.iter().filter_map(|measured| {
-            Some(match measured {
-                Measured::OfEstimator(group, place) => {
-                    let windowed = &self.groups.get(*group)?.windowed;
-                    let metric = windowed.running.all.get(*place)?;
-                    (Some(metric.value()), windowed.window)
-                }
-                Measured::OfRun(w) => (Some(w.value()), w.window),
-                Measured::Nothing(window) => (None, *window),
-            })
+        self.all.iter().map(|measured| match measured {
+            Measured::OfEstimator(_, w) => (Some(w.value()), w.window),
+            Measured::OfRun(w) => (Some(w.value()), w.window),
+            Measured::Nothing(window) => (None, *window),
         })
     }
 }
