@@ -20,8 +20,8 @@ Examples:
   monorig replay --map exports/minimal/1/csv/minimal_1_csv.map.yaml
       the estimates of the run again
 
-Of csv, parquet, mcap and mf4 the replay gives the run's estimates bit for bit;
-CAN signals have steps.";
+Of all formats but can the replay gives the run's estimates bit for bit; CAN
+signals have steps. mat has the estimates, too.";
 
 /// Write a run as a recorded log, with the map that replays it.
 #[derive(Debug, clap::Args)]

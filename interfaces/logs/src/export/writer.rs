@@ -7,6 +7,8 @@ use std::path::Path;
 /// A log that is to be written.
 #[derive(Clone, Copy)]
 pub(super) struct NewLog<'a> {
+    /// The folder of the run.
+    pub run: &'a Path,
     pub folder: &'a Path,
     pub name: &'a str,
     pub tables: &'a [Table],
