@@ -4,26 +4,23 @@
 
 use super::columns::TableColumns;
 use super::failed::failed;
-use super::tables::{Instants, Table};
+use super::tables::Instants;
 use super::writer::{LogWriter, NewLog, RowWriter};
 use crate::read::{ReadOptions, scan};
-use flate2::Compression;
-use flate2::write::ZlibEncoder;
+use flate2::{Compression, write::ZlibEncoder};
 use monorig_sim::error::Error;
-use monorig_sim::record::manifest::Manifest;
-use monorig_sim::record::whole;
+use monorig_sim::record::{manifest::Manifest, whole};
 use serde_json::Value;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// File of a run with truth, estimates and commands.
 const CHANNELS: &str = "channels.parquet";
 /// Most characters of a name in MATLAB.
 const LONGEST_NAME: usize = 63;
-/// The header: 116 bytes of text, no data of objects, version 1, lowest byte first.
-const TEXT: &[u8] = b"MATLAB 5.0 MAT-file, written by monorig";
-const VERSION: &[u8] = b"\0\0\0\0\0\0\0\0\x00\x01IM";
+/// The header: text, no data of objects, version 1, lowest byte first.
+const TEXT: &str = "MATLAB 5.0 MAT-file, written by monorig";
+const VERSION: &[u8; 12] = b"\0\0\0\0\0\0\0\0\x00\x01IM";
 
 /// The writer of MAT files.
 pub(super) struct MatWriter;
@@ -38,20 +35,13 @@ impl LogWriter for MatWriter {
     }
 
     fn create(&self, log: NewLog<'_>) -> Result<Box<dyn RowWriter>, Error> {
-        Ok(Box::new(MatFile {
-            path: log.folder.join(format!("{}.mat", log.name)),
-            run: log.run.to_owned(),
-            tables: TableColumns::of(log.tables),
-        }))
+        let path = log.folder.join(format!("{}.mat", log.name));
+        let tables = TableColumns::of(log.tables);
+        Ok(Box::new(MatFile(path, log.run.to_owned(), tables)))
     }
 
     fn only_file(&self, name: &str) -> Option<String> {
         Some(format!("{name}.mat"))
-    }
-
-    fn column(&self, table: &Table, column: usize) -> String {
-        let name = table.columns.get(column).map_or("", String::as_str);
-        format!("{}.{name}", table.name)
     }
 
     fn adapt(&self, map: &mut Value, _: &str) {
@@ -59,124 +49,94 @@ impl LogWriter for MatWriter {
     }
 }
 
-/// The values of all tables.
-struct MatFile {
-    path: PathBuf,
-    run: PathBuf,
-    tables: Vec<TableColumns>,
-}
+/// The place of the file, the folder of the run, and the values of all tables.
+struct MatFile(PathBuf, PathBuf, Vec<TableColumns>);
+
+/// Name, unit and values of a column.
+type MatColumn = (String, String, Vec<f64>);
 
 impl RowWriter for MatFile {
     fn row(&mut self, table: usize, at: Instants, values: &[f64]) -> Result<(), Error> {
-        TableColumns::row(&mut self.tables, table, at, values);
+        TableColumns::row(&mut self.2, table, at, values);
         Ok(())
     }
 
     fn finish(self: Box<Self>) -> Result<u64, Error> {
-        let (mut structs, mut units, mut names) = (Vec::new(), Vec::new(), Vec::new());
-        let mut add = |name: &str, mut fields: Fields, columns: Vec<(String, String, Vec<f64>)>| {
+        let Self(path, run, tables) = *self;
+        let mut file = [format!("{TEXT:116}").as_bytes(), VERSION].concat();
+        let (mut units, mut names) = (Fields::default(), Fields::default());
+        let mut add = |table: &str, mut fields: Fields, columns: Vec<MatColumn>| {
             let (mut units_here, mut names_here) = (Fields::default(), Fields::default());
             for (name, unit, values) in columns {
-                units_here.add(&name, characters(&unit));
-                names_here.add(&name, characters(&name));
-                fields.add(&name, vector(6, 9, &values, f64::to_le_bytes));
+                units_here.text(&name, &unit);
+                names_here.text(&name, &name);
+                fields.vector(&name, (6, 9), values.iter().map(|x| x.to_le_bytes()));
             }
-            structs.push((name.to_owned(), fields.done()));
-            units.push((name.to_owned(), units_here.done()));
-            names.push((name.to_owned(), names_here.done()));
+            units.add(table, |name| units_here.made(name));
+            names.add(table, |name| names_here.made(name));
+            variable(&mut file, fields.made(table)).map_err(|e| failed(&path)(&e))
         };
-        for all in self.tables.into_iter().filter(|t| !t.columns.is_empty()) {
-            let seconds: Vec<f64> = all.arrivals_ns.iter().map(|ns| *ns as f64 / 1e9).collect();
+        for all in tables.into_iter().filter(|t| !t.columns.is_empty()) {
+            let seconds = all.arrivals_ns.iter().map(|ns| *ns as f64 / 1e9);
             let mut times = Fields::default();
-            times.add("t_s", vector(6, 9, &seconds, f64::to_le_bytes));
-            times.add(
-                "arrival_ns",
-                vector(14, 12, &all.arrivals_ns, i64::to_le_bytes),
-            );
-            times.add("stamp_ns", vector(14, 12, &all.stamps_ns, i64::to_le_bytes));
+            times.vector("t_s", (6, 9), seconds.map(f64::to_le_bytes));
+            for (name, ns) in [("arrival_ns", all.arrivals_ns), ("stamp_ns", all.stamps_ns)] {
+                times.vector(name, (14, 12), ns.into_iter().map(i64::to_le_bytes));
+            }
             let units = all.table.units.iter().map(|u| (*u).to_owned());
             let columns = all.table.columns.into_iter().zip(units).zip(all.columns);
             let columns = columns.map(|((name, unit), values)| (name, unit, values));
-            add(all.table.name, times, columns.collect());
+            add(all.table.name, times, columns.collect())?;
         }
-        if self.run.join(CHANNELS).is_file() {
-            add("channels", Fields::default(), channels(&self.run)?);
+        if run.join(CHANNELS).is_file() {
+            add("channels", Fields::default(), channels(&run)?)?;
         }
-        for (name, of) in [("units", units), ("names", names)] {
-            let mut fields = Fields::default();
-            of.into_iter().for_each(|(name, of)| fields.add(&name, of));
-            structs.push((name.to_owned(), fields.done()));
+        for (name, all) in [("units", units), ("names", names)] {
+            variable(&mut file, all.made(name)).map_err(|e| failed(&path)(&e))?;
         }
-        let path = &self.path;
-        let mut file = TEXT.to_vec();
-        file.resize(116, b' ');
-        file.extend(VERSION);
-        for (name, part) in structs {
-            let variable = part.matrix(&name);
-            // of the tag, whose length is a number of 32 bits; MATLAB reads no variable of 2 GB
-            if variable.len() > i32::MAX as usize {
-                return Err(failed(path)(&format!(
-                    "`{name}` takes more than the 2 GB of a variable"
-                )));
-            }
-            let mut zlib = ZlibEncoder::new(Vec::new(), Compression::default());
-            let packed = zlib.write_all(&variable).and_then(|()| zlib.finish());
-            let packed = packed.map_err(|e| failed(path)(&e))?;
-            file.extend(15u32.to_le_bytes());
-            file.extend((packed.len() as u32).to_le_bytes());
-            file.extend(packed);
-        }
-        whole::write(path, &file)?;
+        whole::write(&path, &file)?;
         Ok(0)
     }
 }
 
-/// Name, unit and values of the channels of a run, the time first.
-fn channels(run: &Path) -> Result<Vec<(String, String, Vec<f64>)>, Error> {
+/// The channels of a run, the time first.
+fn channels(run: &Path) -> Result<Vec<MatColumn>, Error> {
     Manifest::of_run(run)?.verify(run, CHANNELS)?;
-    let (mut tables, mut times) = (Arc::default(), Vec::new());
-    let mut columns: Vec<Vec<f64>> = Vec::new();
+    let mut all = vec![("time".to_owned(), "s".to_owned(), Vec::new())];
     scan(&run.join(CHANNELS), &ReadOptions::default(), &mut |chunk| {
-        for row in &chunk.rows {
-            times.push(row.stamp_ns as f64 * 1e-9);
-            let values = chunk.values_of(row);
-            columns.resize(values.len(), Vec::new());
-            columns
-                .iter_mut()
-                .zip(values)
-                .for_each(|(column, x)| column.push(*x));
+        for column in chunk
+            .tables
+            .iter()
+            .flat_map(|t| &t.columns)
+            .skip(all.len() - 1)
+        {
+            all.push((column.name.clone(), column.unit.clone(), Vec::new()));
         }
-        tables = chunk.tables;
+        for row in &chunk.rows {
+            let time = row.stamp_ns as f64 * 1e-9;
+            let values = std::iter::once(&time).chain(chunk.values_of(row));
+            all.iter_mut()
+                .zip(values)
+                .for_each(|((.., column), x)| column.push(*x));
+        }
         true
     })?;
-    let names = tables.iter().flat_map(|t| t.columns.clone());
-    let all = names
-        .zip(columns)
-        .map(|(c, values)| (c.name, c.unit, values));
-    Ok(std::iter::once(("time".to_owned(), "s".to_owned(), times))
-        .chain(all)
-        .collect())
+    Ok(all)
 }
 
-/// A variable without its name: its class, its sizes, and what follows the name.
-struct Part(u32, [usize; 2], Vec<u8>);
-
-impl Part {
-    /// As an element of this name; none of a field, which has its name in the struct.
-    fn matrix(&self, name: &str) -> Vec<u8> {
-        let mut inside = Vec::new();
-        element(&mut inside, 6, &[self.0.to_le_bytes(), [0; 4]].concat());
-        element(
-            &mut inside,
-            5,
-            &self.1.map(|n| (n as i32).to_le_bytes()).concat(),
-        );
-        element(&mut inside, 1, name.as_bytes());
-        inside.extend(&self.2);
-        let mut all = Vec::new();
-        element(&mut all, 14, &inside);
-        all
+/// A compressed variable behind the others. MATLAB reads none of 2 GB.
+fn variable(file: &mut Vec<u8>, variable: Vec<u8>) -> std::io::Result<()> {
+    if variable.len() > i32::MAX as usize {
+        return Err(std::io::Error::other(
+            "a variable takes more than 2 GB: choose another format",
+        ));
     }
+    let mut zlib = ZlibEncoder::new(Vec::new(), Compression::default());
+    zlib.write_all(&variable)?;
+    let packed = zlib.finish()?;
+    file.extend([15u32.to_le_bytes(), (packed.len() as u32).to_le_bytes()].concat());
+    file.extend(packed);
+    Ok(())
 }
 
 /// An element: type, length, data, and zeros up to a multiple of 8 bytes; in 8 bytes if there are few data.
@@ -190,21 +150,19 @@ fn element(out: &mut Vec<u8>, kind: u32, data: &[u8]) {
     out.resize(out.len().next_multiple_of(8), 0);
 }
 
-/// A column vector of a class and the type of its numbers.
-fn vector<T: Copy>(class: u32, kind: u32, values: &[T], bytes: fn(T) -> [u8; 8]) -> Part {
-    let mut data = Vec::new();
-    let all: Vec<u8> = values.iter().flat_map(|x| bytes(*x)).collect();
-    element(&mut data, kind, &all);
-    Part(class, [values.len(), 1], data)
-}
-
-/// A text in a row.
-fn characters(text: &str) -> Part {
-    let units: Vec<u16> = text.encode_utf16().collect();
-    let all: Vec<u8> = units.iter().flat_map(|c| c.to_le_bytes()).collect();
-    let mut data = Vec::new();
-    element(&mut data, 4, &all);
-    Part(4, [usize::from(!units.is_empty()), units.len()], data)
+/// A variable of a class and sizes, and what follows its name.
+fn matrix(name: &str, class: u32, sizes: [usize; 2], rest: &[u8]) -> Vec<u8> {
+    let (mut inside, mut all) = (Vec::new(), Vec::new());
+    element(&mut inside, 6, &[class.to_le_bytes(), [0; 4]].concat());
+    element(
+        &mut inside,
+        5,
+        &sizes.map(|n| (n as u32).to_le_bytes()).concat(),
+    );
+    element(&mut inside, 1, name.as_bytes());
+    inside.extend(rest);
+    element(&mut all, 14, &inside);
+    all
 }
 
 /// The fields of a struct.
@@ -216,37 +174,49 @@ struct Fields {
 
 impl Fields {
     /// A further field; its name is made one that MATLAB has, and that no other field has.
-    fn add(&mut self, name: &str, part: Part) {
+    fn add(&mut self, name: &str, field: impl FnOnce(&str) -> Vec<u8>) {
         let legal = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
-        let mut word: String = name.chars().map(legal).collect();
+        let mut word: String = name.chars().map(legal).take(LONGEST_NAME - 4).collect();
         if !word.starts_with(|c: char| c.is_ascii_alphabetic()) {
             word.insert(0, 'x');
         }
-        word.truncate(LONGEST_NAME);
-        for number in 2.. {
-            if !self.names.contains(&word) {
-                break;
-            }
-            let end = format!("_{number}");
-            word.truncate(LONGEST_NAME - end.len());
-            word += &end;
+        if self.names.contains(&word) {
+            word += &format!("_{}", self.names.len());
         }
         self.names.push(word);
-        self.data.extend(part.matrix(""));
+        self.data.extend(field(""));
+    }
+
+    /// A column vector; the class and the type of its numbers.
+    fn vector(
+        &mut self,
+        name: &str,
+        (class, kind): (u32, u32),
+        all: impl Iterator<Item = [u8; 8]>,
+    ) {
+        let mut data = Vec::new();
+        let all: Vec<u8> = all.flatten().collect();
+        element(&mut data, kind, &all);
+        self.add(name, |name| matrix(name, class, [all.len() / 8, 1], &data));
+    }
+
+    /// A text in a row.
+    fn text(&mut self, name: &str, text: &str) {
+        let mut data = Vec::new();
+        let all: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        element(&mut data, 4, &all);
+        self.add(name, |name| matrix(name, 4, [1, all.len() / 2], &data));
     }
 
     /// The struct.
-    fn done(self) -> Part {
-        let width = LONGEST_NAME + 1;
-        let mut data = Vec::new();
-        element(&mut data, 5, &(width as u32).to_le_bytes());
-        let mut names = Vec::new();
+    fn made(self, name: &str) -> Vec<u8> {
+        let (mut data, mut names) = (Vec::new(), Vec::new());
         for name in &self.names {
             names.extend(name.as_bytes());
-            names.resize(names.len().next_multiple_of(width), 0);
+            names.resize(names.len().next_multiple_of(LONGEST_NAME + 1), 0);
         }
+        element(&mut data, 5, &(LONGEST_NAME as u32 + 1).to_le_bytes());
         element(&mut data, 1, &names);
-        data.extend(self.data);
-        Part(2, [1, 1], data)
+        matrix(name, 2, [1, 1], &[data, self.data].concat())
     }
 }

@@ -3,7 +3,7 @@
 
 use super::columns::TableColumns;
 use super::failed::failed;
-use super::tables::{Instants, Table};
+use super::tables::Instants;
 use super::writer::{LogWriter, NewLog, RowWriter};
 use falcon_mdf::{Mf4Writer, SignalValues};
 use monorig_sim::error::Error;
@@ -30,11 +30,6 @@ impl LogWriter for MdfWriter {
 
     fn only_file(&self, name: &str) -> Option<String> {
         Some(format!("{name}.mf4"))
-    }
-
-    fn column(&self, table: &Table, column: usize) -> String {
-        let name = table.columns.get(column).map_or("", String::as_str);
-        format!("{}.{name}", table.name)
     }
 }
 

@@ -37,7 +37,11 @@ pub(super) trait LogWriter: Sync {
 
     /// A column as the map file names it.
     fn column(&self, table: &Table, column: usize) -> String {
-        table.columns.get(column).cloned().unwrap_or_default()
+        let name = table.columns.get(column).map_or("", String::as_str);
+        match self.only_file("") {
+            Some(_) => format!("{}.{name}", table.name),
+            None => name.to_owned(),
+        }
     }
 
     /// Changes the keys of the map file that are not the same in all formats.
