@@ -176,7 +176,7 @@ impl Fields {
     /// A further field; its name is made one that MATLAB has, and that no other field has.
     fn add(&mut self, name: &str, field: impl FnOnce(&str) -> Vec<u8>) {
         let legal = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
-        let mut word: String = name.chars().map(legal).take(LONGEST_NAME - 4).collect();
+        let mut word: String = name.chars().map(legal).take(LONGEST_NAME - 6).collect();
         if !word.starts_with(|c: char| c.is_ascii_alphabetic()) {
             word.insert(0, 'x');
         }

@@ -104,20 +104,20 @@ fn what_is_no_log_says_why() {
         (
             &[&header[..], &LOG][..],
             &all,
-            &["log.v", "called like a time", "save('x.mat'"][..],
+            &["log.v", "no vector of times like `t`", "save('x.mat'"][..],
         ),
         (&[&header, &opaque], &all, &["an object", "timetable"]),
         (
             &[&header, &TIME, &short],
             &all,
-            &["variable 2", "breaks off"],
+            &["breaks off"],
         ),
         (
             &[&header, &TIME, &two],
             &wanted(&["log.v"]),
-            &["log.v: 1x2", "`t` has 3 values"],
+            &["log.v has the sizes [1, 2]", "`t` has 3 values"],
         ),
-        (&[&big, &TIME], &all, &["highest byte first", "-v7"]),
+        (&[&big, &TIME], &all, &["is damaged", "-v7"]),
         (&[&old, &TIME], &all, &["-v7"]),
         (&[b"no MAT"], &all, &["no MAT file", "MATLAB 5.0"]),
     ] {
