@@ -202,10 +202,9 @@ impl Fields {
 
     /// A text in a row.
     fn text(&mut self, name: &str, text: &str) {
-        let mut data = Vec::new();
-        let all: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
-        element(&mut data, 4, &all);
-        self.add(name, |name| matrix(name, 4, [1, all.len() / 2], &data));
+        let (mut data, length) = (Vec::new(), text.encode_utf16().count());
+        element(&mut data, 16, text.as_bytes());
+        self.add(name, |name| matrix(name, 4, [1, length], &data));
     }
 
     /// The struct.

@@ -107,11 +107,7 @@ fn what_is_no_log_says_why() {
             &["log.v", "no vector of times like `t`", "save('x.mat'"][..],
         ),
         (&[&header, &opaque], &all, &["an object", "timetable"]),
-        (
-            &[&header, &TIME, &short],
-            &all,
-            &["breaks off"],
-        ),
+        (&[&header, &TIME, &short], &all, &["breaks off"]),
         (
             &[&header, &TIME, &two],
             &wanted(&["log.v"]),

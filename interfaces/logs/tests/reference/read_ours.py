@@ -116,7 +116,9 @@ def mat(folder, tables):
         assert all(units[c].item() and names[c].item() == c for c in columns), f"mat: a column of {name} has no unit or name"
     kept, struct = pq.read_table(run / "channels.parquet"), file["channels"][0, 0]
     assert [file["names"][0, 0]["channels"][0, 0][c].item() for c in struct.dtype.names] == kept.column_names, "mat: channels"
+    units = file["units"][0, 0]["channels"][0, 0]
     for field, column in zip(struct.dtype.names, kept.column_names):
+        assert "".join(units[field]).encode() == kept.schema.field(column).metadata[b"unit"], f"mat: unit of {column}"
         written = kept.column(column).fill_null(float("nan")).to_numpy()
         assert (bits(struct[field][:, 0]) == bits(written)).all(), f"mat: {column}"
 
