@@ -54,6 +54,7 @@ const KINDS: &[ResultKind] = &[
     other("results", ANY_JSON, lines),
     other("page", ".html", page),
     other("table", ".csv", written::table),
+    other("log", ".mat", written::log),
     other("log", ".mcap", written::log),
     other("log", ".mf4", written::log),
     other("log", ".log", written::log),

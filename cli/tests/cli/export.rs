@@ -92,7 +92,7 @@ fn a_lossless_export_is_the_run_again_bit_for_bit() {
         code == Some(0) && out.contains("steps of 2 ms"),
         "{out}{err}"
     );
-    for format in ["csv", "parquet", "mcap", "mf4"] {
+    for format in ["csv", "parquet", "mat", "mcap", "mf4"] {
         let both = there_and_back(&dir, &run, format);
         let mut differ = Vec::new();
         compare(&both, |name, a, b| {

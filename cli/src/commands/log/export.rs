@@ -20,8 +20,8 @@ Examples:
   monorig replay --map exports/minimal/1/csv/minimal_1_csv.map.yaml
       gives the estimates of the run again
 
-The replay of csv, parquet, mcap and mf4 gives the run's estimates bit for bit;
-CAN signals are rounded.";
+The replay of each format but can gives the run's estimates bit for bit; CAN
+signals are rounded. mat has the estimates too.";
 
 /// Write a run as a recorded log, with the map that replays it.
 #[derive(Debug, clap::Args)]

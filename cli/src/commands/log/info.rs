@@ -25,9 +25,9 @@ Examples:
   monorig log info table.csv --time Zeit --unit ms
       a table whose column of time has another name
 
-Formats: CSV, Parquet, MCAP (JSON; ROS 2: Imu, JointState, Float64, Odometry,
-TwistStamped), MDF 4.10 and 4.20, candump; ASC and BLF in a program built with
-the feature `blf`.";
+Formats: CSV, Parquet, MAT of MATLAB, MCAP (JSON; ROS 2: Imu, JointState,
+Float64, Odometry, TwistStamped), MDF 4.10 and 4.20, candump; ASC and BLF in a
+program built with the feature `blf`.";
 
 /// Show the content of a recorded log, and propose a map file.
 #[derive(Debug, clap::Args)]
@@ -107,8 +107,8 @@ fn name(path: &Path, of: fn(&Path) -> Option<&OsStr>) -> String {
 }
 
 /// File name endings of the logs in a folder.
-const ENDINGS: [&str; 9] = [
-    "csv", "tsv", "txt", "parquet", "mcap", "mf4", "log", "asc", "blf",
+const ENDINGS: [&str; 10] = [
+    "csv", "tsv", "txt", "parquet", "mat", "mcap", "mf4", "log", "asc", "blf",
 ];
 
 /// Logs in a folder, sorted by name.

@@ -5,14 +5,17 @@
 //! |---|---|
 //! | `samples` | `samples.parquet` of a run: the samples of each step, and the truth beside them |
 //! | `tables` | a step as rows of tables |
-//! | `csv` `parquet` `mcap` `can` `mf4` | writers, one file a format |
+//! | `csv` `parquet` `mat` `mcap` `can` `mf4` | writers, one file a format |
+//! | `columns` | tables kept whole, for `mat` and `mf4` |
 //! | `map` | the map file that makes the run's estimates of the tables again |
 
 #[cfg(feature = "can")]
 mod can;
+mod columns;
 mod csv;
 mod failed;
 mod map;
+mod mat;
 #[cfg(feature = "mcap")]
 mod mcap;
 #[cfg(feature = "mdf")]
@@ -36,6 +39,7 @@ use writer::{LogWriter, NewLog};
 const FORMATS: &[&dyn LogWriter] = &[
     &csv::CsvWriter,
     &parquet::ParquetWriter,
+    &mat::MatWriter,
     #[cfg(feature = "mcap")]
     &mcap::McapWriter,
     #[cfg(feature = "mdf")]
@@ -149,6 +153,7 @@ pub fn export(
     let name = format!("{}_{}", manifest.scenario, manifest.seed);
     let used = tables.used();
     let mut writer = format.0.create(NewLog {
+        run,
         folder: &partial.0,
         name: &name,
         tables: &used,

@@ -7,6 +7,8 @@ use std::path::Path;
 /// A log that is to be written.
 #[derive(Clone, Copy)]
 pub(super) struct NewLog<'a> {
+    /// The folder of the run.
+    pub run: &'a Path,
     pub folder: &'a Path,
     pub name: &'a str,
     pub tables: &'a [Table],
@@ -35,7 +37,11 @@ pub(super) trait LogWriter: Sync {
 
     /// A column as the map file names it.
     fn column(&self, table: &Table, column: usize) -> String {
-        table.columns.get(column).cloned().unwrap_or_default()
+        let name = table.columns.get(column).map_or("", String::as_str);
+        match self.only_file("") {
+            Some(_) => format!("{}.{name}", table.name),
+            None => name.to_owned(),
+        }
     }
 
     /// Changes the keys of the map file that are not the same in all formats.

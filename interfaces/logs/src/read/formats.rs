@@ -11,6 +11,7 @@ use std::path::Path;
 const FORMATS: &[&dyn LogReader] = &[
     &super::csv::CsvReader,
     &super::parquet::ParquetReader,
+    &super::mat::MatReader,
     #[cfg(feature = "mcap")]
     &super::mcap::McapReader,
     #[cfg(not(feature = "mcap"))]

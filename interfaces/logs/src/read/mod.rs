@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `rows` | rows, tables, chunks: what a reader hands on |
 //! | `formats` | all formats, and which of them a file is of |
-//! | `csv` `parquet` `mcap` `mdf` `can` | the readers |
+//! | `csv` `parquet` `mcap` `mdf` `mat` `can` | the readers |
 //! | `time_column` `text` | the column of time of a table; text that is not UTF-8 |
 //! | `arrays` | columns of Arrow of any type |
 //! | `plausible` | the length of a log and the largest gap in it |
@@ -19,6 +19,7 @@ mod can;
 mod columns;
 mod csv;
 mod formats;
+mod mat;
 #[cfg(feature = "mcap")]
 mod mcap;
 #[cfg(feature = "mdf")]

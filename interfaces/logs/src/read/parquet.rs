@@ -1,14 +1,13 @@
 //! Parquet: columns of numbers beside a column of time, by batches.
 
-use super::arrays::{floats, integers, words};
+use super::arrays::floats;
 use super::{Asked, LogColumn, LogReader, Out, Row, time_column};
-use crate::notation::TimeUnit;
 use crate::{io, wrong};
 use ::parquet::arrow::ProjectionMask;
 use ::parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use arrow_array::{Array, Float64Array};
 use arrow_buffer::NullBuffer;
-use arrow_schema::{DataType, Field, FieldRef, TimeUnit as ArrowUnit};
+use arrow_schema::{DataType, Field, FieldRef};
 use monorig_sim::error::Error;
 use std::fs::File;
 use std::path::Path;
@@ -89,8 +88,9 @@ impl LogReader for ParquetReader {
                 named.ok_or_else(|| broken(path, &"a column is missing"))
             };
             let times = column(time)?;
-            let unit = unit.get_or_insert_with(|| guessed(times.as_ref()));
-            let stamps = stamps(times.as_ref(), *unit).map_err(|e| broken(path, &e))?;
+            let unit = unit.get_or_insert_with(|| time_column::guessed_of(times.as_ref()));
+            let stamps =
+                time_column::stamps(times.as_ref(), *unit).map_err(|e| broken(path, &e))?;
             let mut values = Vec::with_capacity(wanted.len());
             for &i in &wanted {
                 let numbers = floats(column(i)?.as_ref());
@@ -130,41 +130,4 @@ fn broken(path: &Path, e: &dyn std::fmt::Display) -> Error {
 fn numbers(column: &Float64Array) -> (&[f64], Option<&NullBuffer>) {
     let nulls = column.nulls().filter(|n| n.null_count() > 0);
     (column.values().as_ref(), nulls)
-}
-
-/// The unit of a column of time by its first value.
-fn guessed(times: &dyn Array) -> TimeUnit {
-    let first = match words(times) {
-        Some(words) => words.into_iter().flatten().next().map(str::to_owned),
-        None => floats(times).and_then(|x| Some(x.iter().flatten().next()?.to_string())),
-    };
-    first.map_or(TimeUnit::Seconds, |first| time_column::guessed(&first))
-}
-
-/// The stamps of a column of time, ns.
-fn stamps(column: &dyn Array, unit: TimeUnit) -> Result<Vec<Option<i64>>, String> {
-    let kind = column.data_type();
-    let per_unit = match kind {
-        DataType::Timestamp(u, _) | DataType::Duration(u) => Some(match u {
-            ArrowUnit::Second => 1_000_000_000,
-            ArrowUnit::Millisecond => 1_000_000,
-            ArrowUnit::Microsecond => 1_000,
-            ArrowUnit::Nanosecond => 1,
-        }),
-        _ => None,
-    };
-    let of_integer = |x: i64| match per_unit {
-        Some(per_unit) => x.checked_mul(per_unit),
-        None => unit.of_i64(x),
-    };
-    if let Some(integers) = integers(column) {
-        return Ok(integers.iter().map(|x| of_integer(x?)).collect());
-    }
-    if let Some(words) = words(column) {
-        return Ok(words.into_iter().map(|x| unit.parse(x?)).collect());
-    }
-    match floats(column).filter(|_| kind.is_floating()) {
-        Some(floats) => Ok(floats.iter().map(|x| unit.of_f64(x?)).collect()),
-        None => Err(format!("its time column has the type {kind}")),
-    }
 }

@@ -1,8 +1,11 @@
 //! The column of time of a table.
 
 use super::ReadOptions;
+use super::arrays::{floats, integers, words};
 use crate::notation::{TimeUnit, Title};
 use crate::wrong;
+use arrow_array::Array;
+use arrow_schema::{DataType, TimeUnit as ArrowUnit};
 use monorig_sim::error::Error;
 use std::path::Path;
 
@@ -69,6 +72,43 @@ pub(super) fn guessed(first: &str) -> TimeUnit {
         Ok(x) if x >= 1e11 => TimeUnit::Milliseconds,
         Err(_) if TimeUnit::Iso8601.parse(first).is_some() => TimeUnit::Iso8601,
         _ => TimeUnit::Seconds,
+    }
+}
+
+/// The unit of a column of Arrow by its first value.
+pub(super) fn guessed_of(times: &dyn Array) -> TimeUnit {
+    let first = match words(times) {
+        Some(words) => words.into_iter().flatten().next().map(str::to_owned),
+        None => floats(times).and_then(|x| Some(x.iter().flatten().next()?.to_string())),
+    };
+    first.map_or(TimeUnit::Seconds, |first| guessed(&first))
+}
+
+/// The stamps of a column of Arrow, ns.
+pub(super) fn stamps(column: &dyn Array, unit: TimeUnit) -> Result<Vec<Option<i64>>, String> {
+    let kind = column.data_type();
+    let per_unit = match kind {
+        DataType::Timestamp(u, _) | DataType::Duration(u) => Some(match u {
+            ArrowUnit::Second => 1_000_000_000,
+            ArrowUnit::Millisecond => 1_000_000,
+            ArrowUnit::Microsecond => 1_000,
+            ArrowUnit::Nanosecond => 1,
+        }),
+        _ => None,
+    };
+    let of_integer = |x: i64| match per_unit {
+        Some(per_unit) => x.checked_mul(per_unit),
+        None => unit.of_i64(x),
+    };
+    if let Some(integers) = integers(column) {
+        return Ok(integers.iter().map(|x| of_integer(x?)).collect());
+    }
+    if let Some(words) = words(column) {
+        return Ok(words.into_iter().map(|x| unit.parse(x?)).collect());
+    }
+    match floats(column).filter(|_| kind.is_floating()) {
+        Some(floats) => Ok(floats.iter().map(|x| unit.of_f64(x?)).collect()),
+        None => Err(format!("its time column has the type {kind}")),
     }
 }
 

@@ -280,6 +280,68 @@ fn parquet_of_pyarrow_and_pandas() {
 }
 
 #[test]
+fn mat_of_scipy_and_h5py() {
+    let (imu, drive, clamp) = (expected("imu"), expected("drive"), expected("clamp"));
+    for file in ["scipy_plain.mat", "scipy_deflate.mat", "h5py_73.mat"] {
+        let columns = read(file);
+        for (name, written) in [
+            ("acc_1", "ax"),
+            ("acc_2", "ay"),
+            ("acc_3", "az"),
+            ("gy", "gy"),
+        ] {
+            same(file, &columns, name, &imu[written], 0, 0);
+        }
+        for name in ["torque", "speed"] {
+            same(file, &columns, &format!("drive.{name}"), &drive[name], 0, 0);
+        }
+        same(file, &columns, "valve.Data", &clamp["pressure"], 0, 0);
+    }
+}
+
+/// Random files, plain, compressed and of version 7.3: every value is read as it was written, and no others.
+#[test]
+#[ignore = "needs a folder that reference/mat_of_scipy.py makes; .ci/run does it"]
+fn mat_files_of_scipy() {
+    let folder = std::env::var_os("MONORIG_MAT_FOLDER").expect("MONORIG_MAT_FOLDER");
+    let mut signals = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let file = entry.unwrap().path();
+        if file.extension().is_none_or(|e| e != "mat") {
+            continue;
+        }
+        let mut expected: BTreeMap<String, Vec<(i64, f64)>> = BTreeMap::new();
+        for line in std::fs::read_to_string(file.with_extension("csv"))
+            .unwrap()
+            .lines()
+        {
+            let [t, name, bits] = line.split(',').collect::<Vec<_>>()[..] else {
+                panic!("{line}");
+            };
+            let sample = (t.parse().unwrap(), f64::from_bits(bits.parse().unwrap()));
+            expected.entry(name.to_owned()).or_default().push(sample);
+        }
+        let what = file.display().to_string();
+        let columns = read_with(&file, &ReadOptions::default()).unwrap();
+        for (name, written) in &expected {
+            same(&what, &columns, name, written, 0, 0);
+        }
+        signals += expected.len();
+        let is_known = |name: &&String| {
+            expected
+                .keys()
+                .any(|k| k.rsplit('.').next() == name.rsplit('.').next())
+        };
+        assert!(
+            columns.keys().all(|name| is_known(&name)),
+            "{what}: {:?}",
+            columns.keys()
+        );
+    }
+    assert!(signals > 300, "{signals}");
+}
+
+#[test]
 fn csv_of_pandas() {
     let imu = expected("imu");
     let options = ReadOptions {
@@ -312,6 +374,9 @@ fn files_that_break_off() {
         "json_lz4.mcap",
         "cdr_none.mcap",
         "pyarrow_snappy.parquet",
+        "scipy_plain.mat",
+        "scipy_deflate.mat",
+        "h5py_73.mat",
     ] {
         let whole = std::fs::read(data(file)).unwrap();
         for share in [0, 1, 30, 50, 70, 95] {

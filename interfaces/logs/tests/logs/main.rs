@@ -7,6 +7,7 @@ mod drive;
 mod export;
 mod features;
 mod formats;
+mod mat;
 mod mutants;
 mod planted;
 mod real;

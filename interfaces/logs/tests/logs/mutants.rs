@@ -27,6 +27,9 @@ fn damaged_files_are_read_or_refused() {
         "cdr_none.mcap",
         "pyarrow_snappy.parquet",
         "pandas_datetime.parquet",
+        "scipy_plain.mat",
+        "scipy_deflate.mat",
+        "h5py_73.mat",
         "can.log",
         "comma.csv",
     ];

@@ -1,6 +1,6 @@
 """Writes the logs in ../data with other people's libraries, and beside them what is in them.
 
-usage: make.py [OUT | --check]; needs the packages of requirements.txt. The same seed gives the same bytes, but for the date in MDF and ASC;
+usage: make.py [OUT | --check]; needs the packages of requirements.txt. The same seed gives the same bytes, but for the date in MDF, MAT and ASC;
 --check makes them anew elsewhere and compares them with those that are committed.
 """
 
@@ -12,6 +12,7 @@ from pathlib import Path
 
 import can
 import cantools
+import h5py
 import numpy as np
 import pandas as pd
 import pyarrow as pa
@@ -19,6 +20,7 @@ import pyarrow.parquet as pq
 from asammdf import MDF, Signal
 from mcap.writer import CompressionType, Writer
 from mcap_ros2.writer import Writer as RosWriter
+from scipy.io import savemat
 
 COMMITTED = Path(__file__).parent.parent / "data"
 CHECK = sys.argv[1:] == ["--check"]
@@ -244,6 +246,34 @@ frame = pd.DataFrame({"time": pd.to_datetime(START_NS + t_drive, unit="ns"), "to
 frame.loc[3, "speed"] = np.nan
 frame.to_parquet(OUT / "pandas_datetime.parquet")
 
+# ---- MAT by scipy, and of version 7.3 by h5py -------------------------------------------------------------------------------------
+imu_s, drive_s = t_imu * 1e-9, t_drive * 1e-9
+logged = {
+    "t": imu_s,
+    "acc": np.column_stack([ax, ay, az]),
+    "gy": gy,
+    "drive": {"stamp_ns": t_drive, "torque": torque.astype(np.float32), "speed": speed, "note": "a text"},
+    "valve": {"Time": t_clamp * 1e-9, "Data": pressure[None, None, :]},
+}
+for name, packed in (("plain", False), ("deflate", True)):
+    savemat(OUT / f"scipy_{name}.mat", logged, do_compression=packed, oned_as="column")
+
+
+def put(group, variables):
+    for name, value in variables.items():
+        if isinstance(value, dict):
+            put(group.create_group(name), value)
+        elif not isinstance(value, str):
+            packed = {"compression": "gzip", "chunks": True} if name != "torque" else {}
+            made = group.create_dataset(name, data=np.atleast_2d(value.T), track_times=False, **packed)
+            made.attrs["MATLAB_class"] = np.bytes_({"float32": "single", "int64": "int64"}.get(value.dtype.name, "double"))
+
+
+with h5py.File(OUT / "h5py_73.mat", "w", userblock_size=512) as file:
+    put(file, logged)
+with open(OUT / "h5py_73.mat", "r+b") as file:
+    file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116) + bytes(8) + b"\x00\x02IM")
+
 # ---- CSV by pandas ------------------------------------------------------------------------------------------------------------
 titles = {"ax": "Beschl. X [m/s²]", "gy": "Drehrate Y [rad/s]"}
 frame = pd.DataFrame({"Zeit": [f"{t // 10**9}.{t % 10**9:09d}" for t in t_imu.tolist()], titles["ax"]: ax, titles["gy"]: gy})
@@ -255,7 +285,7 @@ frame.to_csv(OUT / "semicolon_latin1.csv", index=False, sep=";", decimal=",", en
 frame.to_csv(OUT / "utf16.csv", index=False, encoding="utf-16")
 
 # ---- against those that are committed -----------------------------------------------------------------------------------------
-DATED = {".mf4": 16}  # most bytes of dates
+DATED = {".mf4": 16, ".mat": 24}  # most bytes of dates
 
 
 def differing(path):

@@ -1,7 +1,7 @@
 """Reads what `monorig log export` wrote with other people's libraries, and holds every value and every stamp against `samples.parquet` of the run:
 exactly, and of CAN within half a step of each signal and of the stamp.
 
-usage: read_ours.py RUN EXPORTS; RUN is a folder of `monorig run --keep-samples`, EXPORTS has the folders csv, parquet, mcap, mf4 and can of
+usage: read_ours.py RUN EXPORTS; RUN is a folder of `monorig run --keep-samples`, EXPORTS has the folders csv, parquet, mat, mcap, mf4 and can of
 `monorig log export RUN --to FORMAT --out EXPORTS/FORMAT`. Needs the packages of requirements.txt.
 """
 
@@ -17,6 +17,7 @@ import pandas as pd
 import pyarrow.parquet as pq
 from asammdf import MDF
 from mcap.reader import make_reader
+from scipy.io import loadmat
 
 
 class Table:
@@ -101,6 +102,27 @@ def parquet(folder, tables):
         assert all(fields.field(c).metadata[b"unit"] for c in columns), f"parquet: a column of {name} has no unit"
 
 
+def mat(folder, tables):
+    """scipy; beside the tables the channels of the run, by their names."""
+    (path,) = folder.glob("*.mat")
+    file = loadmat(path)
+    for name, table in tables.items():
+        struct, units, names = (s[name][0, 0] for s in (file, file["units"][0, 0], file["names"][0, 0]))
+        columns = [c for c in struct.dtype.names if c not in ("t_s", "arrival_ns", "stamp_ns")]
+        times = [struct[t] for t in ("arrival_ns", "stamp_ns")]
+        assert all(t.dtype == np.int64 and t.shape[1] == 1 for t in times), f"mat: times of {name}"
+        assert (struct["t_s"] == times[0] / 1e9).all(), f"mat: t_s of {name}"
+        same("mat", name, table, columns, times[0][:, 0], times[1][:, 0], np.column_stack([struct[c] for c in columns]))
+        assert all(units[c].item() and names[c].item() == c for c in columns), f"mat: a column of {name} has no unit or name"
+    kept, struct = pq.read_table(run / "channels.parquet"), file["channels"][0, 0]
+    assert [file["names"][0, 0]["channels"][0, 0][c].item() for c in struct.dtype.names] == kept.column_names, "mat: channels"
+    units = file["units"][0, 0]["channels"][0, 0]
+    for field, column in zip(struct.dtype.names, kept.column_names):
+        assert "".join(units[field]).encode() == kept.schema.field(column).metadata[b"unit"], f"mat: unit of {column}"
+        written = kept.column(column).fill_null(float("nan")).to_numpy()
+        assert (bits(struct[field][:, 0]) == bits(written)).all(), f"mat: {column}"
+
+
 def mcap(folder, tables):
     """The reader of the mcap package; the columns of a topic are those of its schema."""
     (path,) = folder.glob("*.mcap")
@@ -177,6 +199,6 @@ def bus(folder, tables):
 
 run, exports = Path(sys.argv[1]), Path(sys.argv[2])
 all_tables = expected(run)
-for reader, folder in ((csv, "csv"), (parquet, "parquet"), (mcap, "mcap"), (mf4, "mf4"), (bus, "can")):
+for reader, folder in ((csv, "csv"), (parquet, "parquet"), (mat, "mat"), (mcap, "mcap"), (mf4, "mf4"), (bus, "can")):
     reader(exports / folder, all_tables)
     print(f"{folder}: {sum(t.values.size for t in all_tables.values())} values of {len(all_tables)} tables are those of the run")
