@@ -158,3 +158,9 @@ pub(crate) fn kind(path: PathBuf) -> Option<&'static str> {
     let document = Document::read(&path).ok()?;
     kind_of(&document.keys())
 }
+
+/// The place of an estimator in a palette: the same as in reports and in the viewer.
+#[pyfunction]
+pub(crate) fn colour_place(name: &str) -> usize {
+    monorig_sim::record::palette::place(name)
+}

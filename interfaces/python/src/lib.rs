@@ -69,6 +69,7 @@ fn _monorig(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(batch::judge, m)?)?;
     m.add_function(wrap_pyfunction!(batch::metrics, m)?)?;
     m.add_function(wrap_pyfunction!(batch::kind, m)?)?;
+    m.add_function(wrap_pyfunction!(batch::colour_place, m)?)?;
     m.add_function(wrap_pyfunction!(tuning::tune, m)?)?;
     // with affinity and, on Linux, the quota of the cgroup
     let processors = std::thread::available_parallelism().map_or(1, |n| n.get());

@@ -28,6 +28,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use tempfile::TempDir;
 
 /// Names of files in the folder of a run.
 const METRICS: &str = "metrics.json";
@@ -35,8 +36,8 @@ const RECORDING: &str = "run.rrd";
 
 /// The place of the files of a run.
 enum Source {
-    /// Nowhere yet: they are made of what was recorded.
-    Memory(Kept),
+    /// Nowhere yet: they are made of what was recorded. A temporary folder has the samples, if they are kept.
+    Memory(Kept, Option<TempDir>),
     /// The folder of a run that was kept.
     Folder(PathBuf, Manifest),
 }
@@ -92,9 +93,10 @@ impl Observers {
         self,
         simulation: &Simulation,
         outcome: &Outcome,
-        samples: Option<RecordBatch>,
+        samples: Option<TempDir>,
     ) -> Result<NativeRun, Error> {
         let kept = self.columns.take();
+        let table = |folder: &TempDir| read(&folder.path().join(SAMPLES));
         let batch = kept.batch().map_err(|what| Error::Broken {
             t_s: outcome.simulated_s,
             what,
@@ -102,8 +104,8 @@ impl Observers {
         Ok(NativeRun {
             batch,
             events: kept.events(),
-            source: Source::Memory(kept),
-            samples,
+            samples: samples.as_ref().map(table).transpose()?,
+            source: Source::Memory(kept, samples),
             summary: self
                 .metrics
                 .summary(&simulation.scenario, simulation.seed, outcome),
@@ -124,10 +126,7 @@ fn to_its_end(
 ) -> Result<NativeRun, Error> {
     let mut observers = Observers::new(&simulation, changes, registry);
     let folder = keep_samples.then(tempfile::tempdir).transpose();
-    let folder = folder.map_err(|source| Error::Io {
-        path: std::env::temp_dir(),
-        source,
-    })?;
+    let folder = folder.map_err(Error::at(&std::env::temp_dir()))?;
     let file = folder.as_ref().map(|f| f.path().join(SAMPLES));
     let mut samples = file.as_ref().map(SampleRecorder::new);
     let mut watch = fault.clone();
@@ -139,8 +138,7 @@ fn to_its_end(
         }
         the_loop::run(&mut simulation, &mut all, &mut |_| fault.go_on())?
     };
-    let samples = file.as_deref().map(read).transpose()?;
-    observers.left(&simulation, &outcome, samples)
+    observers.left(&simulation, &outcome, folder)
 }
 
 /// Runs a scenario.
@@ -247,8 +245,8 @@ fn record(_: &Kept, _: &Path) -> Result<bool, Error> {
 impl NativeRun {
     /// Writes the files of the run into a folder, with a recording for the viewer if it is wanted.
     fn write(&self, folder: &Path, monorig: &Identity, recording: bool) -> Result<String, Error> {
-        let kept = match &self.source {
-            Source::Memory(kept) => kept,
+        let (kept, samples) = match &self.source {
+            Source::Memory(kept, samples) => (kept, samples),
             Source::Folder(from, manifest) => {
                 for name in manifest.outputs.keys() {
                     let copied = std::fs::copy(from.join(name), folder.join(name));
@@ -260,6 +258,10 @@ impl NativeRun {
         kept.write(&mut ParquetSink::create(folder.join(CHANNELS))?)?;
         if recording {
             record(kept, &folder.join(RECORDING))?;
+        }
+        if let Some(from) = samples {
+            let copied = std::fs::copy(from.path().join(SAMPLES), folder.join(SAMPLES));
+            copied.map_err(Error::at(folder))?;
         }
         let path = folder.join(METRICS);
         std::fs::write(&path, self.summary.to_json()).map_err(Error::at(&path))?;
@@ -304,7 +306,7 @@ python_class! {
     /// Writes the recording for the viewer; false if there is none.
     fn record(&self, py: Python<'_>, path: PathBuf) -> PyResult<bool> {
         detached(py, || match &self.source {
-            Source::Memory(kept) => record(kept, &path),
+            Source::Memory(kept, _) => record(kept, &path),
             Source::Folder(folder, manifest) if manifest.outputs.contains_key(RECORDING) => {
                 let copied = std::fs::copy(folder.join(RECORDING), &path);
                 copied.map(|_| true).map_err(Error::at(&path))
