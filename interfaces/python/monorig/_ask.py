@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Stress(NamedTuple):
-    """Estimators under each condition of a battery."""
+    """A stress matrix has figures of estimators under each condition of a battery."""
 
     cells: list[dict[str, Any]]
     """Figures of each estimator under each condition, worst first."""
@@ -29,7 +29,7 @@ class Stress(NamedTuple):
     """The file that ``monorig stress --json`` writes; ``--against`` compares with it."""
 
     def to_pandas(self) -> pandas.DataFrame:
-        """A row for each condition and estimator, a column for each figure."""
+        """Returns a row for each condition and estimator, a column for each figure."""
         import pandas
 
         return pandas.json_normalize(self.cells).set_index(["condition", "estimator"])
@@ -65,7 +65,7 @@ def stress(
 
 
 class Budget(NamedTuple):
-    """The share of each source of error in the errors of the estimators."""
+    """An error budget has the share of each source in the errors of the estimators."""
 
     sentence: str
     """The greatest sources of one estimator: of the one in the loop, else of the first."""
@@ -77,7 +77,7 @@ class Budget(NamedTuple):
     """Of each estimator and metric the error with all sources, and without each of them."""
 
     def to_pandas(self) -> pandas.DataFrame:
-        """The shares: a row for each estimator and metric, a column for each source; 1 is all of the mean square."""
+        """Returns the shares: a row for each estimator and metric, a column for each source; 1 is all of the mean square."""
         import pandas
 
         names = [source["name"] for source in self.sources]
@@ -120,7 +120,7 @@ def explain(
 
 
 class Inspection(NamedTuple):
-    """The contents of a log."""
+    """An inspection tells the contents of a log."""
 
     format: str
     tables: list[dict[str, Any]]
@@ -147,7 +147,7 @@ def inspect(
 
 
 class Calibration(NamedTuple):
-    """Parameters of vehicle and instruments that a log shows."""
+    """A calibration has the parameters of vehicle and instruments that a log shows."""
 
     parameters: list[dict[str, Any]]
     """Name, value, standard deviation, unit and meaning of each."""

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Expectation(NamedTuple):
-    """A bound that the scenario sets, judged."""
+    """An expectation is a bound of the scenario, judged."""
 
     what: str
     """Estimator, metric and window, such as ``dffrls_aekf mass_error_rel_max from 10 s``."""
@@ -39,7 +39,7 @@ class Expectation(NamedTuple):
 
 
 class Fault(NamedTuple):
-    """A fault of an instrument, as the scenario puts it."""
+    """A fault of an instrument stands in the scenario."""
 
     sensor: str
     what: str
@@ -50,12 +50,12 @@ class Fault(NamedTuple):
 
 
 class Refusal(NamedTuple):
-    """Steps that an estimator refused."""
+    """A refusal counts the steps that an estimator refused."""
 
     estimator: str
     steps: int
     reason: str
-    """Why the first of them was."""
+    """Why the estimator refused the first of them."""
 
 
 class Run:
@@ -95,7 +95,7 @@ class Run:
 
     @property
     def metrics(self) -> dict[str, dict[str, float | None]]:
-        """The metrics of each estimator, by name; None is one that could not be measured."""
+        """The metrics of each estimator, by name; None is a metric that could not be measured."""
         return dict(self.summary["estimators"])
 
     @property
@@ -143,7 +143,7 @@ class Run:
 
     @property
     def events(self) -> list[tuple[float, str]]:
-        """What happened: time (s) and text."""
+        """Events of the run: time (s) and text."""
         return self._native.events
 
     @property
@@ -343,7 +343,7 @@ class Simulation:
 
     @property
     def vehicle(self) -> Vehicle:
-        """The nominal vehicle, as estimators are given it."""
+        """The nominal vehicle, which estimators are given."""
         return self._native.vehicle
 
     @property
@@ -353,12 +353,12 @@ class Simulation:
 
     @property
     def reference(self) -> Reference:
-        """What the controller is to do in the step to come."""
+        """The task of the controller in the step to come."""
         return self._native.reference
 
     @property
     def perception(self) -> Perception:
-        """What the controller knows for the step to come."""
+        """The knowledge of the controller for the step to come."""
         return self._native.perception
 
     def step(self, command: object | None = None) -> Frame:
@@ -370,5 +370,5 @@ class Simulation:
             yield self.step()
 
     def result(self) -> Run:
-        """What the run leaves, once it is over; it can be taken once."""
+        """Returns the run, once it is over; it can be taken once."""
         return Run(self._native.result())

@@ -84,7 +84,7 @@ class Study:
         return [(run["seed"], run["error"]) for run in self.runs if run.get("error")]
 
     def rows(self) -> Iterator[tuple[int, str, str, float | None]]:
-        """Seed, estimator, metric and value of everything that was measured of estimators."""
+        """Yields seed, estimator, metric and value of everything that was measured of estimators."""
         for run in self.runs:
             of_run: dict[str, dict[str, float | None]] = (run.get("summary") or {}).get("estimators", {})
             for estimator, of in of_run.items():
@@ -92,11 +92,13 @@ class Study:
                     yield run["seed"], estimator, metric, value
 
     def to_pandas(self) -> pandas.DataFrame:
-        """A row for each seed and estimator, a column for each metric."""
+        """Returns a row for each seed and estimator, a column for each metric; units are in ``attrs["units"]``."""
         import pandas
 
         long = pandas.DataFrame(self.rows(), columns=["seed", "estimator", "metric", "value"])
-        return long.pivot(index=["seed", "estimator"], columns="metric", values="value")
+        table = long.pivot(index=["seed", "estimator"], columns="metric", values="value")
+        table.attrs["units"] = {name: unit for name, unit in metrics().items() if name in table.columns}
+        return table
 
     def __len__(self) -> int:
         return len(self.runs)
@@ -106,7 +108,7 @@ class Study:
 
 
 class Comparison:
-    """Estimators against each other on the same runs.
+    """A comparison holds estimators against each other on the same runs.
 
     Attributes:
         table: Of each metric and estimator: ``mean`` with its 95 % interval, ``median``, the same over ``valid`` and
@@ -121,14 +123,14 @@ class Comparison:
         self.study = study
 
     def mean(self, estimator: str, metric: str) -> float | None:
-        """The mean of a metric over the runs in which it could be measured."""
+        """Returns the mean of a metric over the runs in which it could be measured."""
         for row in self.table:
             if row["estimator"] == estimator and row["metric"] == metric:
                 return None if row["mean"] is None else float(row["mean"]["mean"])
         raise InputError(f"{metric} of {estimator} was not compared", "a row of `table`")
 
     def to_pandas(self) -> pandas.DataFrame:
-        """A row for each metric and estimator."""
+        """Returns a row for each metric and estimator."""
         import pandas
 
         return pandas.json_normalize(self.table).set_index(["metric", "estimator"])

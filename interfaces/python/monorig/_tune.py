@@ -18,7 +18,7 @@ Value = float | bool | str
 
 
 class Tuning(NamedTuple):
-    """The result of a search for parameters."""
+    """A tuning is the result of a search for parameters."""
 
     folder: pathlib.Path
     """The folder of the results, with a report."""
@@ -65,7 +65,7 @@ def tune(
 
 
 class Score(NamedTuple):
-    """The score of parameters."""
+    """A score judges parameters."""
 
     losses: list[float]
     """One loss, or one a metric for a front; that of the defaults is 1. Empty if a run failed."""
@@ -136,12 +136,12 @@ class Objective:
         """The defaults of the parameters."""
 
     def score(self, parameters: Mapping[str, Value]) -> Score:
-        """Losses and broken constraints of these parameters; the others have their defaults."""
+        """Returns losses and broken constraints of these parameters; the others have their defaults."""
         trial = json.loads(self._native.score(json.dumps(dict(parameters))))
         return Score(trial["losses"], trial["violation"], trial.get("failed"))
 
     def __call__(self, parameters: Mapping[str, Value]) -> float:
-        """The loss of these parameters: `Score.loss`."""
+        """Returns the loss of these parameters: `Score.loss`."""
         return self.score(parameters).loss
 
     def suggest(self, trial: _Trial) -> dict[str, Value]:
