@@ -4,7 +4,7 @@
 >>> run = monorig.run("scenarios/liu2023_section1.yaml", estimators=["rail_fusion"])
 >>> print(run.verdict, run.metrics["rail_fusion"]["slope_rmse_deg"])
 
-The chapter "From Python" of the book explains it: estimators over arrays, your own estimator in the loop, runs as
+The chapter "In Python" of the book explains it: estimators over arrays, your own estimator in the loop, runs as
 Arrow tables, studies over many seeds, tuning.
 """
 

@@ -6,6 +6,9 @@ from typing import Any, Protocol
 
 import numpy.typing as npt
 
+# numbers in rows; None in a list is no number
+Numbers = npt.ArrayLike | Sequence[Any]
+
 __version__: str
 PROCESSORS: int
 
@@ -262,17 +265,17 @@ class Estimator:
         """
     def run(
         self,
-        t_ns: npt.ArrayLike,
+        t_ns: Numbers,
         *,
         dt_s: float | None = None,
-        specific_force: npt.ArrayLike | None = None,
-        angular_rate: npt.ArrayLike | None = None,
-        motor_torque: npt.ArrayLike | None = None,
-        wheel_speed: npt.ArrayLike | None = None,
-        clamp_pressure: npt.ArrayLike | None = None,
-        inclination: npt.ArrayLike | None = None,
-        steering_angle: npt.ArrayLike | None = None,
-        auxiliary: npt.ArrayLike | None = None,
+        specific_force: Numbers | None = None,
+        angular_rate: Numbers | None = None,
+        motor_torque: Numbers | None = None,
+        wheel_speed: Numbers | None = None,
+        clamp_pressure: Numbers | None = None,
+        inclination: Numbers | None = None,
+        steering_angle: Numbers | None = None,
+        auxiliary: Numbers | None = None,
     ) -> Table:
         """Makes all steps at once, a row each; other threads of Python run meanwhile.
 

@@ -32,6 +32,7 @@ def errors(run: Run, estimators: Sequence[str] | None) -> Figure:
     for name in names:
         if name not in run.metrics:
             raise InputError(f"the run has no estimator `{name}`", f"one of: {', '.join(run.metrics)}")
+    figure: Figure
     figure, axes = plt.subplots(len(_DRAWN), 1, sharex=True, figsize=(9, 6), layout="constrained")
     time = run["time"]
     for ax, (quantity, truth, label, factor) in zip(axes, _DRAWN):

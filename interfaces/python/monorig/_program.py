@@ -22,7 +22,7 @@ def check(*files: Path) -> list[str]:
         InputError: Something is wrong with one of them; the message has every mistake.
         FileNotFoundError: The program ``monorig`` is not installed.
     """
-    words = [_program(), "--color", "never", "check", "--", *map(os.fspath, files)]
+    words = [_program(), "--color", "never", "check", "--", *[os.fspath(file) for file in files]]
     done = subprocess.run(words, capture_output=True, text=True, encoding="utf-8", check=False)
     if done.returncode != 0:
         message, _, help = done.stderr.strip().removeprefix("error: ").partition("\n  help: ")

@@ -220,8 +220,8 @@ def _study(
     progress: bool,
     shard: tuple[int, int] = (1, 1),
 ) -> Study:
-    part, of = shard
-    if not 1 <= part <= of:
+    part, parts = shard
+    if not 1 <= part <= parts:
         raise InputError(f"shard={shard!r}", "(k, n) with k from 1 to n")
     changes = None if set is None else dict(set)
     named = by_name(estimators)
@@ -230,14 +230,14 @@ def _study(
     tasks = [
         _Task(place, seed_of(seed), changes, named, controller, in_loop, reference)
         for seed in (of_scenario if seeds is None else seeds)
-    ][part - 1 :: of]
+    ][part - 1 :: parts]
     own = [e for e in (named or {}).values() if is_own(e)]
     if controller is not None:
         own.append(controller)
-    for part in own:
-        if len(tasks) > 1 and not callable(part):
+    for mine in own:
+        if len(tasks) > 1 and not callable(mine):
             raise InputError(
-                f"{type(part).__name__} is one object for many runs",
+                f"{type(mine).__name__} is one object for many runs",
                 "a class, or a function that makes one, so that each run has its own",
             )
     jobs = jobs or processors()

@@ -103,8 +103,9 @@ def numbers(name: str, values: object, kind: np.dtype[Any]) -> npt.NDArray[Any]:
         array = np.asarray(values)
         if array.dtype == object:
             array = array.astype(float)
-        same = "unsafe" if array.size == 0 else "same_kind"
-        return np.ascontiguousarray(array.astype(kind, casting=same, copy=False))
+        if array.size == 0:
+            array = array.astype(kind)
+        return np.ascontiguousarray(array.astype(kind, casting="same_kind", copy=False))
     except (TypeError, ValueError) as e:
         whole = kind == np.dtype(np.int64)
         help = "whole numbers, such as nanoseconds" if whole else "numbers, NaN or None where there is no new sample"

@@ -53,7 +53,9 @@ class DriveEnv(gymnasium.Env[Array, Array]):
         in_loop: str | None = None,
         set: Mapping[str, object] | None = None,
     ) -> None:
-        self._make = lambda seed: Simulation(path, seed=seed, set=set, estimators=estimators, in_loop=in_loop)
+        self._make: Callable[[int], Simulation] = lambda seed: Simulation(
+            path, seed=seed, set=set, estimators=estimators, in_loop=in_loop
+        )
         self._hold_s, self._reward = hold_s, reward
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (1,), np.float32)
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (6,), np.float32)

@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import subprocess
+from typing import Any
 
 import numpy as np
 import pandas
@@ -20,11 +21,10 @@ HUSKY = ROOT / "tests/data/real/husky"
 SHORTER = {"stop.after_s": 12.0}
 
 
-def program_json(program: str, folder: pathlib.Path, *words: str) -> dict[str, object]:
+def program_json(program: str, folder: pathlib.Path, *words: str) -> Any:
     file = folder / "theirs.json"
     subprocess.run([program, *words, "--json", str(file)], cwd=folder, capture_output=True, check=True)
-    told: dict[str, object] = json.loads(file.read_text())
-    return told
+    return json.loads(file.read_text())
 
 
 def test_stress_is_that_of_the_program(program: str, scenarios: pathlib.Path, tmp_path: pathlib.Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pathlib
 import pickle
+from typing import Any
 
 import numpy as np
 import pytest
@@ -61,22 +62,22 @@ def test_a_file_that_is_not_there(minimal: pathlib.Path) -> None:
 
 def test_an_estimator_without_a_step(minimal: pathlib.Path) -> None:
     with pytest.raises(monorig.InputError, match="NoStep has no method `step`") as e:
-        monorig.run(minimal, estimators={"mine": NoStep})
+        monorig.run(minimal, estimators={"mine": NoStep})  # type: ignore[dict-item]
     assert "class" in e.value.help
 
 
 def test_a_step_that_returns_something_else(minimal: pathlib.Path) -> None:
     with pytest.raises(TypeError, match="step of WrongReturn returned str; a step returns an Estimate"):
-        monorig.run(minimal, estimators={"mine": WrongReturn})
+        monorig.run(minimal, estimators={"mine": WrongReturn})  # type: ignore[dict-item]
 
 
 def test_names_that_are_none_or_unknown(minimal: pathlib.Path, ours: monorig.Estimator) -> None:
     with pytest.raises(monorig.InputError, match="`a/b` is not a name"):
-        monorig.run(minimal, estimators={"a/b": WrongReturn})
+        monorig.run(minimal, estimators={"a/b": WrongReturn})  # type: ignore[dict-item]
     with pytest.raises(monorig.InputError, match="did you mean `dffrls_aekf`"):
         monorig.Estimator("dffrls_aekff", monorig.Vehicle.from_scenario(minimal))
     with pytest.raises(monorig.InputError, match="there is already an estimator called `rail_fusion`"):
-        monorig.run(minimal, estimators={"rail_fusion": WrongReturn})
+        monorig.run(minimal, estimators={"rail_fusion": WrongReturn})  # type: ignore[dict-item]
     for nobody in (["nobody"], "nobody"):
         with pytest.raises(monorig.InputError, match="there is no estimator `nobody`"):
             monorig.run(minimal, estimators=nobody)
@@ -101,12 +102,12 @@ def test_a_vehicle_that_cannot_be() -> None:
 
 
 @pytest.mark.parametrize("seed", [-1, 2**64, 1.5, "7"])
-def test_a_seed_that_cannot_be(seed: object, minimal: pathlib.Path) -> None:
+def test_a_seed_that_cannot_be(seed: Any, minimal: pathlib.Path) -> None:
     for make in (monorig.run, monorig.Simulation):
         with pytest.raises(monorig.InputError, match="is no seed"):
             make(minimal, seed=seed)
     with pytest.raises(monorig.InputError, match="is no seed"):
-        monorig.study(minimal, [seed])  # type: ignore[list-item]
+        monorig.study(minimal, [seed])
 
 
 def test_numbers_of_numpy_are_numbers(minimal: pathlib.Path) -> None:
@@ -124,7 +125,7 @@ def test_arrays_of_another_shape_order_or_kind(ours: monorig.Estimator, minimal:
     assert "NaN where there is no new sample" in e.value.help
     for bad in (["a"] * 10, [[1.0], [1.0, 2.0]], 1j * np.ones(10)):
         with pytest.raises(monorig.InputError, match="inclination cannot be an array of float64"):
-            ours.run(T, inclination=bad)  # type: ignore[arg-type]
+            ours.run(T, inclination=bad)
     with pytest.raises(monorig.InputError, match="t_ns cannot be an array of int64") as e:
         ours.run(T.astype(float))
     assert "whole numbers" in e.value.help
