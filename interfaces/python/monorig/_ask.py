@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import pathlib
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -151,7 +152,7 @@ class Calibration(NamedTuple):
 
     parameters: list[dict[str, Any]]
     """Name, value, standard deviation, unit and meaning of each."""
-    changes: dict[str, str]
+    changes: dict[str, Any]
     """Keys of the map and the values that they get, as `replay` takes them in ``set``."""
     not_found: list[str]
     """What the log does not show, and why."""
@@ -177,5 +178,7 @@ def calibrate(
     changes = None if set is None else dict(set)
     with log_file(log) as place:
         told = json.loads(_monorig.calibrate(os.fspath(map), place, "mass" in known, changes, apply))
-    keys = {change["key"]: change["value"] for change in told["changes"]}
+    # in YAML, whose keys have no quotes
+    texts = {change["key"]: re.sub(r"([a-z]\w*):", r'"\1":', change["value"]) for change in told["changes"]}
+    keys = {key: json.loads(text) for key, text in texts.items()}
     return Calibration(told["parameters"], keys, told["not_found"])

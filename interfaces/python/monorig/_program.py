@@ -25,7 +25,9 @@ def check(*files: Path) -> list[str]:
     words = [_program(), "--color", "never", "check", "--", *[os.fspath(file) for file in files]]
     done = subprocess.run(words, capture_output=True, text=True, encoding="utf-8", check=False)
     if done.returncode != 0:
-        message, _, help = done.stderr.strip().removeprefix("error: ").partition("\n  help: ")
+        # the last line counts the files
+        told = [line for line in done.stderr.splitlines() if not line.endswith("files cannot be used")]
+        message, _, help = "\n".join(told).removeprefix("error: ").partition("\n  help: ")
         raise InputError(message, help)
     return done.stdout.splitlines()
 

@@ -2,7 +2,7 @@
 
 use crate::class::python_class;
 use crate::columns::{Columns, Kept};
-use crate::errors::{Fault, defect, of_rig};
+use crate::errors::{Fault, defect};
 use crate::parts::{Parts, detached};
 use crate::table::{Table, read};
 use arrow_array::RecordBatch;
@@ -219,8 +219,8 @@ pub(crate) fn load(py: Python<'_>, folder: PathBuf) -> PyResult<NativeRun> {
         };
         let has_samples = manifest.outputs.contains_key(SAMPLES);
         Ok(NativeRun {
-            events: readback::read(&folder.join(CHANNELS))?.events,
             batch: table(CHANNELS)?,
+            events: readback::read(&folder.join(CHANNELS))?.events,
             samples: has_samples.then(|| table(SAMPLES)).transpose()?,
             summary,
             changes: manifest.changes.clone(),

@@ -6,11 +6,10 @@ use crate::parts::Parts;
 use crate::run::identity;
 use monorig_lab::batch::{Interrupted, RunSpec, run_one};
 use monorig_lab::campaign::Campaign;
-use monorig_lab::explain::{self, Budget, Source};
+use monorig_lab::explain::{Budget, Source, sources};
 use monorig_lab::stress::{Battery, Condition, Pairing, StressFile, StressRun};
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::Sets;
-use monorig_sim::config::scenario::Scenario;
 use monorig_sim::record::identity::Identity;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -158,11 +157,10 @@ pub(crate) fn explain(
     let monorig = identity(py)?;
     let made = py.detach(|| {
         let changes = parts.changes()?;
-        let scenario = Scenario::load_with(parts.path(), &parts.sets()?)?;
-        parts.simulation(None)?;
+        let scenario = parts.simulation(None)?.scenario;
         let first = scenario.seeds().first().copied().unwrap_or(1);
         let seeds = seeds.unwrap_or_else(|| (first..first.saturating_add(5)).collect());
-        let sources = explain::sources(&scenario)?;
+        let sources = sources(&scenario)?;
         let inputs = scenario.inputs();
         inputs.seal();
         let nothing = Vec::new();

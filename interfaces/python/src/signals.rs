@@ -162,7 +162,7 @@ python_class! {
         speed: Triple,
         innovation: f64,
         nis: f64,
-        (moving, excited, saturated): (bool, bool, bool),
+        flags: (bool, bool, bool),
         t_ns: i64,
     ) -> Self {
         Self(signals::Estimate {
@@ -174,9 +174,9 @@ python_class! {
             innovation,
             nis,
             flags: signals::Flags {
-                moving,
-                excited,
-                saturated,
+                moving: flags.0,
+                excited: flags.1,
+                saturated: flags.2,
             },
         })
     }
