@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import os
 import pathlib
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from . import _monorig
 from ._study import in_threads, scenario_files
-from ._types import Controller, Estimators, Log, Path, by_name, log_file, seed_of
+from ._types import Controller, Estimators, Log, Path, Yaml, by_name, log_file, seed_of
 
 if TYPE_CHECKING:
     import pandas
@@ -152,7 +151,7 @@ class Calibration(NamedTuple):
 
     parameters: list[dict[str, Any]]
     """Name, value, standard deviation, unit and meaning of each."""
-    changes: dict[str, Any]
+    changes: dict[str, str]
     """Keys of the map and the values that they get, as `replay` takes them in ``set``."""
     not_found: list[str]
     """What the log does not show, and why."""
@@ -178,7 +177,5 @@ def calibrate(
     changes = None if set is None else dict(set)
     with log_file(log) as place:
         told = json.loads(_monorig.calibrate(os.fspath(map), place, "mass" in known, changes, apply))
-    # in YAML, whose keys have no quotes
-    texts = {change["key"]: re.sub(r"([a-z]\w*):", r'"\1":', change["value"]) for change in told["changes"]}
-    keys = {key: json.loads(text) for key, text in texts.items()}
+    keys: dict[str, str] = {change["key"]: Yaml(change["value"]) for change in told["changes"]}
     return Calibration(told["parameters"], keys, told["not_found"])

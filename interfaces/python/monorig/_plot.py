@@ -50,7 +50,7 @@ def errors(run: Run, estimators: Sequence[str] | None) -> Figure:
             largest = max(largest, np.nanmax(np.abs(np.r_[error[valid], 0.0])), np.median(np.r_[band[valid], 0.0]))
         for fault in run.faults:
             ax.axvspan(fault.from_s, min(fault.to_s, time[-1]), color="0.5", alpha=0.2)
-            ax.annotate(f"{fault.sensor}: {fault.what}", (fault.from_s, 1.0), xycoords=("data", "axes fraction"), fontsize=7)
+            ax.annotate(f"{fault.sensor}: {fault.what}", (fault.from_s, 1.0), xycoords=("data", "axes fraction"), va="top", fontsize=7)
         if largest > 0.0:  # what is not valid would hide what is
             ax.set_ylim(-1.2 * largest, 1.2 * largest)
         ax.set_ylabel(label)

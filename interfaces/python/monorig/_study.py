@@ -143,15 +143,20 @@ class Comparison:
         return all, tuple(dict.fromkeys(row["metric"] for row in self.table))
 
     def __str__(self) -> str:
-        means, metrics = self._by_estimator()
-        wide = max(len(name) for name in means)
-        lines = []
-        for metric in metrics:
-            lines.append(f"{metric} (mean of {len(self.study)} runs)")
-            for name, of in means.items():
-                value = of.get(metric)
-                lines.append(f"  {name:<{wide}}  {'-' if value is None else f'{value:.4g}'}")
+        wide = max((len(row["estimator"]) for row in self.table), default=0)
+        lines, metric = [], None
+        for row in self.table:
+            if row["metric"] != metric:
+                metric = row["metric"]
+                lines.append(f"{metric} (mean of {len(self.study)} runs, 95 % interval)")
+            mean = row["mean"]
+            told = "-" if mean is None else f"{mean['mean']:.4g} ({mean['low']:.4g} … {mean['high']:.4g})"
+            lines.append(f"  {row['estimator']:<{wide}}  {told}")
         return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        names = list(dict.fromkeys(row["estimator"] for row in self.table))
+        return f"<Comparison of {', '.join(names)} over {len(self.study)} runs>"
 
     def _repr_html_(self) -> str:
         return _html.table(*self._by_estimator())

@@ -79,8 +79,14 @@ def seed_of(seed: object) -> int:
     return number
 
 
+class Yaml(str):
+    """A value as it stands in a file."""
+
+
 def json_text(value: object) -> str:
     """A value as it would stand in a scenario."""
+    if isinstance(value, Yaml):
+        return str(value)
 
     def plain(value: object) -> object:
         if isinstance(value, (np.generic, np.ndarray)):
