@@ -59,16 +59,14 @@ def text_of(docstring: str) -> str:
 
 
 def signature(of: ast.FunctionDef) -> str:
-    """Names, defaults and types, a line each where they do not fit into one."""
-    parts = re.split(r", (?=[\w*]+(?:[:=,]|$)|\*, )", ast.unparse(of.args))
-    parts = [re.sub(r"^(\w+: [^=]+)=", r"\1 = ", part) for part in parts]
-    returns = f" -> {ast.unparse(of.returns)}" if of.returns else ""
-    line = f"{of.name}({', '.join(parts)}){returns}"
-    return line if len(line) <= 100 else f"{of.name}(\n" + "".join(f"    {part},\n" for part in parts) + f"){returns}"
+    """Names and defaults; the types are in the stubs, which editors show."""
+    for argument in [*of.args.args, *of.args.kwonlyargs]:
+        argument.annotation = None
+    return f"{of.name}({ast.unparse(of.args)})"
 
 
-def members(of: ast.ClassDef) -> Iterator[str]:
-    """Fields, properties and methods with the first paragraph about each."""
+def members(of: ast.ClassDef) -> Iterator[tuple[str, str]]:
+    """Fields, properties and methods with the first sentence about each."""
     for node, after in zip(of.body, [*of.body[1:], None]):
         if isinstance(node, ast.FunctionDef) and (not node.name.startswith("_") or node.name == "__call__"):
             about = ast.get_docstring(node)
@@ -80,15 +78,18 @@ def members(of: ast.ClassDef) -> Iterator[str]:
             about, name = (str(after.value.value) if is_text else None), node.target.id  # type: ignore[union-attr]
         else:
             continue
-        yield f"- `{name}`" + (f": {text_of(about.split(chr(10) * 2)[0])}" if about else "")
+        yield name, text_of((about or "").split("\n\n")[0])
 
 
 def entry(of: Item) -> str:
     about = text_of(ast.get_docstring(of) or "")
     if isinstance(of, ast.FunctionDef):
-        return f"### {of.name}\n\n```py\n{signature(of)}\n```\n\n{about}\n"
-    listed = "\n".join(members(of))
-    return f"### {of.name}\n\n{about}\n" + (f"\n{listed}\n" if listed else "")
+        return f"### {of.name}\n\n`{signature(of)}`\n\n{about}\n"
+    listed = "\n".join(f"- `{name}`: {told}" for name, told in members(of) if told)
+    # what has no words has them among the arguments, or needs none
+    bare = ", ".join(f"`{name}`" for name, told in members(of) if not told and f"`{name}`:" not in about)
+    parts = [about, f"Members:\n\n{listed}" if listed else "", f"Also {bare}." if bare else ""]
+    return f"### {of.name}\n\n" + "\n\n".join(filter(None, parts)) + "\n"
 
 
 def page() -> str:
