@@ -107,14 +107,15 @@ def numbers(name: str, values: object, kind: np.dtype[Any]) -> npt.NDArray[Any]:
     """Values as an array in one piece; None becomes NaN."""
     try:
         array = np.asarray(values)
+        if kind == np.int64 and array.ndim != 1:
+            raise ValueError(f"it has {array.ndim} axes, not one")
         if array.dtype == object:
             array = array.astype(float)
         if array.size == 0:
             array = array.astype(kind)
         return np.ascontiguousarray(array.astype(kind, casting="same_kind", copy=False))
     except (TypeError, ValueError) as e:
-        whole = kind == np.dtype(np.int64)
-        help = "whole numbers, such as nanoseconds" if whole else "numbers, NaN or None where there is no new sample"
+        help = "a row of whole numbers, nanoseconds" if kind == np.int64 else "numbers, NaN or None where there is no new sample"
         raise InputError(f"{name} cannot be an array of {kind}: {e}", help) from e
 
 

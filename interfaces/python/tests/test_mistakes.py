@@ -128,6 +128,8 @@ def test_arrays_of_another_shape_order_or_kind(ours: monorig.Estimator, minimal:
             ours.run(T, inclination=bad)
     with pytest.raises(monorig.InputError, match="t_ns cannot be an array of int64") as e:
         ours.run(T.astype(float))
+    with pytest.raises(monorig.InputError, match="2 axes"):
+        ours.run(T.reshape(5, 2))
     assert "whole numbers" in e.value.help
     with pytest.raises(monorig.InputError, match="nothing measures `speed`"):
         ours.run(T, speed=np.zeros(10))  # type: ignore[call-arg]
