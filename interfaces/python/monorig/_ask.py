@@ -120,7 +120,7 @@ def explain(
 
 
 class Inspection(NamedTuple):
-    """An inspection tells the contents of a log."""
+    """An inspection lists the contents of a log."""
 
     format: str
     tables: list[dict[str, Any]]

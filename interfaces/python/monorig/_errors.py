@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class InputError(ValueError):
-    """An input error tells a mistake in a scenario, a value or an array.
+    """An input error names a mistake in a scenario, a value or an array.
 
     Attributes:
         message: What is wrong.

@@ -49,7 +49,7 @@ class Table:
         """Reads a table from a Parquet file."""
 
 class Vehicle:
-    """A vehicle is what estimators are told of the train: nominal values.
+    """A vehicle has the nominal values of the train, for which estimators are built.
 
     Args:
         tare_kg: Mass of the empty train, kg.
@@ -204,12 +204,12 @@ class Estimate:
     Args:
         total_mass: Total mass, kg.
         grade: Grade at the IMU, rad, + uphill towards growing chainage.
-        effective_grade: Grade that the train as a whole feels, rad; None is that at the IMU.
+        effective_grade: Grade that the train as a whole feels, rad; None is the grade at the IMU.
         speed: Speed along the rail, m/s.
         innovation: Innovation of the last measurement.
         nis: Its normalised square, 1 on average when consistent.
         flags: Status: moving, mass excited, a limit acts.
-        t_ns: The instant, ns; a run puts that of the step.
+        t_ns: The instant, ns; a run puts the instant of the step.
     """
 
     def __init__(
@@ -284,7 +284,7 @@ class Estimator:
 
         Args:
             t_ns: Instants of the steps, ns, shape (n,).
-            dt_s: Length of the first step, s; None is that of the second.
+            dt_s: Length of the first step, s; None is the length of the second.
             specific_force: m/s², shape (n, 3).
             angular_rate: rad/s, shape (n, 3).
             motor_torque: N·m, shape (n, drives).
@@ -439,7 +439,7 @@ def names() -> list[str]:
     """Returns the names of all our estimators, those as printed in their source, too."""
 
 def parameters(name: str) -> list[dict[str, Any]]:
-    """Returns the parameters of one of ours: name, doc, default, and unit and range of a number or choices of a word."""
+    """Returns the parameters of an estimator of ours: name, doc, default, and unit and range of a number or choices of a word."""
 
 def run(
     path: str,

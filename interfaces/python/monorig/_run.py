@@ -251,7 +251,8 @@ def run(
         seed: The seed; None is the first of the scenario.
         set: Changes to the scenario, such as ``{"load.mass_kg": 5000}``.
         estimators: Estimators beside those of the scenario, by name: an object with ``step``, a class or a function
-            that makes one from the `Vehicle`, the name of one of ours, or a dict of settings. A list names ours.
+            that makes one from the `Vehicle`, the name of an estimator of monorig, or a dict of settings. A list names
+            estimators of monorig.
         controller: A controller instead of the scenario's: an object with ``control``, or a class or a function that
             makes one from the `Vehicle` and a `ControllerSetup`.
         in_loop: The estimator whose estimates the controller uses.

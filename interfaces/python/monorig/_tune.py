@@ -25,7 +25,7 @@ class Tuning(NamedTuple):
     best: dict[str, Value] | None
     """The parameters of the winner; None if no trial was good."""
     loss: float | None
-    """Its loss over the tuning runs; that of the defaults is 1."""
+    """Its loss over the tuning runs; the defaults have 1."""
     validation: dict[str, Any] | None
     """The winner on runs that the search never saw, against the defaults and the published constants."""
     trials: list[dict[str, Any]]
@@ -68,7 +68,7 @@ class Score(NamedTuple):
     """A score judges parameters."""
 
     losses: list[float]
-    """One loss, or one a metric for a front; that of the defaults is 1. Empty if a run failed."""
+    """One loss, or one a metric for a front; the defaults have 1. Empty if a run failed."""
     violation: float
     """How far constraints are broken, in shares of their bounds; 0 if all hold."""
     failed: str | None
