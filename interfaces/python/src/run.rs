@@ -37,9 +37,9 @@ const RECORDING: &str = "run.rrd";
 /// The place of the files of a run.
 enum Source {
     /// Nowhere yet: they are made of what was recorded. A temporary folder has the samples, if they are kept.
-    Memory(Kept, Option<TempDir>),
+    Memory(Box<Kept>, Option<TempDir>),
     /// The folder of a run that was kept.
-    Folder(PathBuf, Manifest),
+    Folder(PathBuf, Box<Manifest>),
 }
 
 /// The result of a run.
@@ -105,7 +105,7 @@ impl Observers {
             batch,
             events: kept.events(),
             samples: samples.as_ref().map(table).transpose()?,
-            source: Source::Memory(kept, samples),
+            source: Source::Memory(Box::new(kept), samples),
             summary: self
                 .metrics
                 .summary(&simulation.scenario, simulation.seed, outcome),
@@ -226,7 +226,7 @@ pub(crate) fn load(py: Python<'_>, folder: PathBuf) -> PyResult<NativeRun> {
             changes: manifest.changes.clone(),
             inputs: manifest.inputs.clone(),
             resolved: manifest.resolved.clone(),
-            source: Source::Folder(folder, manifest),
+            source: Source::Folder(folder, Box::new(manifest)),
         })
     })
 }
