@@ -97,7 +97,7 @@ impl Kept {
         RecordBatch::try_new(schema.clone(), columns).map_err(|e| e.to_string())
     }
 
-    /// What happened: time in ns and text.
+    /// Events: time in ns and text.
     pub(crate) fn events(&self) -> Vec<(i64, String)> {
         self.chunks.iter().flat_map(|c| c.events.clone()).collect()
     }

@@ -21,11 +21,11 @@ use std::path::PathBuf;
 #[pyclass(frozen, module = "monorig._monorig")]
 pub(crate) struct NativeSeries {
     parts: Parts,
-    question: Question,
+    purpose: Purpose,
 }
 
-/// The question that the runs answer.
-enum Question {
+/// The purpose of the runs.
+enum Purpose {
     Stress(Box<Battery>, Box<Campaign>),
     Explain {
         name: String,
@@ -40,7 +40,7 @@ fn line(of: &impl Serialize) -> Result<String, String> {
     serde_json::to_string(of).map_err(|e| e.to_string())
 }
 
-impl Question {
+impl Purpose {
     /// Makes the run of this index.
     fn run(
         &self,
@@ -66,28 +66,28 @@ impl Question {
 impl NativeSeries {
     #[getter]
     fn count(&self) -> u64 {
-        match &self.question {
-            Question::Stress(battery, _) => battery.runs(),
-            Question::Explain { specs, .. } => specs.len() as u64,
+        match &self.purpose {
+            Purpose::Stress(battery, _) => battery.runs(),
+            Purpose::Explain { specs, .. } => specs.len() as u64,
         }
     }
     /// Makes the run of this index.
     fn run(&self, py: Python<'_>, index: usize) -> PyResult<String> {
         let fault = &self.parts.fault;
         let go_on = || fault.go_on();
-        let done = py.detach(|| self.question.run(index, &self.parts.registry, &go_on));
+        let done = py.detach(|| self.purpose.run(index, &self.parts.registry, &go_on));
         fault.or(Ok(()))?;
         done.map_err(defect)
     }
-    /// What all runs come to, as JSON.
+    /// Returns the result of all runs, as JSON.
     fn result(&self, runs: Vec<String>) -> PyResult<String> {
-        match &self.question {
-            Question::Stress(_, campaign) => {
+        match &self.purpose {
+            Purpose::Stress(_, campaign) => {
                 let runs = runs.iter().map(|run| serde_json::from_str(run));
                 let runs = runs.collect::<Result<Vec<StressRun>, _>>();
                 Ok(StressFile::new(campaign, runs.map_err(defect)?).to_json())
             }
-            Question::Explain {
+            Purpose::Explain {
                 name,
                 seeds,
                 sources,
@@ -137,8 +137,8 @@ pub(crate) fn stress(
     let battery = parts.fault.or(made)?;
     let left_out = battery.left_out().to_vec();
     let campaign = battery.campaign(&monorig);
-    let question = Question::Stress(Box::new(battery), Box::new(campaign));
-    Ok((NativeSeries { parts, question }, left_out))
+    let purpose = Purpose::Stress(Box::new(battery), Box::new(campaign));
+    Ok((NativeSeries { parts, purpose }, left_out))
 }
 
 /// The runs of an error budget: a scenario as it is, then without each source of error.
@@ -174,12 +174,12 @@ pub(crate) fn explain(
         Ok((scenario.name, seeds, sources, specs))
     });
     let (name, seeds, sources, specs) = parts.fault.or(made)?;
-    let question = Question::Explain {
+    let purpose = Purpose::Explain {
         name,
         seeds,
         sources,
         specs,
         monorig,
     };
-    Ok(NativeSeries { parts, question })
+    Ok(NativeSeries { parts, purpose })
 }
