@@ -13,6 +13,7 @@ use monorig_logs::map::{Map, MapFile};
 use monorig_logs::replay::{self, ReplayOptions};
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::config::file::Document;
+use monorig_sim::config::kinds::kind_of;
 use monorig_sim::config::rail_profile::ProfileFile;
 use monorig_sim::config::scenario::{ParameterFile, ScenarioFile};
 use monorig_sim::config::sensor_sheet::Sheet;
@@ -24,7 +25,7 @@ use monorig_sim::error::Error;
 use monorig_sim::rail::Rail;
 use monorig_sim::rail::profile::Profile;
 use monorig_sim::road::{Car, CarFile};
-use monorig_sim::sensors::instruments::{SHEET_KEYS, SheetFile};
+use monorig_sim::sensors::instruments::SheetFile;
 use monorig_sim::train::Train;
 use schemars::{Schema, schema_for};
 use serde_json::Value;
@@ -71,8 +72,6 @@ pub struct FileFormat {
     pub name: &'static str,
     /// Its purpose.
     pub about: &'static str,
-    /// Keys that identify the kind of a file: the kind with most of its keys in the file is chosen.
-    pub telling: &'static [&'static str],
     /// Its JSON Schema, of all estimators and controllers.
     schema: fn() -> Schema,
     /// Places of words in the schema.
@@ -92,12 +91,11 @@ const ESTIMATORS: (&str, Words) = ("/properties/estimators", Words::Estimators);
 
 /// Makes the list of formats from rows of kind, name and purpose; identifying keys; type; words; check.
 macro_rules! kinds {
-    ($($kind:ident $name:literal $about:literal; $telling:expr; $file:ty; $words:expr; $check:expr;)*) => {
+    ($($kind:ident $name:literal $about:literal; $file:ty; $words:expr; $check:expr;)*) => {
         &[$(FileFormat {
             kind: FileKind::$kind,
             name: $name,
             about: $about,
-            telling: $telling,
             schema: || schema_for!($file),
             words: $words,
             check: $check,
@@ -108,46 +106,34 @@ macro_rules! kinds {
 /// Every kind.
 pub const KINDS: &[FileFormat] = kinds! {
     Scenario "scenario" "what to run: track, train, drive cycle, sensors, estimators, events, expectations";
-        &["why", "track", "train", "car", "sensors", "start", "stop", "physics", "estimators", "in_loop", "events", "expect"];
         ScenarioFile;
         &[TYPE, ESTIMATORS, METRIC_OF_BOUND, METRIC_OF_FAILURE, INSTRUMENT,
             ("/$defs/Controller/properties/kind", Words::Controllers), ("/$defs/PlantKind", Words::Plants),
             ("/properties/instruments", Words::OwnInstruments), ("/$defs/Published/properties/metric", Words::Metric)];
         load::check;
-    Track "track" "a rail or a road: horizontal alignment, vertical profile or survey, joints";
-        &["profile", "road_width_m", "horizontal", "vertical", "survey", "joints"]; TrackFile; &[];
+    Track "track" "a rail or a road: horizontal alignment, vertical profile or survey, joints"; TrackFile; &[];
         |path, _| Rail::load(path).map(drop);
-    Train "train" "a train: units front to rear, load, limits, running resistance";
-        &["consist", "drawbar", "limits", "resistance"]; TrainFile; &[];
+    Train "train" "a train: units front to rear, load, limits, running resistance"; TrainFile; &[];
         |path, _| Train::load(path).map(drop);
-    Unit "unit" "a unit of a train: data that a URDF cannot hold (springs, motor, gear, clamp, brake)";
-        &["urdf", "length_m", "running_gear", "carried_by", "connections"]; UnitFile; &[];
+    Unit "unit" "a unit of a train: what its URDF cannot say (springs, motor, gear, clamp, brake)"; UnitFile; &[];
         |path, _| Unit::load(path).map(drop);
-    Car "car" "a car for a road: mass, wheels, tyres, motors, brakes, suspension, driver";
-        &["body", "wheels", "tyres", "motors", "brakes", "air", "suspension"]; CarFile; &[];
+    Car "car" "a car for a road: mass, wheels, tyres, motors, brakes, suspension, driver"; CarFile; &[];
         |path, _| Car::load(path).map(drop);
-    Sensors "sensors" "a sensor data sheet: rates, errors, mounts";
-        SHEET_KEYS; SheetFile; &[];
+    Sensors "sensors" "a sensor data sheet: rates, errors, mounts"; SheetFile; &[];
         |path, _| Sheet::load(path).map(drop);
-    RailProfile "rail-profile" "the section of an I-beam rail";
-        &["height_m", "flange_width_m", "web_m", "flange_tip_m", "flange_root_m"]; ProfileFile; &[];
+    RailProfile "rail-profile" "the section of an I-beam rail"; ProfileFile; &[];
         |path, _| Profile::load(path).map(drop);
-    Ranges "ranges" "ranges for `monorig new courses`: trains, tracks, drives, instruments";
-        &["trains", "sensors", "noise_factor", "bias_factor", "track", "drive", "estimators"]; RangesFile; &[TYPE];
+    Ranges "ranges" "what `monorig new courses` draws from: trains, tracks, drives, instruments"; RangesFile; &[TYPE];
         |path, registry| RangesFile::load(path)?.check(path, registry);
-    Condition "condition" "changes to a scenario under which `monorig stress` tries estimators";
-        &["condition", "group", "told_factor", "events"]; ConditionFile; &[INSTRUMENT];
+    Condition "condition" "changes to a scenario under which `monorig stress` tries estimators"; ConditionFile; &[INSTRUMENT];
         |path, _| Condition::load(path).map(drop);
-    Study "study" "a scenario run many times with drawn values";
-        &["scenario", "runs", "first_seed", "set", "vary"]; StudyFile; &[];
+    Study "study" "a scenario run many times with drawn values"; StudyFile; &[];
         |path, registry| Plan::load(path, registry).map(drop);
-    Tuning "tuning" "a tuning study: parameters to vary, runs, loss, method of search";
-        &["estimator", "parameters", "tuning", "validation", "objective", "budget", "optimiser"];
+    Tuning "tuning" "a tuning study: what varies, over which runs, what is good, how to search";
         TuningFile;
         &[("/properties/is", Words::EstimatorTypes), ("/$defs/Constraint/properties/metric", Words::Metric), ("/$defs/Term/properties/metric", Words::Metric)];
         |path, registry| TuningStudy::load(path, registry).map(drop);
-    Map "map" "the quantities in the columns of a recorded log, and the reference of the estimates";
-        &["files", "dbc", "time", "clocks", "step", "channels", "reference", "nominal"];
+    Map "map" "what the columns of a recorded log measure, and what estimates are held against";
         MapFile;
         &[TYPE, ESTIMATORS, METRIC_OF_BOUND, METRIC_OF_FAILURE];
         |path, registry| {
@@ -156,11 +142,9 @@ pub const KINDS: &[FileFormat] = kinds! {
             let simulation = replay::simulation(&map, &ReplayOptions::default(), registry)?;
             expected::check(&simulation.scenario)
         };
-    Vehicle "vehicle" "the data of a vehicle for estimators, for the map of a recorded log";
-        &["nominal_vehicle"]; VehicleFile; &[];
+    Vehicle "vehicle" "the numbers of a vehicle that estimators are given, for the map of a recorded log"; VehicleFile; &[];
         |path, _| VehicleFile::values(&Document::read(path)?).map(drop);
-    Parameters "parameters" "parameters of an estimator, for scenarios to include";
-        &["estimator", "parameters", "provenance"]; ParameterFile; &[("/properties/estimator", Words::EstimatorTypes)];
+    Parameters "parameters" "parameters of an estimator, for scenarios to include"; ParameterFile; &[("/properties/estimator", Words::EstimatorTypes)];
         |path, registry| name_check::parameter_file(path, registry).map(drop);
 };
 
@@ -187,19 +171,18 @@ pub fn row(kind: FileKind) -> Option<&'static FileFormat> {
 
 /// Kind of a file with these top-level keys, if the keys identify it.
 pub fn recognise(keys: &[String]) -> Option<&'static FileFormat> {
-    let hits = |row: &FileFormat| {
-        let telling = row.telling.iter();
-        telling.filter(|t| keys.iter().any(|k| k == *t)).count()
-    };
-    KINDS
-        .iter()
-        .filter(|row| hits(row) > 0)
-        .max_by_key(|row| hits(row))
+    let name = kind_of(keys)?;
+    KINDS.iter().find(|row| row.name == name)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use monorig_sim::config::kinds::kinds;
+
+    fn keys_of(row: &FileFormat) -> Vec<&'static str> {
+        kinds().find(|(name, _)| *name == row.name).unwrap().1
+    }
 
     #[test]
     fn every_kind_has_a_row_and_is_recognised_by_its_own_keys() {
@@ -207,7 +190,7 @@ mod tests {
             let row = row(*kind).unwrap();
             let name = kind.to_possible_value().unwrap();
             assert_eq!(name.get_name(), row.name);
-            let keys: Vec<String> = row.telling.iter().map(|t| (*t).to_owned()).collect();
+            let keys: Vec<String> = keys_of(row).into_iter().map(str::to_owned).collect();
             assert_eq!(recognise(&keys).unwrap().name, row.name);
         }
         assert!(recognise(&["nothing".to_owned()]).is_none());
@@ -225,7 +208,7 @@ mod tests {
                 assert!(has_words, "{}: {place}", row.name);
             }
             let properties = schema.get("properties").unwrap();
-            for key in row.telling {
+            for key in keys_of(row) {
                 assert!(properties.get(key).is_some(), "{}: {key}", row.name);
             }
         }

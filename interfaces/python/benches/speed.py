@@ -81,7 +81,7 @@ def callbacks() -> None:
 
         monorig.run(scenario, estimators={"mine": Counts()})
         alone = best(lambda: monorig.run(scenario), 5)
-        own: dict[str, object] = {"empty": Empty(), "reads four": Reads(), "two-state": TwoState}
+        own: dict[str, monorig.EstimatorLike | type[TwoState]] = {"empty": Empty(), "reads four": Reads(), "two-state": TwoState}
         for what, mine in own.items():
             with_it = best(lambda: monorig.run(scenario, estimators={"mine": mine}), 5)
             print(f"{name}: {what:<10} {(with_it - alone) / calls * 1e6:.2f} µs a callback")

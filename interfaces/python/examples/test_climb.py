@@ -2,7 +2,11 @@
 
 import pathlib
 
-import monorig
+try:
+    import monorig
+except ModuleNotFoundError as e:
+    help = "pip install ./interfaces/python in a checkout of monorig"
+    raise ModuleNotFoundError(f"{e}\n  help: {help}", name=e.name) from None
 from two_state import TwoState
 
 SCENARIO = pathlib.Path(__file__).with_name("climb.yaml")

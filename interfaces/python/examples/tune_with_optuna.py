@@ -28,7 +28,7 @@ def main() -> None:
         load_if_exists=True,
     )
     study.optimize(lambda trial: objective(objective.suggest(trial)), n_trials=trials)
-    print(f"loss {study.best_value:.4f} (the defaults have 1) with {study.best_params}")
+    print(f"loss {study.best_value:.4f} (the defaults have 1) with {objective.best(study)}")
 
 
 if __name__ == "__main__":

@@ -7,7 +7,11 @@ import math
 import pathlib
 import sys
 
-import monorig
+try:
+    import monorig
+except ModuleNotFoundError as e:
+    help = "pip install ./interfaces/python in a checkout of monorig"
+    raise ModuleNotFoundError(f"{e}\n  help: {help}", name=e.name) from None
 
 SCENARIO = pathlib.Path(__file__).with_name("climb.yaml")
 G = 9.81

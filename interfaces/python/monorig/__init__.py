@@ -2,12 +2,14 @@
 
 >>> import monorig
 >>> run = monorig.run("scenarios/liu2023_section1.yaml", estimators=["rail_fusion"])
->>> run.passed, run.metrics["rail_fusion"]["slope_rmse_deg"]
+>>> print(run.verdict, run.metrics["rail_fusion"]["slope_rmse_deg"])
 
-The chapter "From Python" of the book explains it: estimators over arrays, your own estimator in the loop, runs as
+The chapter "In Python" of the book explains it: estimators over arrays, your own estimator in the loop, runs as
 Arrow tables, studies over many seeds, tuning.
 """
 
+from . import _pickle as _pickle
+from ._ask import Budget, Calibration, Inspection, Stress, calibrate, explain, inspect, stress
 from ._errors import InputError, RunError
 from ._monorig import (
     Command,
@@ -24,19 +26,27 @@ from ._monorig import (
     names,
     parameters,
 )
-from ._run import Expectation, Refusal, Run, Simulation, replay, run
+from ._program import check
+from ._run import Expectation, Fault, Refusal, Run, Simulation, load, replay, run
 from ._study import Comparison, ScenarioVerdict, Study, compare, metrics, study, test
 from ._tune import Objective, Score, Tuning, tune
+from ._types import ControllerLike, EstimatorLike
 
 __all__ = [
+    "Budget",
+    "Calibration",
     "Command",
     "Comparison",
+    "ControllerLike",
     "ControllerSetup",
     "Estimate",
     "Estimator",
+    "EstimatorLike",
     "Expectation",
+    "Fault",
     "Frame",
     "InputError",
+    "Inspection",
     "Measurements",
     "Objective",
     "Perception",
@@ -47,17 +57,24 @@ __all__ = [
     "ScenarioVerdict",
     "Score",
     "Simulation",
+    "Stress",
     "Study",
     "Table",
     "Tuning",
     "Vehicle",
     "__version__",
+    "calibrate",
+    "check",
     "compare",
+    "explain",
+    "inspect",
+    "load",
     "metrics",
     "names",
     "parameters",
     "replay",
     "run",
+    "stress",
     "study",
     "test",
     "tune",

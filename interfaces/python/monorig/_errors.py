@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class InputError(ValueError):
-    """A mistake in an input: a scenario, a value, an array.
+    """An input error names a mistake in a scenario, a value or an array.
 
     Attributes:
         message: What is wrong.
@@ -36,4 +36,4 @@ class InputError(ValueError):
 
 
 class RunError(RuntimeError):
-    """The simulation left the range in which it means anything, such as a train that ran off its track."""
+    """A run error says that the simulation left the range in which it means anything, such as a train that ran off its track."""

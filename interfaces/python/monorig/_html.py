@@ -1,4 +1,4 @@
-"""A run as a notebook shows it: verdict, table, one plot."""
+"""A run as a notebook and a terminal show it: verdict, reasons, table, one plot."""
 
 from __future__ import annotations
 
@@ -9,24 +9,39 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from . import _monorig
+
 if TYPE_CHECKING:
     from ._run import Run
 
 _SHOWN = ("mass_error_rel_max", "mass_availability", "slope_rmse_deg", "slope_availability")
-_COLOURS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377")
+# those of the reports
+_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#b4568f", "#b98000", "#56b4e9")
+_GRADES = {"FAILED": "#b3261e", "nothing was expected": "#5d666f", "held but": "#8a5a00", "held with": "#8a5a00"}
 _WIDTH, _HEIGHT, _LEFT, _BELOW = 640, 220, 48, 22
 _POINTS = 600
 
 
+def colour_of(estimator: str) -> str:
+    """The colour of an estimator, the same as in reports and in the viewer."""
+    return _COLOURS[_monorig.colour_place(estimator) % len(_COLOURS)]
+
+
 def of_run(run: Run) -> str:
-    """Verdict, table of the main metrics, slope over time."""
-    passed = run.passed
-    colour = "#228833" if passed else "#cc3311"
-    word = "passed" if passed else "failed"
-    title = f"<b>{html.escape(run.scenario)}</b>, seed {run.seed}: <b style='color:{colour}'>{word}</b>"
-    broken = [e for e in run.expectations if not e.held and e.known_failure is None]
-    told = "".join(f"<li>{html.escape(f'{e.what} is {_number(e.value)}, bound {e.bound}')}</li>" for e in broken)
+    """Verdict and its reasons, table of the main metrics, slope over time."""
+    grade = next((colour for word, colour in _GRADES.items() if run.verdict.startswith(word)), "#00795a")
+    verdict = f"<b style='color:{grade}'>{html.escape(run.verdict)}</b>"
+    title = f"<b>{html.escape(run.scenario)}</b>, seed {run.seed}: {verdict}"
+    told = "".join(f"<li>{html.escape(failure)}</li>" for failure in run.failures)
     return f"<div>{title}<ul>{told}</ul>{table(run.metrics, _SHOWN)}{_plot(run)}</div>"
+
+
+def as_text(run: Run) -> str:
+    """Verdict, its reasons and the main metrics, a line each."""
+    lines = [f"{run.scenario}, seed {run.seed}: {run.verdict}", *(f"  - {failure}" for failure in run.failures)]
+    for name, of in run.metrics.items():
+        lines.append(f"  {name}: " + ", ".join(f"{metric} {_number(of.get(metric))}" for metric in _SHOWN))
+    return "\n".join(lines)
 
 
 def table(metrics: dict[str, dict[str, float | None]], shown: tuple[str, ...]) -> str:
@@ -61,7 +76,7 @@ def _plot(run: Run) -> str:
     low, high = float(known.min()) - 2.0, float(known.max()) + 2.0
     parts = [_axes(float(time[0]), float(time[-1]), low, high)]
     for i, (name, values) in enumerate(lines.items()):
-        colour = "#888888" if name == "truth" else _COLOURS[(i - 1) % len(_COLOURS)]
+        colour = "#888888" if name == "truth" else colour_of(name)
         path = _path(time, np.degrees(values), low, high)
         parts.append(f"<path d='{path}' fill='none' stroke='{colour}' stroke-width='1.2'/>")
         x = _LEFT + 8 + 150 * (i % 4)

@@ -4,10 +4,13 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
-import numpy as np
 import numpy.typing as npt
 
+# numbers in rows; None in a list is no number
+Numbers = npt.ArrayLike | Sequence[Any]
+
 __version__: str
+PROCESSORS: int
 
 class ArrowArray(Protocol):
     """A record batch of any library of Arrow."""
@@ -20,7 +23,10 @@ class ArrowTable(Protocol):
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
 
 class Table:
-    """Columns of equal length, a table of Arrow: ``pyarrow.record_batch(it)`` and ``polars.DataFrame(it)`` copy nothing."""
+    """A table has columns of equal length with units; ``pyarrow.record_batch(it)`` and ``polars.DataFrame(it)`` copy nothing.
+
+    The unit of a column is in the metadata of its Arrow field, under ``unit``.
+    """
 
     @property
     def names(self) -> list[str]:
@@ -29,15 +35,21 @@ class Table:
     def units(self) -> dict[str, str]:
         """Units of the columns that have one."""
     @property
-    def num_rows(self) -> int: ...
+    def num_rows(self) -> int:
+        """Number of rows."""
     def __len__(self) -> int: ...
     def __contains__(self, name: str) -> bool: ...
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
         """A column as an array, shape (rows,); NaN where a row has no value."""
     def __arrow_c_array__(self, requested_schema: object | None = None) -> tuple[object, object]: ...
+    def to_parquet(self, path: str | os.PathLike[str]) -> None:
+        """Writes the table to a Parquet file."""
+    @staticmethod
+    def from_parquet(path: str | os.PathLike[str]) -> Table:
+        """Reads a table from a Parquet file."""
 
 class Vehicle:
-    """The nominal vehicle, for which estimators are built.
+    """A vehicle has the nominal values of the train, for which estimators are built.
 
     Args:
         tare_kg: Mass of the empty train, kg.
@@ -79,7 +91,12 @@ class Vehicle:
     ) -> None: ...
     @staticmethod
     def from_scenario(path: str | os.PathLike[str]) -> Vehicle:
-        """The vehicle as a scenario gives it to its estimators."""
+        """Returns the vehicle as a scenario gives it to its estimators."""
+    def to_json(self) -> str:
+        """Returns all values as a vehicle file of maps has them."""
+    @staticmethod
+    def from_json(text: str) -> Vehicle:
+        """Returns the vehicle of a text that `to_json` has made."""
     @property
     def tare_kg(self) -> float: ...
     @property
@@ -104,7 +121,7 @@ class Vehicle:
     def gyro_bias_sd_radps(self) -> float | None: ...
 
 class Command:
-    """A command to the train.
+    """A command goes to the train.
 
     Args:
         motor_torque: Torque of each motor, N·m, + drives towards growing chainage.
@@ -127,7 +144,7 @@ class Command:
     def brake(self) -> float | None: ...
 
 class Measurements:
-    """New samples since the last step; None (or NaN in a list) where there is no new sample.
+    """Measurements are the new samples since the last step; None (or NaN in a list) where there is no new sample.
 
     Args:
         t_ns: Now, ns; all samples are stamped with it.
@@ -179,18 +196,20 @@ class Measurements:
     @property
     def command(self) -> Command: ...
     def stamp_ns(self, name: str, index: int = 0) -> int | None:
-        """When the sample of a quantity was taken, ns: ``stamp_ns("wheel_speed", 1)``; None without a new one."""
+        """Returns when the sample of a quantity was taken, ns: ``stamp_ns("wheel_speed", 1)``; None without a new one."""
 
 class Estimate:
-    """What an estimator makes of a step: of each quantity the value, its standard deviation and whether it is valid.
+    """An estimate has the value of each quantity, its standard deviation and whether it is valid.
 
     Args:
         total_mass: Total mass, kg.
         grade: Grade at the IMU, rad, + uphill towards growing chainage.
-        effective_grade: Grade that the train as a whole feels, rad; None is that at the IMU.
+        effective_grade: Grade that the train as a whole feels, rad; None is the grade at the IMU.
         speed: Speed along the rail, m/s.
         innovation: Innovation of the last measurement.
         nis: Its normalised square, 1 on average when consistent.
+        flags: Status: moving, mass excited, a limit acts.
+        t_ns: The instant, ns; a run puts the instant of the step.
     """
 
     def __init__(
@@ -202,6 +221,8 @@ class Estimate:
         speed: tuple[float, float, bool] = ...,
         innovation: float = 0.0,
         nis: float = 0.0,
+        flags: tuple[bool, bool, bool] = ...,
+        t_ns: int = 0,
     ) -> None: ...
     @property
     def t_ns(self) -> int: ...
@@ -217,9 +238,11 @@ class Estimate:
     def innovation(self) -> float: ...
     @property
     def nis(self) -> float: ...
+    @property
+    def flags(self) -> tuple[bool, bool, bool]: ...
 
 class Estimator:
-    """One of our estimators, by its name; `names` lists them, `parameters` what they can be given.
+    """An estimator of ours, by its name; `names` lists them, `parameters` what they can be given.
 
     Raises:
         InputError: An unknown name, an unknown parameter, a value out of its range.
@@ -228,33 +251,40 @@ class Estimator:
     def __init__(self, name: str, vehicle: Vehicle, **params: float | bool | str) -> None: ...
     @property
     def name(self) -> str: ...
+    @property
+    def vehicle(self) -> Vehicle:
+        """The vehicle that it was built for."""
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The parameters that it was given."""
     def step(self, z: Measurements, dt: float) -> Estimate:
-        """One step of ``dt`` seconds with the samples in ``z``.
+        """Makes a step of ``dt`` seconds with the samples in ``z``.
 
         Raises:
             InputError: The step is refused; the estimator is as it was.
         """
     def run(
         self,
-        t_ns: npt.NDArray[np.int64],
+        t_ns: Numbers,
         *,
         dt_s: float | None = None,
-        specific_force: npt.NDArray[np.float64] | None = None,
-        angular_rate: npt.NDArray[np.float64] | None = None,
-        motor_torque: npt.NDArray[np.float64] | None = None,
-        wheel_speed: npt.NDArray[np.float64] | None = None,
-        clamp_pressure: npt.NDArray[np.float64] | None = None,
-        inclination: npt.NDArray[np.float64] | None = None,
-        steering_angle: npt.NDArray[np.float64] | None = None,
-        auxiliary: npt.NDArray[np.float64] | None = None,
+        specific_force: Numbers | None = None,
+        angular_rate: Numbers | None = None,
+        motor_torque: Numbers | None = None,
+        wheel_speed: Numbers | None = None,
+        clamp_pressure: Numbers | None = None,
+        inclination: Numbers | None = None,
+        steering_angle: Numbers | None = None,
+        auxiliary: Numbers | None = None,
     ) -> Table:
-        """All steps at once, a row each; other threads of Python run meanwhile.
+        """Makes all steps at once, a row each; other threads of Python run meanwhile.
 
-        The arrays are float64 and contiguous, NaN without a new sample.
+        Lists and arrays of any numbers will do, NaN or None where there is no new sample; float64 in one piece is not
+        copied.
 
         Args:
             t_ns: Instants of the steps, ns, shape (n,).
-            dt_s: Length of the first step, s; None is that of the second.
+            dt_s: Length of the first step, s; None is the length of the second.
             specific_force: m/s², shape (n, 3).
             angular_rate: rad/s, shape (n, 3).
             motor_torque: N·m, shape (n, drives).
@@ -269,18 +299,18 @@ class Estimator:
             the value, ``…_sd`` and ``…_valid``. A refused step is null, and a warning tells why.
         """
     def run_samples(self, table: ArrowTable | ArrowArray) -> Table:
-        """The same over the columns of ``samples.parquet``: what a run gave to its estimators, bit for bit."""
+        """Makes all steps over the columns of ``samples.parquet``: what a run gave to its estimators, bit for bit."""
     def reset(self) -> None:
-        """Resets the estimator to its first state."""
+        """Goes back to the state in which the estimator was built."""
     def snapshot(self) -> bytes:
-        """Its state."""
+        """Returns the state."""
     def restore(self, snapshot: bytes) -> None:
-        """The state of a snapshot of the same estimator, vehicle and parameters."""
+        """Takes over the state of a snapshot of the same estimator, vehicle and parameters."""
     def internal_values(self) -> dict[str, float]:
-        """Its internal quantities now, by name."""
+        """Returns the internal quantities now, by name."""
 
 class Reference:
-    """What the controller is to do in a step."""
+    """A reference is the task of the controller in a step."""
 
     @property
     def speed_mps(self) -> float: ...
@@ -292,7 +322,7 @@ class Reference:
     def clamp_pressure_mpa(self) -> float: ...
 
 class Perception:
-    """What the controller knows in a step: speed by the wheels, mass and grade of the feed-forward, slip of each unit."""
+    """A perception is the knowledge of the controller in a step: speed by the wheels, mass and grade, slip of each unit."""
 
     @property
     def speed_mps(self) -> float: ...
@@ -308,7 +338,7 @@ class Perception:
     def estimate(self) -> Estimate | None: ...
 
 class ControllerSetup:
-    """Data for which a controller is built, beside the vehicle."""
+    """A controller's setup has the data for which it is built, beside the vehicle."""
 
     @property
     def motor_torque_max_nm(self) -> float: ...
@@ -318,7 +348,7 @@ class ControllerSetup:
     def start_speed_mps(self) -> float: ...
 
 class Frame:
-    """The state after a step of a `Simulation`."""
+    """A frame is the state after a step of a `Simulation`."""
 
     @property
     def time_s(self) -> float: ...
@@ -345,14 +375,21 @@ class NativeRun:
     @property
     def summary_json(self) -> str: ...
     @property
+    def resolved_json(self) -> str: ...
+    @property
     def good(self) -> bool: ...
+    @property
+    def verdict(self) -> str: ...
+    @property
+    def failures(self) -> list[str]: ...
     @property
     def finished(self) -> bool: ...
     @property
     def events(self) -> list[tuple[float, str]]: ...
     @property
     def refusals(self) -> list[tuple[str, int, str]]: ...
-    def save(self, out: str) -> str: ...
+    def save(self, out: str, recording: bool) -> str: ...
+    def record(self, path: str) -> bool: ...
     def report_html(self) -> str: ...
 
 class NativeSimulation:
@@ -376,6 +413,8 @@ class NativeSimulation:
     @property
     def vehicle(self) -> Vehicle: ...
     @property
+    def motor_torque_max_nm(self) -> float: ...
+    @property
     def reference(self) -> Reference: ...
     @property
     def perception(self) -> Perception: ...
@@ -390,11 +429,17 @@ class NativeObjective:
     def defaults_json(self) -> str: ...
     def score(self, parameters: str) -> str: ...
 
+class NativeSeries:
+    @property
+    def count(self) -> int: ...
+    def run(self, index: int) -> str: ...
+    def result(self, runs: list[str]) -> str: ...
+
 def names() -> list[str]:
-    """The names of all our estimators, those as printed in their source, too."""
+    """Returns the names of all our estimators, those as printed in their source, too."""
 
 def parameters(name: str) -> list[dict[str, Any]]:
-    """The parameters of one of ours: name, doc, default, and unit and range of a number or the choices of a word."""
+    """Returns the parameters of an estimator of ours: name, doc, default, and unit and range of a number or choices of a word."""
 
 def run(
     path: str,
@@ -429,6 +474,28 @@ def compare(
 ) -> str: ...
 def judge(scenario: str, runs: list[str]) -> str: ...
 def metrics() -> list[tuple[str, str]]: ...
+def kind(path: str) -> str | None: ...
+def colour_place(name: str) -> int: ...
+def load(folder: str) -> NativeRun: ...
+def stress(
+    paths: list[str],
+    folders: list[str],
+    only: list[str],
+    set: Mapping[str, object] | None,
+    estimators: Mapping[str, object] | None,
+) -> tuple[NativeSeries, list[str]]: ...
+def explain(
+    path: str,
+    seeds: list[int] | None,
+    set: Mapping[str, object] | None,
+    estimators: Mapping[str, object] | None,
+    controller: object | None,
+    in_loop: str | None,
+) -> NativeSeries: ...
+def inspect(log: str, time: str | None, unit: str | None, dbc: str | None) -> str: ...
+def calibrate(
+    map: str, log: str | None, with_mass: bool, set: Mapping[str, object] | None, put: bool
+) -> str: ...
 def tune(
     file: str,
     folder: str,

@@ -1,36 +1,36 @@
-"""A bar on the terminal."""
+"""A bar on the terminal and in notebooks."""
 
 from __future__ import annotations
 
 import sys
+import warnings
 from types import TracebackType
 from typing import TypeVar
 
+with warnings.catch_warnings():
+    # without widgets in a notebook it writes text, which is fine
+    warnings.simplefilter("ignore")
+    from tqdm.auto import tqdm
+
 T = TypeVar("T")
-_WIDTH = 30
 
 
 class Bar:
-    """Shows how much is done, where standard error is a terminal."""
+    """Shows how much is done, where somebody can see it: on a terminal or in a notebook."""
 
     def __init__(self, name: str, count: int, wanted: bool) -> None:
-        self._name = name
-        self._count = max(count, 1)
-        self._done = 0
-        self._shown = wanted and sys.stderr.isatty()
+        shown = wanted and (sys.stderr.isatty() or "ipykernel" in sys.modules)
+        self._bar = tqdm(total=max(count, 1), desc=name, disable=not shown, leave=False)
 
     def after(self, result: T) -> T:
-        """One more is done."""
-        self._done += 1
-        self.at(self._done / self._count, f"{self._done} of {self._count}")
+        """Counts one more that is done."""
+        self._bar.update()
         return result
 
     def at(self, share: float, text: str) -> None:
-        """So much is done, 0…1."""
-        if self._shown:
-            full = round(share * _WIDTH)
-            line = f"\r{self._name}  {'━' * full}{' ' * (_WIDTH - full)}  {text}\x1b[K"
-            print(line, end="", file=sys.stderr, flush=True)
+        """Shows that so much is done, 0…1."""
+        self._bar.n = round(share * self._bar.total, 2)
+        self._bar.set_postfix_str(text)
 
     def __enter__(self) -> Bar:
         return self
@@ -38,5 +38,4 @@ class Bar:
     def __exit__(
         self, kind: type[BaseException] | None, e: BaseException | None, at: TracebackType | None
     ) -> None:
-        if self._shown:
-            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+        self._bar.close()

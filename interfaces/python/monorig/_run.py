@@ -5,23 +5,26 @@ from __future__ import annotations
 import json
 import os
 import pathlib
-from collections.abc import Iterator, Mapping
+import threading
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _html, _monorig, _viewer
+from . import _html, _monorig, _plot, _viewer
 from ._monorig import Frame, Perception, Reference, Table, Vehicle
-from ._types import Estimators, Path, by_name
+from ._pickle import files_of, folder_of
+from ._types import Controller, Estimators, Log, Path, by_name, log_file, seed_of
 
 if TYPE_CHECKING:
     import pandas
     import polars
+    from matplotlib.figure import Figure
 
 
 class Expectation(NamedTuple):
-    """A bound that the scenario sets, judged."""
+    """An expectation is a bound of the scenario, judged."""
 
     what: str
     """Estimator, metric and window, such as ``dffrls_aekf mass_error_rel_max from 10 s``."""
@@ -35,23 +38,35 @@ class Expectation(NamedTuple):
     """Reason of its known failure, if it has one."""
 
 
+class Fault(NamedTuple):
+    """A fault of an instrument stands in the scenario."""
+
+    sensor: str
+    what: str
+    """The kind of fault, such as ``stuck``."""
+    from_s: float
+    to_s: float
+    """End; infinite if it lasts to the end of the run."""
+
+
 class Refusal(NamedTuple):
-    """Steps that an estimator refused."""
+    """A refusal counts the steps that an estimator refused."""
 
     estimator: str
     steps: int
     reason: str
-    """Why the first of them was."""
+    """Why the estimator refused the first of them."""
 
 
 class Run:
-    """What a run leaves: its channels, its metrics, and whether its scenario's expectations held.
+    """A run has channels, metrics and a verdict.
 
-    It is an Arrow table of its channels itself: ``pyarrow.record_batch(run)`` copies nothing.
+    A run is an Arrow table of its channels, too: ``pyarrow.record_batch(run)`` copies nothing. It can be pickled.
     """
 
-    def __init__(self, native: _monorig.NativeRun) -> None:
+    def __init__(self, native: _monorig.NativeRun, folder: object | None = None) -> None:
         self._native = native
+        self._folder = folder  # a temporary one is there as long as this
         self.summary: dict[str, Any] = json.loads(native.summary_json)
         """Everything that stands in ``metrics.json``."""
 
@@ -80,7 +95,7 @@ class Run:
 
     @property
     def metrics(self) -> dict[str, dict[str, float | None]]:
-        """The metrics of each estimator, by name; None is one that could not be measured."""
+        """The metrics of each estimator, by name; None is a metric that could not be measured."""
         return dict(self.summary["estimators"])
 
     @property
@@ -99,13 +114,36 @@ class Run:
         return self._native.good
 
     @property
+    def verdict(self) -> str:
+        """The verdict in the words of the program, such as ``held but for 1 known failure: 4 of 5 checks hold``."""
+        return self._native.verdict
+
+    @property
+    def failures(self) -> list[str]:
+        """Why the run did not pass: checks that failed, integrity among them, and steps that were refused."""
+        if self.passed:
+            return []
+        refused = [f"{r.estimator} refused {r.steps} steps, the first because: {r.reason}" for r in self.refusals]
+        return self._native.failures + refused
+
+    @property
+    def faults(self) -> list[Fault]:
+        """Faults of instruments that the scenario puts into the run."""
+        events = json.loads(self._native.resolved_json).get("events") or []
+        return [
+            Fault(e["sensor"], e["fault"], e["from_s"], float("inf") if e.get("to_s") is None else e["to_s"])
+            for e in events
+            if "fault" in e and "sensor" in e
+        ]
+
+    @property
     def finished(self) -> bool:
         """True if the run came to the end of its scenario."""
         return self._native.finished
 
     @property
     def events(self) -> list[tuple[float, str]]:
-        """What happened: time (s) and text."""
+        """Events of the run: time (s) and text."""
         return self._native.events
 
     @property
@@ -121,11 +159,12 @@ class Run:
         return self._native.channels.__arrow_c_array__(requested_schema)
 
     def to_pandas(self) -> pandas.DataFrame:
-        """The channels as a data frame of pandas, with time as its index; needs pandas and pyarrow."""
-        import pyarrow
+        """The channels as a data frame of pandas, with time as its index and units in ``attrs["units"]``."""
+        import pandas
 
-        frame: pandas.DataFrame = pyarrow.record_batch(self).to_pandas()
-        return frame.set_index("time")
+        frame = pandas.DataFrame({name: self[name] for name in self.channels.names}).set_index("time")
+        frame.attrs["units"] = self.channels.units
+        return frame
 
     def to_polars(self) -> polars.DataFrame:
         """The channels as a data frame of polars."""
@@ -133,26 +172,58 @@ class Run:
 
         return polars.DataFrame(self._native.channels)
 
-    def save(self, out: Path = "runs") -> pathlib.Path:
-        """Write ``channels.parquet``, ``metrics.json`` and ``manifest.json`` to ``out/<scenario>/<seed>/``."""
-        return pathlib.Path(self._native.save(os.fspath(out)))
+    def save(self, out: Path = "runs", *, recording: bool = True) -> pathlib.Path:
+        """Writes the files of ``monorig run`` to ``out/<scenario>/<seed>/``, and returns this folder.
+
+        Args:
+            recording: Write ``run.rrd`` for the Rerun viewer, too, where this module can.
+        """
+        return pathlib.Path(self._native.save(os.fspath(out), recording))
+
+    def plot(self, estimators: Sequence[str] | None = None) -> Figure:
+        """Draws errors of mass and slope with ±2σ and the times of faults; needs ``monorig[plot]``.
+
+        Args:
+            estimators: The estimators to draw; None is all.
+        """
+        return _plot.errors(self, estimators)
 
     def report(self, path: Path = "report.html") -> pathlib.Path:
-        """Write the report of ``monorig report``, one HTML file, and return its path."""
+        """Writes the report of ``monorig report``, one HTML file, and returns its path."""
         place = pathlib.Path(path)
         place.write_text(self._native.report_html(), encoding="utf-8")
         return place
 
     def show(self, path: Path | None = None) -> None:
-        """Open the channels in the Rerun viewer, or write them to an ``.rrd`` file; needs ``monorig[viewer]``."""
+        """Opens the recording in the Rerun viewer (``monorig[viewer]``), or writes it to an ``.rrd`` file."""
         _viewer.show(self, path)
 
     def __repr__(self) -> str:
-        verdict = "passed" if self.passed else "failed"
-        return f"<Run of {self.scenario}, seed {self.seed}: {verdict}>"
+        return f"<Run of {self.scenario}, seed {self.seed}: {self.verdict}>"
+
+    def __str__(self) -> str:
+        """Verdict, reasons and main metrics as text."""
+        return _html.as_text(self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _unpacked, (files_of(lambda folder: self.save(folder, recording=False)),)
 
     def _repr_html_(self) -> str:
         return _html.of_run(self)
+
+
+def load(folder: Path) -> Run:
+    """Reads a run back from its folder: one of ``monorig run``, ``monorig replay`` or `Run.save`.
+
+    Raises:
+        InputError: A file is missing, or is not as the run left it.
+    """
+    return Run(_monorig.load(os.fspath(folder)))
+
+
+def _unpacked(files: dict[str, bytes]) -> Run:
+    folder = folder_of(files)
+    return Run(_monorig.load(folder.name), folder)
 
 
 def _expectation(e: Mapping[str, Any]) -> Expectation:
@@ -169,18 +240,19 @@ def run(
     seed: int | None = None,
     set: Mapping[str, object] | None = None,
     estimators: Estimators | None = None,
-    controller: object | None = None,
+    controller: Controller | None = None,
     in_loop: str | None = None,
     keep_samples: bool = False,
 ) -> Run:
-    """Run a scenario.
+    """Runs a scenario.
 
     Args:
         path: The scenario file.
         seed: The seed; None is the first of the scenario.
         set: Changes to the scenario, such as ``{"load.mass_kg": 5000}``.
         estimators: Estimators beside those of the scenario, by name: an object with ``step``, a class or a function
-            that makes one from the `Vehicle`, the name of one of ours, or a dict of settings. A list names ours.
+            that makes one from the `Vehicle`, the name of an estimator of monorig, or a dict of settings. A list names
+            estimators of monorig.
         controller: A controller instead of the scenario's: an object with ``control``, or a class or a function that
             makes one from the `Vehicle` and a `ControllerSetup`.
         in_loop: The estimator whose estimates the controller uses.
@@ -192,35 +264,37 @@ def run(
         Exception: Whatever an estimator or a controller of yours raises, at the step in which it does.
     """
     changes = None if set is None else dict(set)
+    number = None if seed is None else seed_of(seed)
     return Run(
         _monorig.run(
-            os.fspath(path), seed, changes, by_name(estimators), controller, in_loop, keep_samples
+            os.fspath(path), number, changes, by_name(estimators), controller, in_loop, keep_samples
         )
     )
 
 
 def replay(
     map: Path,
-    log: Path | None = None,
+    log: Log | None = None,
     *,
     estimators: Estimators | None = None,
     set: Mapping[str, object] | None = None,
 ) -> Run:
-    """Play a recorded log to estimators, and judge them.
+    """Plays a recorded log to estimators, and judges them.
 
     Args:
         map: The map file, which says what is in the log.
-        log: The log, instead of the one that the map names.
+        log: The log, instead of the one that the map names: a path, a data frame of pandas or polars, a dict of arrays,
+            or a dict of such tables by the names of their files in the map.
         estimators: The estimators instead of those of the map, as for `run`.
         set: Changes to the map.
     """
     changes = None if set is None else dict(set)
-    place = None if log is None else os.fspath(log)
-    return Run(_monorig.replay(place, os.fspath(map), by_name(estimators), changes))
+    with log_file(log) as place:
+        return Run(_monorig.replay(place, os.fspath(map), by_name(estimators), changes))
 
 
 class Simulation:
-    """A run that you step: command in, state out.
+    """A simulation makes a run step by step: command in, state out.
 
     >>> sim = monorig.Simulation("scenarios/minimal.yaml")
     >>> while not sim.over:
@@ -237,13 +311,21 @@ class Simulation:
         seed: int | None = None,
         set: Mapping[str, object] | None = None,
         estimators: Estimators | None = None,
-        controller: object | None = None,
+        controller: Controller | None = None,
         in_loop: str | None = None,
     ) -> None:
         changes = None if set is None else dict(set)
-        self._native = _monorig.NativeSimulation(
-            os.fspath(path), seed, changes, by_name(estimators), controller, in_loop
+        number = None if seed is None else seed_of(seed)
+        self._thread = threading.get_ident()
+        self._own = _monorig.NativeSimulation(
+            os.fspath(path), number, changes, by_name(estimators), controller, in_loop
         )
+
+    @property
+    def _native(self) -> _monorig.NativeSimulation:
+        if threading.get_ident() != self._thread:
+            raise RuntimeError("a Simulation belongs to the thread that made it\n  help: make one in each thread")
+        return self._own
 
     @property
     def over(self) -> bool:
@@ -262,21 +344,26 @@ class Simulation:
 
     @property
     def vehicle(self) -> Vehicle:
-        """The nominal vehicle, as estimators are given it."""
+        """The nominal vehicle, which estimators are given."""
         return self._native.vehicle
 
     @property
+    def motor_torque_max_nm(self) -> float:
+        """Largest torque of a motor, N·m."""
+        return self._native.motor_torque_max_nm
+
+    @property
     def reference(self) -> Reference:
-        """What the controller is to do in the step to come."""
+        """The task of the controller in the step to come."""
         return self._native.reference
 
     @property
     def perception(self) -> Perception:
-        """What the controller knows for the step to come."""
+        """The knowledge of the controller for the step to come."""
         return self._native.perception
 
     def step(self, command: object | None = None) -> Frame:
-        """Make a step under a `Command`, a torque (N·m) or a list of torques; None asks the scenario's controller."""
+        """Makes a step under a `Command`, a torque (N·m) or a list of torques; None asks the scenario's controller."""
         return self._native.step(command)
 
     def __iter__(self) -> Iterator[Frame]:
@@ -284,5 +371,5 @@ class Simulation:
             yield self.step()
 
     def result(self) -> Run:
-        """What the run leaves, once it is over; it can be taken once."""
+        """Returns the run, once it is over; it can be taken once."""
         return Run(self._native.result())

@@ -11,20 +11,21 @@ from typing import Any, Literal, NamedTuple, Protocol
 
 from . import _monorig
 from ._progress import Bar
+from ._study import processors
 from ._types import Path
 
 Value = float | bool | str
 
 
 class Tuning(NamedTuple):
-    """What a search found."""
+    """A tuning is the result of a search for parameters."""
 
     folder: pathlib.Path
     """The folder of the results, with a report."""
     best: dict[str, Value] | None
     """The parameters of the winner; None if no trial was good."""
     loss: float | None
-    """Its loss over the tuning runs; that of the defaults is 1."""
+    """Its loss over the tuning runs; the defaults have 1."""
     validation: dict[str, Any] | None
     """The winner on runs that the search never saw, against the defaults and the published constants."""
     trials: list[dict[str, Any]]
@@ -38,7 +39,7 @@ def tune(
     begin: Literal["new", "resume", "restart"] = "new",
     progress: bool = True,
 ) -> Tuning:
-    """Search for the best parameters of one of our estimators, as ``monorig tune`` does.
+    """Searches for the best parameters of one of our estimators, as ``monorig tune`` does.
 
     Args:
         file: The study file.
@@ -53,7 +54,7 @@ def tune(
                 os.fspath(file),
                 os.fspath(folder),
                 os.fspath(folder / ".cache"),
-                jobs or os.cpu_count() or 1,
+                jobs or processors(),
                 begin,
                 lambda what, share: bar.at(share, what),
             )
@@ -64,10 +65,10 @@ def tune(
 
 
 class Score(NamedTuple):
-    """The score of parameters."""
+    """A score judges parameters."""
 
     losses: list[float]
-    """One loss, or one a metric for a front; that of the defaults is 1. Empty if a run failed."""
+    """One loss, or one a metric for a front; the defaults have 1. Empty if a run failed."""
     violation: float
     """How far constraints are broken, in shares of their bounds; 0 if all hold."""
     failed: str | None
@@ -81,15 +82,37 @@ class Score(NamedTuple):
 
 
 class _Trial(Protocol):
-    """What is used of a trial of Optuna."""
+    """The part of a trial of Optuna that is used."""
 
     def suggest_float(self, name: str, low: float, high: float, *, log: bool = ...) -> float: ...
     def suggest_int(self, name: str, low: int, high: int) -> int: ...
     def suggest_categorical(self, name: str, choices: Sequence[Any]) -> Any: ...
 
 
+class _Study(Protocol):
+    """The part of a study of Optuna that is used."""
+
+    @property
+    def best_params(self) -> dict[str, Any]: ...
+
+
+class _Fixed(NamedTuple):
+    """A trial with the values that a study of Optuna has found."""
+
+    params: Mapping[str, Any]
+
+    def suggest_float(self, name: str, low: float, high: float, *, log: bool = False) -> float:
+        return float(self.params[name])
+
+    def suggest_int(self, name: str, low: int, high: int) -> int:
+        return int(self.params[name])
+
+    def suggest_categorical(self, name: str, choices: Sequence[Any]) -> Any:
+        return self.params[name]
+
+
 class Objective:
-    """The objective of a study file as a function of its parameters.
+    """An objective is a study file as a function of its parameters.
 
     >>> objective = monorig.Objective("scenarios/tuning/quick.yaml")
     >>> objective({"delta": 0.9})
@@ -104,7 +127,7 @@ class Objective:
             self._native = _monorig.NativeObjective(
                 os.fspath(file),
                 os.fspath(recordings),
-                jobs or os.cpu_count() or 1,
+                jobs or processors(),
                 lambda what, share: bar.at(share, what),
             )
         self.space: dict[str, dict[str, Any]] = json.loads(self._native.space_json)
@@ -113,17 +136,21 @@ class Objective:
         """The defaults of the parameters."""
 
     def score(self, parameters: Mapping[str, Value]) -> Score:
-        """Losses and broken constraints of these parameters; the others have their defaults."""
+        """Returns losses and broken constraints of these parameters; the others have their defaults."""
         trial = json.loads(self._native.score(json.dumps(dict(parameters))))
         return Score(trial["losses"], trial["violation"], trial.get("failed"))
 
     def __call__(self, parameters: Mapping[str, Value]) -> float:
-        """The loss of these parameters: `Score.loss`."""
+        """Returns the loss of these parameters: `Score.loss`."""
         return self.score(parameters).loss
 
     def suggest(self, trial: _Trial) -> dict[str, Value]:
-        """Parameters out of the ranges of the file, as a trial of Optuna proposes them."""
+        """Takes parameters out of the ranges of the file, as a trial of Optuna proposes them."""
         return {name: _suggested(trial, name, of) for name, of in self.space.items()}
+
+    def best(self, study: _Study) -> dict[str, Value]:
+        """Returns the parameters of the best trial of a study of Optuna, under the names that the estimator has."""
+        return self.suggest(_Fixed(study.best_params))
 
 
 def _suggested(trial: _Trial, name: str, of: Mapping[str, Any]) -> Value:

@@ -1,10 +1,15 @@
-"""The channels of a run in the Rerun viewer."""
+"""The recording of a run in the Rerun viewer, with the layout that the program gives it."""
 
 from __future__ import annotations
 
 import os
+import pathlib
+import subprocess
+import sys
+import tempfile
 from typing import TYPE_CHECKING
 
+from ._errors import InputError
 from ._types import Path
 
 if TYPE_CHECKING:
@@ -12,26 +17,20 @@ if TYPE_CHECKING:
 
 
 def show(run: Run, path: Path | None) -> None:
-    """Open the viewer, or write an ``.rrd`` file."""
-    try:
-        import rerun
-    except ImportError as e:
-        raise ImportError("the viewer is not installed\n  help: pip install 'monorig[viewer]'") from e
-    recording = rerun.RecordingStream(f"monorig {run.scenario}", recording_id=f"seed {run.seed}")
+    """Opens the viewer, or writes an ``.rrd`` file."""
+    if path is None and not _has_viewer():
+        raise ImportError('the viewer is not installed\n  help: pip install "monorig[viewer]"')
+    place = pathlib.Path(path) if path is not None else pathlib.Path(tempfile.mkdtemp(prefix="monorig-")) / "run.rrd"
+    if not run._native.record(os.fspath(place)):
+        raise InputError(
+            "there is no recording of this run",
+            "a run made by a module with the feature `viewer`; or a folder that has run.rrd, as `monorig run` leaves it",
+        )
     if path is None:
-        recording.spawn()
-    else:
-        recording.save(os.fspath(path))
-    time = run["time"]
-    for name in run.channels.names:
-        if name == "time":
-            continue
-        values = run[name]
-        there = values == values
-        if there.any():
-            index = rerun.TimeColumn("time", duration=time[there])
-            recording.send_columns(name, [index], rerun.Scalars.columns(scalars=values[there]))
-    for at, text in run.events:
-        recording.set_time("time", duration=at)
-        recording.log("events", rerun.TextLog(text))
-    recording.flush()
+        subprocess.Popen([sys.executable, "-m", "rerun", os.fspath(place)])
+
+
+def _has_viewer() -> bool:
+    import importlib.util
+
+    return importlib.util.find_spec("rerun") is not None

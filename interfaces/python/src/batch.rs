@@ -6,7 +6,9 @@ use monorig_lab::batch::{RunSpec, run_one as one};
 use monorig_lab::metrics::{estimator_metrics, run_metrics};
 use monorig_lab::verdicts::compare as comparison;
 use monorig_lab::verdicts::run_result::RunResult;
-use monorig_lab::verdicts::verdict::ScenarioVerdict;
+use monorig_lab::verdicts::verdict::{Check, ScenarioVerdict};
+use monorig_sim::config::file::Document;
+use monorig_sim::config::kinds::kind_of;
 use monorig_sim::config::scenario::Scenario;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -68,7 +70,8 @@ pub(crate) fn outline(
     parts.fault.or(built)
 }
 
-fn results(runs: &[String]) -> PyResult<Vec<RunResult>> {
+/// The results of runs, from their lines of JSON.
+pub(crate) fn results(runs: &[String]) -> PyResult<Vec<RunResult>> {
     let read = runs.iter().zip(0..).map(|(line, index)| {
         let run: RunResult = serde_json::from_str(line)?;
         Ok::<_, serde_json::Error>(RunResult { index, ..run })
@@ -120,18 +123,23 @@ pub(crate) fn compare(
     serde_json::to_string(&table).map_err(defect)
 }
 
+/// The failures of a verdict, each in a line.
+pub(crate) fn failures(verdict: &ScenarioVerdict) -> Vec<String> {
+    let failed = verdict.checks.iter().filter(|c| !c.held);
+    failed.map(Check::reason).collect()
+}
+
 /// The verdict on a scenario from its runs; JSON.
 #[pyfunction]
 pub(crate) fn judge(scenario: &str, runs: Vec<String>) -> PyResult<String> {
-    let verdict = ScenarioVerdict::new(scenario, results(&runs)?);
-    let failures: Vec<String> = verdict
-        .checks
-        .iter()
-        .filter(|c| !c.held)
-        .map(|c| c.reason())
-        .collect();
-    serde_json::to_string(&serde_json::json!({ "verdict": verdict, "failures": failures }))
-        .map_err(defect)
+    let judged = ScenarioVerdict::new(scenario, results(&runs)?);
+    let judged = serde_json::json!({
+        "held": judged.held,
+        "verdict": judged.judgement().words(),
+        "failures": failures(&judged),
+        "checks": judged.checks,
+    });
+    serde_json::to_string(&judged).map_err(defect)
 }
 
 /// The metrics of estimators and those of the run: name and unit.
@@ -139,4 +147,17 @@ pub(crate) fn judge(scenario: &str, runs: Vec<String>) -> PyResult<String> {
 pub(crate) fn metrics() -> Vec<(&'static str, &'static str)> {
     let all = estimator_metrics().chain(run_metrics());
     all.map(|m| (m.name, m.unit)).collect()
+}
+
+/// The kind of a file of ours, such as `scenario`; None if its keys do not decide it.
+#[pyfunction]
+pub(crate) fn kind(path: PathBuf) -> Option<&'static str> {
+    let document = Document::read(&path).ok()?;
+    kind_of(&document.keys())
+}
+
+/// The place of an estimator in a palette: the same as in reports and in the viewer.
+#[pyfunction]
+pub(crate) fn colour_place(name: &str) -> usize {
+    monorig_sim::record::palette::place(name)
 }

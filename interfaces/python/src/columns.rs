@@ -1,29 +1,39 @@
-//! The channels of a run in memory, as Arrow.
+//! The channels and poses of a run in memory: as Arrow, and handed on to any sink.
 
 use arrow_array::{ArrayRef, Float64Array, RecordBatch};
 use arrow_schema::SchemaRef;
 use monorig_sim::error::Error;
-use monorig_sim::record::parquet::{ParquetSink, column, schema};
-use monorig_sim::record::{Channel, Chunk, Emphasis, Layout, Sink};
+use monorig_sim::rail::RailFrame;
+use monorig_sim::record::parquet::{column, schema};
+use monorig_sim::record::{Channel, Chunk, Emphasis, Layout, MarkedStretch, MarkedTime, Sink};
 use monorig_sim::train::Train;
-use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// A box beside the rail: pose and size.
+type Obstacle = (nalgebra::Isometry3<f64>, nalgebra::Vector3<f64>);
 
 /// A sink that keeps what was recorded; its clones share it.
 #[derive(Clone, Default)]
 pub(crate) struct Columns(Arc<Mutex<Kept>>);
 
-/// The channels and events recorded so far.
+/// The layout and the chunks recorded so far.
 #[derive(Default)]
 pub(crate) struct Kept {
     schema: Option<SchemaRef>,
-    channels: Vec<Channel>,
+    scenario: String,
+    seed: u64,
     why: String,
-    /// Rows of each chunk.
-    rows: Vec<usize>,
-    time_ns: Vec<i64>,
-    values: Vec<Vec<f64>>,
-    pub(crate) events: Vec<(i64, String)>,
+    channels: Vec<Channel>,
+    train: Train,
+    rail: Vec<RailFrame>,
+    profile: Vec<[f64; 2]>,
+    obstacles: Vec<Obstacle>,
+    zones: Vec<MarkedStretch>,
+    in_loop: Option<String>,
+    references: Vec<String>,
+    faults: Vec<MarkedTime>,
+    recorded: bool,
+    chunks: Vec<Chunk>,
 }
 
 impl Columns {
@@ -38,23 +48,29 @@ impl Columns {
 }
 
 impl Sink for Columns {
-    fn begin(&mut self, layout: &Layout<'_>) -> Result<(), Error> {
-        let mut kept = self.kept();
-        kept.schema = Some(schema(layout));
-        kept.channels = layout.channels.to_vec();
-        kept.why = layout.why.to_owned();
-        kept.values = vec![Vec::new(); layout.channels.len()];
+    fn begin(&mut self, of: &Layout<'_>) -> Result<(), Error> {
+        *self.kept() = Kept {
+            schema: Some(schema(of)),
+            scenario: of.scenario.to_owned(),
+            seed: of.seed,
+            why: of.why.to_owned(),
+            channels: of.channels.to_vec(),
+            train: of.train.clone(),
+            rail: of.rail.to_vec(),
+            profile: of.profile.to_vec(),
+            obstacles: of.obstacles.to_vec(),
+            zones: of.zones.to_vec(),
+            in_loop: of.emphasis.in_loop.map(str::to_owned),
+            references: of.emphasis.references.iter().map(|&r| r.into()).collect(),
+            faults: of.emphasis.faults.to_vec(),
+            recorded: of.emphasis.recorded,
+            chunks: Vec::new(),
+        };
         Ok(())
     }
 
     fn chunk(&mut self, chunk: &Chunk) -> Result<(), Error> {
-        let mut kept = self.kept();
-        kept.rows.push(chunk.time_ns.len());
-        kept.time_ns.extend_from_slice(&chunk.time_ns);
-        for (all, new) in kept.values.iter_mut().zip(&chunk.values) {
-            all.extend_from_slice(new);
-        }
-        kept.events.extend_from_slice(&chunk.events);
+        self.kept().chunks.push(chunk.clone());
         Ok(())
     }
 
@@ -69,43 +85,45 @@ impl Kept {
         let Some(schema) = &self.schema else {
             return Err("the run has not begun".into());
         };
-        let seconds = self.time_ns.iter().map(|&ns| ns as f64 * 1e-9);
+        let times = self.chunks.iter().flat_map(|c| &c.time_ns);
+        let seconds = times.map(|&ns| ns as f64 * 1e-9);
         let time: ArrayRef = Arc::new(Float64Array::from_iter_values(seconds));
-        let values = self.values.iter().map(|v| column(v));
+        let of_channel = |i: usize| {
+            let parts = self.chunks.iter().filter_map(|c| c.values.get(i));
+            column(&parts.flatten().copied().collect::<Vec<f64>>())
+        };
+        let values = (0..self.channels.len()).map(of_channel);
         let columns = std::iter::once(time).chain(values).collect();
         RecordBatch::try_new(schema.clone(), columns).map_err(|e| e.to_string())
     }
 
-    /// Writes `channels.parquet`, chunk by chunk as a recorder would have.
-    pub(crate) fn write(&self, path: &Path, scenario: &str, seed: u64) -> Result<(), Error> {
-        let mut sink = ParquetSink::create(path)?;
+    /// Events: time in ns and text.
+    pub(crate) fn events(&self) -> Vec<(i64, String)> {
+        self.chunks.iter().flat_map(|c| c.events.clone()).collect()
+    }
+
+    /// Hands all of it to a sink, chunk by chunk as the recorder did.
+    pub(crate) fn write(&self, sink: &mut dyn Sink) -> Result<(), Error> {
+        let references: Vec<&str> = self.references.iter().map(String::as_str).collect();
         sink.begin(&Layout {
-            scenario,
-            seed,
+            scenario: &self.scenario,
+            seed: self.seed,
             why: &self.why,
             channels: &self.channels,
-            train: &Train::default(),
-            rail: &[],
-            profile: &[],
-            obstacles: &[],
-            zones: &[],
-            emphasis: Emphasis::default(),
+            train: &self.train,
+            rail: &self.rail,
+            profile: &self.profile,
+            obstacles: &self.obstacles,
+            zones: &self.zones,
+            emphasis: Emphasis {
+                in_loop: self.in_loop.as_deref(),
+                references: &references,
+                compared: None,
+                faults: &self.faults,
+                recorded: self.recorded,
+            },
         })?;
-        let (mut from, mut events) = (0, Some(&self.events));
-        for rows in &self.rows {
-            let to = from + rows;
-            sink.chunk(&Chunk {
-                time_ns: self.time_ns.get(from..to).unwrap_or_default().to_vec(),
-                values: self
-                    .values
-                    .iter()
-                    .map(|v| v.get(from..to).unwrap_or_default().to_vec())
-                    .collect(),
-                events: events.take().cloned().unwrap_or_default(),
-                ..Chunk::default()
-            })?;
-            from = to;
-        }
+        self.chunks.iter().try_for_each(|chunk| sink.chunk(chunk))?;
         sink.finish()
     }
 }

@@ -14,9 +14,7 @@ use monorig_estimators::registry::{self, AnyEstimator};
 use monorig_estimators::{Error, Estimator as _, Time};
 use monorig_logs::export::SampleColumns;
 use monorig_sim::closed_loop::registry::Registry;
-use numpy::{
-    PyArrayDyn, PyArrayMethods, PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods,
-};
+use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes, PyDict};
@@ -107,7 +105,10 @@ impl Given {
 #[pyclass(module = "monorig")]
 pub(crate) struct Estimator {
     estimator: AnyEstimator,
-    drives: usize,
+    #[pyo3(get)]
+    vehicle: Vehicle,
+    #[pyo3(get)]
+    parameters: Py<PyDict>,
 }
 
 /// The quantities of an estimate: name, unit.
@@ -253,18 +254,11 @@ impl<'a> Input<'a> {
                 format!("{wanted}, NaN without a new sample"),
             ));
         }
-        let in_order = array.as_slice().ok().filter(|_| array.is_c_contiguous());
-        let Some(values) = in_order else {
-            return Err(refused(
-                format!("{name} is not contiguous"),
-                format!("numpy.ascontiguousarray({name})"),
-            ));
-        };
         Ok(Self {
             slots: measurand.slots().take(samples).collect(),
             width,
             per_sample,
-            values,
+            values: array.as_slice().map_err(defect)?,
         })
     }
 
@@ -285,23 +279,30 @@ impl<'a> Input<'a> {
     }
 }
 
-/// An array of Python as floats, whatever it was made from.
-fn floats<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
-    let array = value.cast::<PyArrayDyn<f64>>().map_err(|_| {
-        let told = format!(
-            "{name} is {}, not an array of float64",
-            crate::signals::kind(value)
-        );
-        refused(told, format!("numpy.asarray({name}, dtype=float)"))
-    })?;
-    array.try_readonly().map_err(defect)
+/// An array of Python in one piece as `T`, made of whatever holds such numbers.
+fn numbers<'py, T: Element>(
+    name: &str,
+    value: &Bound<'py, PyAny>,
+) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+    let types = value.py().import("monorig._types")?;
+    let kind = T::get_dtype(value.py());
+    let array = types.call_method1("numbers", (name, value, kind))?;
+    array
+        .cast::<PyArrayDyn<T>>()?
+        .try_readonly()
+        .map_err(defect)
 }
 
 #[pymethods]
 impl Estimator {
     #[new]
     #[pyo3(signature = (name, vehicle, **params))]
-    fn new(name: &str, vehicle: &Vehicle, params: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    fn new(
+        py: Python<'_>,
+        name: &str,
+        vehicle: &Vehicle,
+        params: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
         let registry = Registry::default();
         let of_type = registry
             .find_estimator(name)
@@ -321,9 +322,11 @@ impl Estimator {
                 .map_err(crate::errors::of_refusal)?;
         }
         let built = registry::build(name, &vehicle.0, settings());
+        let parameters = params.map_or_else(|| Ok(PyDict::new(py)), |p| p.copy());
         Ok(Self {
-            estimator: built.map_err(|e| refused(e, "use values that fit this vehicle"))?,
-            drives: vehicle.0.drives,
+            estimator: built.map_err(|e| refused(e, "values that fit this vehicle"))?,
+            vehicle: vehicle.clone(),
+            parameters: parameters?.unbind(),
         })
     }
 
@@ -382,15 +385,8 @@ impl Estimator {
         dt_s: Option<f64>,
         inputs: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Table> {
-        let t_ns: PyReadonlyArray1<'_, i64> = t_ns.extract().map_err(|_| {
-            let told = format!(
-                "t_ns is {}, not an array of int64 with one axis",
-                crate::signals::kind(t_ns)
-            );
-            refused(told, "numpy.asarray(t_ns, dtype=numpy.int64)")
-        })?;
-        let contiguous = |_| refused("t_ns is not contiguous", "numpy.ascontiguousarray(t_ns)");
-        let t = t_ns.as_slice().map_err(contiguous)?;
+        let t_ns = numbers::<i64>("t_ns", t_ns)?;
+        let t = t_ns.as_slice().map_err(defect)?;
         let mut arrays = Vec::new();
         for (name, value) in inputs.into_iter().flatten() {
             let name: String = name.extract()?;
@@ -402,12 +398,12 @@ impl Estimator {
                 ));
             }
             if !value.is_none() {
-                arrays.push((name.clone(), floats(&name, &value)?));
+                arrays.push((name.clone(), numbers::<f64>(&name, &value)?));
             }
         }
         let inputs = arrays
             .iter()
-            .map(|(name, array)| Input::new(name, array, t.len(), self.drives));
+            .map(|(name, array)| Input::new(name, array, t.len(), self.vehicle.0.drives));
         let inputs = inputs.collect::<PyResult<Vec<Input<'_>>>>()?;
         // the first step is as long as the second, unless it is said
         let first_s = match (dt_s, t) {
@@ -439,8 +435,8 @@ impl Estimator {
     fn run_samples(&mut self, py: Python<'_>, table: AnyRecordBatch) -> PyResult<Table> {
         let (batches, schema) = table.into_table()?.into_inner();
         let batch = concat_batches(&schema, &batches).map_err(defect)?;
-        let columns = SampleColumns::new(&batch, self.drives);
-        let help = "use the columns of `samples.parquet` of this vehicle";
+        let columns = SampleColumns::new(&batch, self.vehicle.0.drives);
+        let help = "the columns of `samples.parquet`, of this vehicle";
         let columns = columns.map_err(|e| refused(e, help))?;
         let estimator = &mut self.estimator;
         let made = py.detach(|| {
@@ -472,7 +468,7 @@ impl Estimator {
         format!(
             "Estimator({:?}, {} drives)",
             self.estimator.name(),
-            self.drives
+            self.vehicle.0.drives
         )
     }
 }

@@ -15,6 +15,8 @@
 //! | `run` | a scenario or a log from begin to end |
 //! | `single_steps` | a run that the user steps |
 //! | `batch` | many runs: results, comparisons, verdicts |
+//! | `series` | lists of runs that answer one question: stress, explain |
+//! | `logs` | recorded logs: contents, calibration |
 //! | `tuning` | studies of parameters, and their objective |
 
 mod batch;
@@ -24,8 +26,10 @@ mod control;
 mod errors;
 mod estimator;
 mod foreign;
+mod logs;
 mod parts;
 mod run;
+mod series;
 mod signals;
 mod single_steps;
 mod table;
@@ -53,11 +57,22 @@ fn _monorig(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(estimator::parameters, m)?)?;
     m.add_function(wrap_pyfunction!(run::run, m)?)?;
     m.add_function(wrap_pyfunction!(run::replay, m)?)?;
+    m.add_function(wrap_pyfunction!(run::load, m)?)?;
+    m.add_class::<series::NativeSeries>()?;
+    m.add_function(wrap_pyfunction!(series::stress, m)?)?;
+    m.add_function(wrap_pyfunction!(series::explain, m)?)?;
+    m.add_function(wrap_pyfunction!(logs::inspect, m)?)?;
+    m.add_function(wrap_pyfunction!(logs::calibrate, m)?)?;
     m.add_function(wrap_pyfunction!(batch::run_one, m)?)?;
     m.add_function(wrap_pyfunction!(batch::outline, m)?)?;
     m.add_function(wrap_pyfunction!(batch::compare, m)?)?;
     m.add_function(wrap_pyfunction!(batch::judge, m)?)?;
     m.add_function(wrap_pyfunction!(batch::metrics, m)?)?;
+    m.add_function(wrap_pyfunction!(batch::kind, m)?)?;
+    m.add_function(wrap_pyfunction!(batch::colour_place, m)?)?;
     m.add_function(wrap_pyfunction!(tuning::tune, m)?)?;
+    // with affinity and, on Linux, the quota of the cgroup
+    let processors = std::thread::available_parallelism().map_or(1, |n| n.get());
+    m.add("PROCESSORS", processors)?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))
 }

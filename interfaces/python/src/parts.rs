@@ -32,18 +32,8 @@ pub(crate) struct Parts {
 
 /// A value of Python as it would stand in a scenario.
 fn json(value: &Bound<'_, PyAny>) -> PyResult<String> {
-    let text = value.py().import("json")?.call_method1("dumps", (value,));
-    let text = text.map_err(|_| {
-        let told = format!(
-            "{} cannot be a value in a scenario",
-            crate::signals::kind(value)
-        );
-        refused(
-            told,
-            "use a number, True or False, a text, None, or a list or dict of these",
-        )
-    })?;
-    text.extract()
+    let types = value.py().import("monorig._types")?;
+    types.call_method1("json_text", (value,))?.extract()
 }
 
 impl Parts {
@@ -156,6 +146,11 @@ impl Parts {
     /// The changes, as messages name them.
     pub(crate) fn sets(&self) -> Result<Sets, Error> {
         Ok(Sets::new(&self.changes()?).written_in("the call"))
+    }
+
+    /// The estimator that the controller was told to use.
+    pub(crate) fn in_loop(&self) -> Option<&str> {
+        self.in_loop.as_deref()
     }
 
     /// The file of the scenario.

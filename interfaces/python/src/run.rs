@@ -2,14 +2,14 @@
 
 use crate::class::python_class;
 use crate::columns::{Columns, Kept};
-use crate::errors::{Fault, defect, of_rig};
-use crate::parts::Parts;
-use crate::table::Table;
+use crate::errors::{Fault, defect};
+use crate::parts::{Parts, detached};
+use crate::table::{Table, read};
 use arrow_array::RecordBatch;
-use arrow_select::concat::concat_batches;
 use monorig_lab::bound::BoundChannels;
 use monorig_lab::reports::run as report;
 use monorig_lab::verdicts::measure::SummaryObserver;
+use monorig_lab::verdicts::run_files::CHANNELS;
 use monorig_lab::verdicts::summary::Summary;
 use monorig_logs::export::{SAMPLES, SampleRecorder};
 use monorig_logs::map::Map;
@@ -17,26 +17,39 @@ use monorig_logs::replay::{ReplayOptions, build};
 use monorig_sim::closed_loop::registry::Registry;
 use monorig_sim::closed_loop::run::{self as the_loop, Observer, Outcome};
 use monorig_sim::closed_loop::{Simulation, resolved};
+use monorig_sim::config::file::{input_error, read_result};
 use monorig_sim::error::Error;
-use monorig_sim::record::Recorder;
 use monorig_sim::record::folder::RunFolder;
 use monorig_sim::record::identity::Identity;
 use monorig_sim::record::manifest::{self, Manifest};
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use monorig_sim::record::parquet::ParquetSink;
+use monorig_sim::record::{Recorder, readback};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+/// Names of files in the folder of a run.
+const METRICS: &str = "metrics.json";
+const RECORDING: &str = "run.rrd";
+
+/// The place of the files of a run.
+enum Source {
+    /// Nowhere yet: they are made of what was recorded. A temporary folder has the samples, if they are kept.
+    Memory(Box<Kept>, Option<TempDir>),
+    /// The folder of a run that was kept.
+    Folder(PathBuf, Box<Manifest>),
+}
 
 /// The result of a run.
 #[pyclass(frozen, module = "monorig._monorig")]
 pub(crate) struct NativeRun {
     batch: RecordBatch,
-    kept: Kept,
+    source: Source,
+    events: Vec<(i64, String)>,
     samples: Option<RecordBatch>,
     summary: Summary,
-    finished: bool,
     changes: Vec<String>,
     inputs: BTreeMap<String, String>,
     resolved: serde_json::Value,
@@ -80,21 +93,22 @@ impl Observers {
         self,
         simulation: &Simulation,
         outcome: &Outcome,
-        samples: Option<RecordBatch>,
+        samples: Option<TempDir>,
     ) -> Result<NativeRun, Error> {
         let kept = self.columns.take();
+        let table = |folder: &TempDir| read(&folder.path().join(SAMPLES));
         let batch = kept.batch().map_err(|what| Error::Broken {
             t_s: outcome.simulated_s,
             what,
         })?;
         Ok(NativeRun {
             batch,
-            kept,
-            samples,
+            events: kept.events(),
+            samples: samples.as_ref().map(table).transpose()?,
+            source: Source::Memory(Box::new(kept), samples),
             summary: self
                 .metrics
                 .summary(&simulation.scenario, simulation.seed, outcome),
-            finished: outcome.finished,
             changes: self.changes,
             inputs: self.inputs,
             resolved: self.resolved,
@@ -112,10 +126,7 @@ fn to_its_end(
 ) -> Result<NativeRun, Error> {
     let mut observers = Observers::new(&simulation, changes, registry);
     let folder = keep_samples.then(tempfile::tempdir).transpose();
-    let folder = folder.map_err(|source| Error::Io {
-        path: std::env::temp_dir(),
-        source,
-    })?;
+    let folder = folder.map_err(Error::at(&std::env::temp_dir()))?;
     let file = folder.as_ref().map(|f| f.path().join(SAMPLES));
     let mut samples = file.as_ref().map(SampleRecorder::new);
     let mut watch = fault.clone();
@@ -127,24 +138,7 @@ fn to_its_end(
         }
         the_loop::run(&mut simulation, &mut all, &mut |_| fault.go_on())?
     };
-    let samples = file.as_deref().map(read).transpose()?;
-    observers.left(&simulation, &outcome, samples)
-}
-
-/// The whole table in a Parquet file.
-fn read(path: &Path) -> Result<RecordBatch, Error> {
-    let broken = |e: &dyn std::fmt::Display| Error::Io {
-        path: path.into(),
-        source: std::io::Error::other(e.to_string()),
-    };
-    let file = File::open(path).map_err(|e| broken(&e))?;
-    let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|e| broken(&e))?;
-    let schema = builder.schema().clone();
-    let reader = builder.build().map_err(|e| broken(&e))?;
-    let batches = reader
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(|e| broken(&e))?;
-    concat_batches(&schema, &batches).map_err(|e| broken(&e))
+    observers.left(&simulation, &outcome, folder)
 }
 
 /// Runs a scenario.
@@ -209,18 +203,70 @@ pub(crate) fn identity(py: Python<'_>) -> PyResult<Identity> {
     Ok(Identity::of_library(&file, option_env!("MONORIG_REVISION")))
 }
 
-impl NativeRun {
-    /// Writes the files of the run into a folder.
-    fn write(&self, folder: &Path, monorig: &Identity) -> Result<String, Error> {
-        let (name, seed) = (&self.summary.scenario, self.summary.seed);
-        self.kept
-            .write(&folder.join("channels.parquet"), name, seed)?;
-        let write = |file: &str, text: String| {
-            let path = folder.join(file);
-            std::fs::write(&path, text).map_err(|source| Error::Io { path, source })
+/// The run that a folder holds, as the program or `save` has left it there.
+#[pyfunction]
+pub(crate) fn load(py: Python<'_>, folder: PathBuf) -> PyResult<NativeRun> {
+    detached(py, || {
+        let manifest = Manifest::of_run(&folder)?;
+        let path = folder.join(METRICS);
+        let broken = |what: String| input_error(&path, "", what, "make the run again");
+        let summary: Summary =
+            serde_json::from_str(&read_result(&path)?).map_err(|e| broken(e.to_string()))?;
+        summary.check().map_err(broken)?;
+        let table = |name: &str| {
+            manifest.verify(&folder, name)?;
+            read(&folder.join(name))
         };
-        write("metrics.json", self.summary.to_json())?;
+        let has_samples = manifest.outputs.contains_key(SAMPLES);
+        Ok(NativeRun {
+            batch: table(CHANNELS)?,
+            events: readback::read(&folder.join(CHANNELS))?.events,
+            samples: has_samples.then(|| table(SAMPLES)).transpose()?,
+            summary,
+            changes: manifest.changes.clone(),
+            inputs: manifest.inputs.clone(),
+            resolved: manifest.resolved.clone(),
+            source: Source::Folder(folder, Box::new(manifest)),
+        })
+    })
+}
+
+/// Writes the recording for the viewer; false in a module that was built without it.
+#[cfg(feature = "viewer")]
+fn record(kept: &Kept, path: &Path) -> Result<bool, Error> {
+    kept.write(&mut monorig_viz::RerunSink::file(path).thinned())?;
+    Ok(true)
+}
+#[cfg(not(feature = "viewer"))]
+fn record(_: &Kept, _: &Path) -> Result<bool, Error> {
+    Ok(false)
+}
+
+impl NativeRun {
+    /// Writes the files of the run into a folder, with a recording for the viewer if it is wanted.
+    fn write(&self, folder: &Path, monorig: &Identity, recording: bool) -> Result<String, Error> {
+        let (kept, samples) = match &self.source {
+            Source::Memory(kept, samples) => (kept, samples),
+            Source::Folder(from, manifest) => {
+                for name in manifest.outputs.keys() {
+                    let copied = std::fs::copy(from.join(name), folder.join(name));
+                    copied.map_err(Error::at(&from.join(name)))?;
+                }
+                return Ok(manifest.to_json());
+            }
+        };
+        kept.write(&mut ParquetSink::create(folder.join(CHANNELS))?)?;
+        if recording {
+            record(kept, &folder.join(RECORDING))?;
+        }
+        if let Some(from) = samples {
+            let copied = std::fs::copy(from.path().join(SAMPLES), folder.join(SAMPLES));
+            copied.map_err(Error::at(folder))?;
+        }
+        let path = folder.join(METRICS);
+        std::fs::write(&path, self.summary.to_json()).map_err(Error::at(&path))?;
         let (inputs, resolved) = (self.inputs.clone(), self.resolved.clone());
+        let (name, seed) = (&self.summary.scenario, self.summary.seed);
         let mut manifest = Manifest::new(monorig, name, seed, inputs, resolved);
         manifest.changes = self.changes.clone();
         manifest.sum_outputs(folder)?;
@@ -233,38 +279,50 @@ python_class! {
         channels: Table = Table(self.batch.clone());
         samples: Option<Table> = self.samples.clone().map(Table);
         summary_json: String = self.summary.to_json();
+        resolved_json: String = self.resolved.to_string();
         good: bool = self.summary.good();
-        finished: bool = self.finished;
+        verdict: String = self.summary.verdict().judgement().words();
+        failures: Vec<String> = crate::batch::failures(&self.summary.verdict());
+        finished: bool = self.summary.finished;
         refusals: Vec<(String, u64, String)> = self.summary.refusals.clone();
     }
     #[getter]
     fn events(&self) -> Vec<(f64, String)> {
-        let events = self.kept.events.iter();
+        let events = self.events.iter();
         events
             .map(|(ns, text)| (*ns as f64 * 1e-9, text.clone()))
             .collect()
     }
     /// Writes the folder of the run below `out`, as `monorig run` does, and returns it.
-    fn save(&self, py: Python<'_>, out: PathBuf) -> PyResult<PathBuf> {
+    fn save(&self, py: Python<'_>, out: PathBuf, recording: bool) -> PyResult<PathBuf> {
         let monorig = identity(py)?;
-        py.detach(|| {
+        detached(py, || {
             let folder = RunFolder::create(&out, &self.summary.scenario, self.summary.seed)?;
-            let manifest = self.write(folder.path(), &monorig)?;
+            let manifest = self.write(folder.path(), &monorig, recording)?;
             folder.write(manifest::NAME, manifest.as_bytes())?;
             folder.commit()
         })
-        .map_err(of_rig)
+    }
+    /// Writes the recording for the viewer; false if there is none.
+    fn record(&self, py: Python<'_>, path: PathBuf) -> PyResult<bool> {
+        detached(py, || match &self.source {
+            Source::Memory(kept, _) => record(kept, &path),
+            Source::Folder(folder, manifest) if manifest.outputs.contains_key(RECORDING) => {
+                let copied = std::fs::copy(folder.join(RECORDING), &path);
+                copied.map(|_| true).map_err(Error::at(&path))
+            }
+            Source::Folder(..) => Ok(false),
+        })
     }
     /// The report as HTML.
     fn report_html(&self, py: Python<'_>) -> PyResult<String> {
         let monorig = identity(py)?;
         let folder = tempfile::tempdir().map_err(defect)?;
-        py.detach(|| {
-            let manifest = self.write(folder.path(), &monorig)?;
+        detached(py, || {
+            let manifest = self.write(folder.path(), &monorig, false)?;
             let path = folder.path().join(manifest::NAME);
-            std::fs::write(&path, manifest).map_err(|source| Error::Io { path, source })?;
+            std::fs::write(&path, manifest).map_err(Error::at(&path))?;
             Ok(report::page(folder.path(), "")?.to_html())
         })
-        .map_err(of_rig)
     }
 }

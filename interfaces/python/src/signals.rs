@@ -126,8 +126,8 @@ python_class! {
 }
 
 /// An estimate: (value, standard deviation, valid) of each quantity.
-#[pyclass(frozen, module = "monorig", skip_from_py_object)]
-#[derive(Clone)]
+#[pyclass(frozen, eq, module = "monorig", skip_from_py_object)]
+#[derive(Clone, PartialEq)]
 pub(crate) struct Estimate(pub(crate) signals::Estimate);
 
 fn value((value, sd, valid): Triple) -> Value {
@@ -149,9 +149,12 @@ python_class! {
         speed: Triple = triple(self.0.speed_mps);
         innovation: f64 = self.0.innovation;
         nis: f64 = self.0.nis;
+        flags: (bool, bool, bool) = (self.0.flags.moving, self.0.flags.excited, self.0.flags.saturated);
     }
     #[new]
-    #[pyo3(signature = (*, total_mass=NONE, grade=NONE, effective_grade=None, speed=NONE, innovation=0.0, nis=0.0))]
+    #[pyo3(signature = (*, total_mass=NONE, grade=NONE, effective_grade=None, speed=NONE, innovation=0.0, nis=0.0,
+        flags=(false, false, false), t_ns=0))]
+    #[allow(clippy::too_many_arguments)]
     fn new(
         total_mass: Triple,
         grade: Triple,
@@ -159,15 +162,22 @@ python_class! {
         speed: Triple,
         innovation: f64,
         nis: f64,
+        flags: (bool, bool, bool),
+        t_ns: i64,
     ) -> Self {
         Self(signals::Estimate {
+            t: Time::from_ns(t_ns),
             total_mass_kg: value(total_mass),
             grade_rad: value(grade),
             effective_grade_rad: value(effective_grade.unwrap_or(grade)),
             speed_mps: value(speed),
             innovation,
             nis,
-            ..signals::Estimate::default()
+            flags: signals::Flags {
+                moving: flags.0,
+                excited: flags.1,
+                saturated: flags.2,
+            },
         })
     }
     fn __repr__(&self) -> String {
@@ -191,8 +201,8 @@ python_class! {
 }
 
 /// A command to the train; what is None stays as the events of the scenario ask.
-#[pyclass(frozen, module = "monorig", get_all, skip_from_py_object)]
-#[derive(Clone)]
+#[pyclass(frozen, eq, module = "monorig", get_all, skip_from_py_object)]
+#[derive(Clone, PartialEq)]
 pub(crate) struct Command {
     /// Motor torque of each drive unit, N·m.
     motor_torque: Vec<f64>,

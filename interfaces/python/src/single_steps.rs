@@ -139,6 +139,7 @@ python_class! {
         time_s: f64 = self.simulation.plant.truth().t_s;
         dt_s: f64 = self.simulation.dt_s;
         seed: u64 = self.simulation.seed;
+        motor_torque_max_nm: f64 = self.simulation.train.drives.first().map_or(0.0, |d| d.torque_max_nm);
         vehicle: Vehicle = Vehicle(self.simulation.vehicle);
         reference: Reference = (&self.seen.reference).into();
         perception: Perception = Perception::of(&self.seen.perception, self.simulation.vehicle.drives);

@@ -1,15 +1,23 @@
 //! A table of Arrow, as Python gets it: every library of Arrow takes it without a copy.
 
-use crate::errors::refused;
+use crate::errors::{defect, refused};
+use crate::parts::detached;
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch};
 use arrow_schema::DataType;
-use monorig_sim::config::file::nearest;
+use arrow_select::concat::concat_batches;
+use monorig_sim::config::file::{input_error, nearest};
+use monorig_sim::error::Error;
+use monorig_sim::guarded::decoded;
 use numpy::IntoPyArray;
+use parquet::arrow::ArrowWriter;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use pyo3_arrow::PyRecordBatch;
+use std::fs::File;
+use std::path::{Path, PathBuf};
 
 /// Columns of equal length with names and units.
 #[pyclass(frozen, module = "monorig")]
@@ -81,6 +89,21 @@ impl Table {
         let batch = Bound::new(py, PyRecordBatch::new(self.0.clone()))?;
         batch.call_method1("__arrow_c_array__", (requested_schema,))
     }
+    /// Writes the table to a Parquet file.
+    fn to_parquet(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let file = File::create(&path)?;
+        let write = || {
+            let mut writer = ArrowWriter::try_new(file, self.0.schema(), None)?;
+            writer.write(&self.0)?;
+            writer.close()
+        };
+        py.detach(write).map(drop).map_err(defect)
+    }
+    /// The table in a Parquet file.
+    #[staticmethod]
+    fn from_parquet(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        detached(py, || read(&path)).map(Self)
+    }
     fn __repr__(&self) -> String {
         let (rows, columns) = (self.0.num_rows(), self.0.num_columns());
         format!("<Table of {rows} rows and {columns} columns>")
@@ -90,4 +113,18 @@ impl Table {
 fn flags(array: &ArrayRef) -> Vec<bool> {
     let values = array.as_boolean().iter();
     values.map(|x| x.unwrap_or(false)).collect()
+}
+
+/// The whole table in a Parquet file.
+pub(crate) fn read(path: &Path) -> Result<RecordBatch, Error> {
+    let all = || {
+        let builder = ParquetRecordBatchReaderBuilder::try_new(File::open(path)?)?;
+        let schema = builder.schema().clone();
+        let batches = builder.build()?.collect::<Result<Vec<_>, _>>()?;
+        Ok::<_, Box<dyn std::error::Error>>(concat_batches(&schema, &batches)?)
+    };
+    let help = "a Parquet file that monorig has written";
+    let broken = |what: String| input_error(path, "", what, help);
+    let read = decoded(|| all().map_err(|e| broken(e.to_string())));
+    read.unwrap_or_else(|what| Err(broken(what.to_owned())))
 }

@@ -1,16 +1,24 @@
 //! The nominal vehicle.
 
 use crate::class::python_class;
-use crate::errors::{of_rig, refused};
+use crate::errors::{defect, of_rig, refused};
 use monorig_estimators::{Vehicle as Nominal, VehicleData};
+use monorig_logs::drive::VehicleFile;
 use monorig_sim::closed_loop::Simulation;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
 /// The nominal vehicle that estimators are built for.
-#[pyclass(frozen, module = "monorig", skip_from_py_object)]
-#[derive(Clone)]
+#[pyclass(frozen, eq, module = "monorig", skip_from_py_object)]
+#[derive(Clone, PartialEq)]
 pub(crate) struct Vehicle(pub(crate) Nominal);
+
+impl Vehicle {
+    fn checked(data: VehicleData) -> PyResult<Self> {
+        let help = "values that the data sheet of a vehicle can have";
+        Nominal::new(data).map(Self).map_err(|e| refused(e, help))
+    }
+}
 
 python_class! {
     Vehicle, self => {
@@ -64,8 +72,25 @@ python_class! {
             mass_guess_kg,
             ..VehicleData::default()
         };
-        let help = "use values that the data sheet of a vehicle can have";
-        Nominal::new(data).map(Self).map_err(|e| refused(e, help))
+        let [low, high] = mass_range_kg;
+        if low > high {
+            let told = format!("mass_range_kg begins at {low} and ends at {high}");
+            return Err(refused(told, "the smallest mass first"));
+        }
+        Self::checked(data)
+    }
+    /// All of its values, as a file of maps has them.
+    fn to_json(&self) -> PyResult<String> {
+        serde_json::to_string(&VehicleFile::of(&self.0)).map_err(defect)
+    }
+    /// The vehicle of these values.
+    #[staticmethod]
+    fn from_json(text: &str) -> PyResult<Self> {
+        let file: Result<VehicleFile, _> = serde_json::from_str(text);
+        let data = file.map(|file| file.data());
+        let help = "a text that `to_json` of a vehicle has made";
+        let data = data.map_err(|e| refused(e, help))?;
+        Self::checked(data.ok_or_else(|| refused("its layout is too short", help))?)
     }
     /// The vehicle of a scenario.
     #[staticmethod]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pathlib
 import pickle
+from typing import Any
 
 import numpy as np
 import pytest
@@ -61,25 +62,26 @@ def test_a_file_that_is_not_there(minimal: pathlib.Path) -> None:
 
 def test_an_estimator_without_a_step(minimal: pathlib.Path) -> None:
     with pytest.raises(monorig.InputError, match="NoStep has no method `step`") as e:
-        monorig.run(minimal, estimators={"mine": NoStep})
+        monorig.run(minimal, estimators={"mine": NoStep})  # type: ignore[dict-item]
     assert "class" in e.value.help
 
 
 def test_a_step_that_returns_something_else(minimal: pathlib.Path) -> None:
     with pytest.raises(TypeError, match="step of WrongReturn returned str; a step returns an Estimate"):
-        monorig.run(minimal, estimators={"mine": WrongReturn})
+        monorig.run(minimal, estimators={"mine": WrongReturn})  # type: ignore[dict-item]
 
 
 def test_names_that_are_none_or_unknown(minimal: pathlib.Path, ours: monorig.Estimator) -> None:
     with pytest.raises(monorig.InputError, match="`a/b` is not a name"):
-        monorig.run(minimal, estimators={"a/b": WrongReturn})
+        monorig.run(minimal, estimators={"a/b": WrongReturn})  # type: ignore[dict-item]
     with pytest.raises(monorig.InputError, match="did you mean `dffrls_aekf`"):
         monorig.Estimator("dffrls_aekff", monorig.Vehicle.from_scenario(minimal))
-    with pytest.raises(monorig.InputError, match="an estimator called `rail_fusion` exists already"):
-        monorig.run(minimal, estimators={"rail_fusion": WrongReturn})
-    with pytest.raises(monorig.InputError, match="there is no estimator `nobody`"):
-        monorig.run(minimal, estimators=["nobody"])
-    with pytest.raises(monorig.InputError, match="the table has no channel `truth/sped`.*\n.*truth/speed"):
+    with pytest.raises(monorig.InputError, match="there is already an estimator called `rail_fusion`"):
+        monorig.run(minimal, estimators={"rail_fusion": WrongReturn})  # type: ignore[dict-item]
+    for nobody in (["nobody"], "nobody"):
+        with pytest.raises(monorig.InputError, match="there is no estimator `nobody`"):
+            monorig.run(minimal, estimators=nobody)
+    with pytest.raises(monorig.InputError, match="there is no channel `truth/sped`.*\n.*truth/speed"):
         monorig.run(minimal)["truth/sped"]
 
 
@@ -95,20 +97,41 @@ def test_parameters(minimal: pathlib.Path) -> None:
 def test_a_vehicle_that_cannot_be() -> None:
     with pytest.raises(monorig.InputError, match="tare_kg of the vehicle"):
         monorig.Vehicle(tare_kg=-1.0, wheel_radius_m=0.1, mass_range_kg=(1.0, 2.0))
+    with pytest.raises(monorig.InputError, match="begins at 40000 and ends at 9000\n.*smallest"):
+        monorig.Vehicle(tare_kg=9e3, wheel_radius_m=0.1, mass_range_kg=(40e3, 9e3))
+
+
+@pytest.mark.parametrize("seed", [-1, 2**64, 1.5, "7"])
+def test_a_seed_that_cannot_be(seed: Any, minimal: pathlib.Path) -> None:
+    for make in (monorig.run, monorig.Simulation):
+        with pytest.raises(monorig.InputError, match="is no seed"):
+            make(minimal, seed=seed)
+    with pytest.raises(monorig.InputError, match="is no seed"):
+        monorig.study(minimal, [seed])
+
+
+def test_numbers_of_numpy_are_numbers(minimal: pathlib.Path) -> None:
+    shorter: dict[str, object] = {"stop.after_s": np.float32(6.0), "load.mass_kg": np.int64(2000)}
+    of_numpy = monorig.run(minimal, seed=np.int64(2), set=shorter)  # type: ignore[arg-type]
+    plain = monorig.run(minimal, seed=2, set={"stop.after_s": 6.0, "load.mass_kg": 2000})
+    assert of_numpy.summary == plain.summary
+    with pytest.raises(monorig.InputError, match="cannot stand in a scenario"):
+        monorig.run(minimal, set={"load.mass_kg": object()})
 
 
 def test_arrays_of_another_shape_order_or_kind(ours: monorig.Estimator, minimal: pathlib.Path) -> None:
     with pytest.raises(monorig.InputError, match=r"wheel_speed has the shape \[5\]") as e:
         ours.run(T, wheel_speed=np.zeros(5))
-    assert "NaN without a new sample" in e.value.help
-    with pytest.raises(monorig.InputError, match="specific_force is not contiguous") as e:
-        ours.run(T, specific_force=np.zeros((3, 10)).T)
-    assert "numpy.ascontiguousarray(specific_force)" in e.value.help
-    with pytest.raises(monorig.InputError, match="not an array of float64"):
-        ours.run(T, inclination=np.zeros(10, dtype=np.float32))
-    with pytest.raises(monorig.InputError, match="t_ns is ndarray, not an array of int64"):
+    assert "NaN where there is no new sample" in e.value.help
+    for bad in (["a"] * 10, [[1.0], [1.0, 2.0]], 1j * np.ones(10)):
+        with pytest.raises(monorig.InputError, match="inclination cannot be an array of float64"):
+            ours.run(T, inclination=bad)
+    with pytest.raises(monorig.InputError, match="t_ns cannot be an array of int64") as e:
         ours.run(T.astype(float))
-    with pytest.raises(monorig.InputError, match="no measurement is called `speed`"):
+    with pytest.raises(monorig.InputError, match="2 axes"):
+        ours.run(T.reshape(5, 2))
+    assert "whole numbers" in e.value.help
+    with pytest.raises(monorig.InputError, match="nothing measures `speed`"):
         ours.run(T, speed=np.zeros(10))  # type: ignore[call-arg]
     with pytest.raises(monorig.InputError, match="the samples have no column `arrival_ns`"):
         ours.run_samples(monorig.run(minimal, set={"stop.after_s": 1.0}))
@@ -125,7 +148,20 @@ def test_a_command_that_is_none(minimal: pathlib.Path) -> None:
 
 def test_one_object_for_many_runs(minimal: pathlib.Path) -> None:
     with pytest.raises(monorig.InputError, match="one object for many runs"):
-        monorig.study(minimal, [1, 2], estimators={"mine": WrongReturn()})
+        monorig.study(minimal, [1, 2], estimators={"mine": WrongReturn()})  # type: ignore[dict-item]
+
+
+def test_a_folder_that_is_no_run(tmp_path: pathlib.Path, minimal: pathlib.Path) -> None:
+    with pytest.raises((monorig.InputError, FileNotFoundError), match="manifest.json"):
+        monorig.load(tmp_path)
+    folder = monorig.run(minimal, set={"stop.after_s": 3.0}).save(tmp_path, recording=False)
+    channels = folder / "channels.parquet"
+    channels.write_bytes(channels.read_bytes()[:-100])
+    with pytest.raises(monorig.InputError, match="not as the run left it"):
+        monorig.load(folder)
+    (tmp_path / "none.parquet").write_bytes(b"PAR1 but no more")
+    with pytest.raises(monorig.InputError, match="none.parquet"):
+        monorig.Table.from_parquet(tmp_path / "none.parquet")
 
 
 def test_an_error_goes_from_process_to_process() -> None:

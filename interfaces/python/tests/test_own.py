@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 import traceback
+from typing import Any
 
 import numpy as np
 import pyarrow.parquet
@@ -87,7 +88,7 @@ def test_the_filter_is_that_in_c(program: str, tmp_path: pathlib.Path) -> None:
 @pytest.mark.parametrize("how", ["class", "function", "object"])
 def test_ways_to_hand_an_estimator_over(how: str, minimal: pathlib.Path) -> None:
     vehicle = monorig.Vehicle.from_scenario(minimal)
-    ways = {"class": TwoState, "function": lambda v: TwoState(v, 4e-4), "object": TwoState(vehicle)}
+    ways: dict[str, Any] = {"class": TwoState, "function": lambda v: TwoState(v, 4e-4), "object": TwoState(vehicle)}
     exact = {"vehicle.exact.all": "a test"}
     run = monorig.run(minimal, set=exact, estimators={"mine": ways[how]})
     same = monorig.run(minimal, set=exact, estimators={"mine": TwoState})
@@ -138,7 +139,7 @@ def test_an_exception_of_a_constructor_and_of_a_controller(minimal: pathlib.Path
             raise ZeroDivisionError("no drives")
 
     with pytest.raises(ZeroDivisionError, match="no drives"):
-        monorig.run(minimal, estimators={"mine": NoConstructor})
+        monorig.run(minimal, estimators={"mine": NoConstructor})  # type: ignore[dict-item]
 
     class Stops:
         calls = 0

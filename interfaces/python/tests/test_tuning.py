@@ -58,4 +58,7 @@ def test_optuna_proposes_within_the_ranges(objective: monorig.Objective) -> None
             else:
                 assert of["from"] - 1e-12 <= value <= of["to"] + 1e-12
         losses.append(objective(proposed))
+        study.tell(study.trials[-1].number, losses[-1])
+    best = objective.best(study)
+    assert set(best) == set(objective.defaults) and objective(best) == study.best_value == min(losses)
     assert len(set(losses)) > 1 and all(x > 0.0 for x in losses) and not all(map(math.isinf, losses))

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `file` | reading a YAML file: errors with file, line, column, key and help; `--set path=value` |
 //! | `input_files` | every input file read once, with its check sum |
+//! | `kinds` | the kinds of files, told by the keys at their top |
 //! | `scenario` | the scenario file, and the files it names |
 //! | `track` | the track file: elements or survey points, and how they become an alignment |
 //! | `rail_profile` | the profile file: the section of a rail |
@@ -14,6 +15,7 @@
 
 pub mod file;
 pub mod input_files;
+pub mod kinds;
 pub(crate) mod motor_file;
 pub mod rail_profile;
 pub mod scenario;

@@ -3,6 +3,7 @@
 use crate::notation::NS;
 use crate::read::{Part, ReadOptions};
 use monorig_sim::error::Error;
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -12,11 +13,12 @@ const KEPT_STEPS: usize = 100_000;
 const GAP: i64 = 5;
 
 /// The contents of a file.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Inspection {
     /// The name of its format.
     pub format: &'static str,
     /// Database of its messages, of a CAN log.
+    #[serde(skip)]
     pub(super) dbc: Option<PathBuf>,
     /// Its tables with a row.
     pub tables: Vec<TableReport>,
@@ -25,7 +27,7 @@ pub struct Inspection {
 }
 
 /// The contents of a table.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct TableReport {
     /// Name; empty in a file of one table.
     pub name: String,
@@ -45,12 +47,14 @@ pub struct TableReport {
     pub backwards: u64,
     /// Its columns.
     pub columns: Vec<ColumnReport>,
+    #[serde(skip)]
     steps: Vec<i64>,
+    #[serde(skip)]
     last_ns: Option<i64>,
 }
 
 /// The contents of a column.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct ColumnReport {
     /// Name.
     pub name: String,

@@ -8,12 +8,13 @@ use monorig_estimators::api::signals::Measurand;
 use monorig_sim::config::checked::{Finite, Positive};
 use monorig_sim::error::Error;
 use nalgebra::{Rotation3, Vector3};
+use serde::Serialize;
 
 /// Least standard deviations of the biases that are left, m/s² and rad/s: they drift.
 const MIN_BIAS_SD: [f64; 2] = [0.01, 5e-4];
 
 /// A key of a map and the value that it gets.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Applied {
     /// Path of the key, as `--set` takes it.
     pub key: String,
