@@ -4,7 +4,10 @@ use crate::arguments::Foreign;
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::formats::FileKind;
 use crate::files::formats::{self, FileFormat, KINDS};
+#[cfg(feature = "plugins")]
+use crate::files::prepare;
 use crate::files::results;
+use crate::files::share;
 use crate::ui::errors::{self, CliError};
 use crate::ui::output;
 use monorig_sim::closed_loop::registry::Registry;
@@ -22,6 +25,8 @@ Examples:
   monorig check --kind track assets/tracks/winding.yaml
   monorig check runs/liu2023_section1/1/*
       what a run left behind: whole and readable?
+  monorig check scenarios/minimal.yaml --vehicle c > vehicle.h
+      its vehicle for a program in C
   monorig check --schema scenario > scenario.json
       every key of a scenario; an editor with the YAML language server completes
       the keys of a file that begins with
@@ -32,7 +37,7 @@ Examples:
 #[command(name = "check", after_help = CHECK_EXAMPLES)]
 pub struct CheckArgs {
     /// Files to check; their kind is told from their keys, of results from their names
-    #[arg(required_unless_present = "schema")]
+    #[arg(required_unless_present = "schema", value_parser = share::named())]
     pub files: Vec<PathBuf>,
     /// Kind of the files, if it cannot be told from their keys
     #[arg(long)]
@@ -40,12 +45,20 @@ pub struct CheckArgs {
     /// Print the JSON Schema of a kind of files: every key, its meaning and its unit; without KIND the kinds are listed
     #[arg(long, value_name = "KIND", num_args = 0..=1, conflicts_with = "files")]
     pub schema: Option<Option<FileKind>>,
+    /// Print the nominal vehicle of a scenario for a program with monorig_estimator.h, or for firmware
+    #[cfg(feature = "plugins")]
+    #[arg(long, value_name = "LANGUAGE", value_parser = ["c"], conflicts_with_all = ["kind", "schema"])]
+    pub vehicle: Option<String>,
     #[command(flatten)]
     pub foreign: Foreign,
 }
 
 impl Command for CheckArgs {
     fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        #[cfg(feature = "plugins")]
+        if self.vehicle.is_some() {
+            return vehicles(&self.files, program.registry);
+        }
         match self.schema {
             Some(kind) => schema(kind, program.registry),
             None => check(self, &self.foreign.registry(program.registry, [])),
@@ -63,6 +76,31 @@ fn schema(kind: Option<FileKind>, registry: &Registry) -> Result<CommandOutcome,
         }
     };
     output::print(&format!("{text}\n"))?;
+    Ok(CommandOutcome::Held)
+}
+
+/// Prints the vehicle of each scenario as C: that of the data sheet, without what a seed draws.
+#[cfg(feature = "plugins")]
+fn vehicles(files: &[PathBuf], registry: &Registry) -> Result<CommandOutcome, CliError> {
+    for file in files {
+        let told = (
+            "vehicle.exact.all".to_owned(),
+            "of the data sheet".to_owned(),
+        );
+        let alone = [
+            ("estimators", "{}"),
+            ("in_loop", "null"),
+            ("drive.controller.feedforward", "none"),
+        ];
+        let alone = alone.map(|(key, value)| (key.to_owned(), value.to_owned()));
+        let simulation = prepare::simulation(file, &[&[told][..], &alone[..]].concat(), registry)?;
+        let vehicle = monorig_plugin::in_c(&simulation.vehicle);
+        let name = file.display();
+        output::print(&format!(
+            "/* The vehicle of {name}: monorig check {name} --vehicle c */\n#include <math.h>\n\n\
+             #include \"monorig_estimator.h\"\n\nstatic const monorig_vehicle vehicle = {vehicle};\n"
+        ))?;
+    }
     Ok(CommandOutcome::Held)
 }
 

@@ -2,6 +2,7 @@
 
 use crate::arguments::{Signals, assignment, value_of};
 use crate::command::{Command, CommandOutcome, Program};
+use crate::files::share;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use monorig_plugin::external::{serve_can, serve_lines, serve_udp};
@@ -25,7 +26,7 @@ pub struct EcuArgs {
     /// The estimator, as `monorig list estimators` names it
     name: String,
     /// Scenario with the vehicle that the estimator is for
-    #[arg(long, value_name = "SCENARIO")]
+    #[arg(long, value_name = "SCENARIO", value_parser = share::named())]
     scenario: PathBuf,
     /// Parameter that starts with another value than its default; may be given several times
     #[arg(long = "set", value_name = "PARAMETER=VALUE", value_parser = assignment)]

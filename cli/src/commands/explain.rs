@@ -3,7 +3,7 @@
 use crate::arguments::{Foreign, Jobs, seeds};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::scenarios::{of_run, scenario_name};
-use crate::files::{prepare, report};
+use crate::files::{prepare, report, share};
 use crate::identity::identity;
 use crate::recording::many::all_of;
 use crate::ui::errors::CliError;
@@ -43,7 +43,7 @@ pub struct ExplainArgs {
     /// Folder of a run
     pub run: PathBuf,
     /// Its scenario file; without it one with its name and content is looked for here and in the folder scenarios
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = share::named())]
     pub scenario: Option<PathBuf>,
     /// Seeds to run; without it five from that of the run on
     #[arg(long, value_name = "SEEDS", value_parser = seeds)]

@@ -2,6 +2,7 @@
 
 use crate::arguments::{assignment, value_of};
 use crate::command::{Command, CommandOutcome, Program};
+use crate::files::share;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use monorig_fmu::{Fmi, Package};
@@ -21,7 +22,7 @@ Examples:
   monorig fmu plant scenarios/minimal.yaml --out plant.fmu
 
 FMUs for co-simulation, for Simulink and other tools. They have a binary for
-the system that this program runs on.";
+the system that this program runs on, and those of --binary.";
 
 /// Write an estimator or the plant of a scenario as an FMU.
 #[derive(Debug, clap::Parser)]
@@ -44,7 +45,7 @@ struct EstimatorArgs {
     /// The estimator, as `monorig list estimators` names it; that of a library by its name there
     name: String,
     /// Scenario with the vehicle that the estimator is for, and its instruments
-    #[arg(long, value_name = "SCENARIO")]
+    #[arg(long, value_name = "SCENARIO", value_parser = share::named())]
     scenario: PathBuf,
     /// Shared library with the functions of monorig_estimator.h
     #[arg(long, value_name = "LIBRARY")]
@@ -59,6 +60,7 @@ struct EstimatorArgs {
 #[derive(Debug, clap::Args)]
 struct PlantArgs {
     /// The scenario; its estimators and its controller are left out
+    #[arg(value_parser = share::named())]
     scenario: PathBuf,
     /// Change a value of the scenario; may be given several times
     #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
@@ -72,6 +74,10 @@ struct OutArgs {
     /// The FMU to write
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// Library of monorig for another machine, from its archive, such as `x86_64-windows=monorig_fmu.dll`; may be given
+    /// several times
+    #[arg(long, value_name = "MACHINE=FILE", value_parser = monorig_fmu::binary)]
+    binary: Vec<(String, PathBuf)>,
     /// Version of the standard
     #[arg(long, value_enum, default_value = "2")]
     fmi: Version,
@@ -97,6 +103,11 @@ impl Command for FmuArgs {
                     settings = settings.set(key, value_of(value));
                 }
                 if let Some(library) = &task.library {
+                    if !task.out.binary.is_empty() {
+                        let why =
+                            "an FMU of your library runs on the machine of that library alone";
+                        return Err(CliError::refused(why, "`--library` without `--binary`"));
+                    }
                     let file = std::fs::canonicalize(library).unwrap_or(library.clone());
                     settings = settings.in_library(&file.display().to_string(), file.clone());
                 }
@@ -114,7 +125,7 @@ fn write(fmu: &Package, task: &OutArgs) -> Result<CommandOutcome, CliError> {
         Version::Two => Fmi::Two,
         Version::Three => Fmi::Three,
     };
-    let bytes = fmu.bytes(fmi, &monorig_fmu::library()?)?;
+    let bytes = fmu.bytes(fmi, &monorig_fmu::library()?, &task.binary)?;
     whole::write(&task.out, &bytes)?;
     note(&format!("{} is in {}", fmu.name(), shown(&task.out)));
     Ok(CommandOutcome::Held)

@@ -6,6 +6,7 @@ use crate::arguments::Out;
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::folders::yaml_files;
 use crate::files::formats::{self, FileKind};
+use crate::files::share;
 use crate::ui::errors::CliError;
 use crate::ui::output;
 use clap::ValueEnum;
@@ -116,7 +117,10 @@ fn list(task: &ListArgs, registry: &Registry) -> Result<CommandOutcome, CliError
             .collect(),
         Listed::Faults => faults(),
         Listed::Sensors => sensors(registry),
-        Listed::Scenarios => scenarios(task.of.as_deref().unwrap_or("scenarios").as_ref())?,
+        Listed::Scenarios => {
+            let folder = task.of.as_deref().unwrap_or("scenarios");
+            scenarios(&share::find(folder.into()))?
+        }
         Listed::Runs => {
             let folder = task.of.as_ref().map_or_else(|| task.out.get(), Into::into);
             return runs::list(&folder, &task.filter);

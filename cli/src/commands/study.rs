@@ -3,6 +3,7 @@
 use crate::arguments::{Changes, Expect, Jobs, Json, Out, assignment, shard};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::prepare;
+use crate::files::share;
 use crate::identity::identity;
 use crate::recording::many::resumed;
 use crate::ui::errors::CliError;
@@ -39,6 +40,7 @@ not, and whether it was run whole or in shards and merged.";
 #[command(name = "study", after_help = STUDY_EXAMPLES)]
 pub struct StudyArgs {
     /// Study file, or with --vary a scenario
+    #[arg(value_parser = share::named())]
     pub file: PathBuf,
     /// Values of a key of the scenario: FROM..TO:COUNT or a list; may be given several times
     #[arg(long, value_name = "PATH=VALUES", value_parser = values)]

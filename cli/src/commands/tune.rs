@@ -7,6 +7,7 @@ use crate::arguments::{Jobs, Json, Out};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::out::prepare_out;
 use crate::files::prepare;
+use crate::files::share;
 use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
@@ -42,6 +43,7 @@ constants and winner side by side.";
 #[command(name = "tune", after_help = EXAMPLES)]
 pub struct TuneArgs {
     /// Study file
+    #[arg(value_parser = share::named())]
     pub file: PathBuf,
     /// Go on with the trials that are there
     #[arg(long)]

@@ -25,7 +25,7 @@ mod two;
 mod variable;
 
 pub use export::{built, estimator, plant};
-pub use package::{Package, library};
+pub use package::{Package, binary, library};
 
 /// A version of the standard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

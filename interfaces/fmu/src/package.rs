@@ -19,20 +19,44 @@ pub struct Package {
     files: BTreeMap<String, Vec<u8>>,
 }
 
-/// Folder in `binaries/` of this machine.
-fn platform(fmi: Fmi) -> String {
-    let system = match OS {
-        "macos" => "darwin",
-        other => other,
+/// This machine, as FMI 3.0 names it.
+fn this_machine() -> String {
+    format!("{ARCH}-{}", OS.replace("macos", "darwin"))
+}
+
+/// Folder in `binaries/` of a machine that FMI 3.0 names so, and the ending of its libraries; none for other names.
+fn platform(fmi: Fmi, machine: &str) -> Option<(&str, &'static str)> {
+    let (kind, system) = machine.split_once('-')?;
+    let (two, ending) = match system {
+        "linux" => ("linux64", ".so"),
+        "windows" => ("win64", ".dll"),
+        "darwin" => ("darwin64", ".dylib"),
+        _ => return None,
     };
-    match (fmi, ARCH, OS) {
-        (Fmi::Two, "x86_64", "linux") => "linux64".to_owned(),
-        (Fmi::Two, "x86_64", "windows") => "win64".to_owned(),
-        (Fmi::Two, _, "macos") => "darwin64".to_owned(),
+    let has_name = kind == "x86_64" || system == "darwin";
+    match (fmi, kind) {
+        (_, "x86_64" | "aarch64") if fmi == Fmi::Two && has_name => Some((two, ending)),
         // FMI 2.0 has no name for others: that of 3.0
-        _ => format!("{ARCH}-{system}"),
+        (_, "x86_64" | "aarch64") => Some((machine, ending)),
+        _ => None,
     }
 }
+
+/// Reads a library for another machine, as MACHINE=FILE.
+pub fn binary(text: &str) -> Result<(String, PathBuf), String> {
+    let named = text.split_once('=');
+    let named = named.filter(|(machine, _)| platform(Fmi::Three, machine).is_some());
+    let (machine, file) = named.ok_or(
+        "write MACHINE=FILE with x86_64-linux, aarch64-linux, x86_64-windows, aarch64-windows, \
+         x86_64-darwin or aarch64-darwin for MACHINE",
+    )?;
+    Ok((machine.to_owned(), file.into()))
+}
+
+/// Licence of monorig, which is in every FMU.
+const LICENCE: &[u8] = include_bytes!("../LICENSE-MIT");
+/// Texts of the licences of the packages that are linked, beside the library of a release.
+const NOTICES: &str = "licenses/THIRD-PARTY.txt";
 
 /// A name that a function in C could have.
 fn identifier(name: &str) -> String {
@@ -50,10 +74,12 @@ pub fn library() -> Result<PathBuf, Error> {
     let program = std::env::current_exe().unwrap_or_default();
     let folder = program.parent().unwrap_or(Path::new(""));
     // with `cargo run`, and of a test, it is in `deps`
-    let places = [folder.join(&name), folder.join("deps").join(&name)];
-    places.into_iter().find(|p| p.is_file()).ok_or_else(|| {
+    let share = folder.join("../share/monorig/lib");
+    let places = [folder, Path::new("lib"), Path::new("deps")].map(|f| folder.join(f).join(&name));
+    let mut places = places.into_iter().chain([share.join(&name)]);
+    places.find(|p| p.is_file()).ok_or_else(|| {
         let message = format!("{name} is not beside the program in {}", folder.display());
-        let help = "the archive of a release has the program and this library side by side, and `cargo build --release` makes both; a wheel of Python has the program alone";
+        let help = "archive and wheel of a release have this library, and `cargo build --release` makes it";
         DataError::new("", message, help).into()
     })
 }
@@ -78,15 +104,40 @@ impl Package {
         self.part.name()
     }
 
-    /// The FMU, with the shared library at this place.
-    pub fn bytes(&self, fmi: Fmi, library: &Path) -> Result<Vec<u8>, Error> {
-        self.pack(fmi, library).map_err(|source| Error::Io {
-            path: library.into(),
-            source,
-        })
+    /// The FMU, with the shared library at this place, and with those of other machines.
+    pub fn bytes(
+        &self,
+        fmi: Fmi,
+        library: &Path,
+        others: &[(String, PathBuf)],
+    ) -> Result<Vec<u8>, Error> {
+        let mut binaries = vec![(this_machine(), library.to_owned())];
+        binaries.extend(others.iter().cloned());
+        let notices = library.parent().unwrap_or(Path::new("")).join("..");
+        let read = |file: &Path| {
+            let failed = Error::at(file);
+            std::fs::read(file).map_err(failed)
+        };
+        let mut files = vec![(
+            "documentation/licenses/license.txt".to_owned(),
+            LICENCE.to_vec(),
+        )];
+        if let Ok(notices) = read(&notices.join(NOTICES)) {
+            files.push((format!("documentation/{NOTICES}"), notices));
+        }
+        let identifier = identifier(self.name());
+        for (machine, file) in &binaries {
+            if let Some((folder, ending)) = platform(fmi, machine) {
+                files.push((
+                    format!("binaries/{folder}/{identifier}{ending}"),
+                    read(file)?,
+                ));
+            }
+        }
+        self.pack(fmi, files).map_err(Error::at(library))
     }
 
-    fn pack(&self, fmi: Fmi, library: &Path) -> std::io::Result<Vec<u8>> {
+    fn pack(&self, fmi: Fmi, files: Vec<(String, Vec<u8>)>) -> std::io::Result<Vec<u8>> {
         let part = serde_json::to_vec_pretty(&self.part)?;
         // read as an importer does, so that no file is missing
         let folder = tempfile::tempdir()?;
@@ -114,15 +165,11 @@ impl Package {
         };
         let xml = description::write(&model, &variables, fmi)?;
         let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-        let binary = format!("binaries/{}/{identifier}{DLL_SUFFIX}", platform(fmi));
-        let library = std::fs::read(library)?;
         let resources = resources.into_iter();
         let resources = resources.map(|(name, bytes)| (format!("resources/{name}"), bytes));
-        let all = [
-            ("modelDescription.xml".to_owned(), &xml),
-            (binary, &library),
-        ];
-        for (name, bytes) in all.into_iter().chain(resources) {
+        let all = [("modelDescription.xml".to_owned(), &xml)].into_iter();
+        let files = files.iter().map(|(name, bytes)| (name.clone(), bytes));
+        for (name, bytes) in all.chain(files).chain(resources) {
             // no time of day in it: the same part gives the same bytes
             let options =
                 SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);

@@ -23,7 +23,10 @@ const LAST_WORD: Duration = Duration::from_millis(500);
 /// Time between two looks for an answer in real time.
 const LOOKS: Duration = Duration::from_micros(50);
 /// Quantities that it shows.
-const INTERNALS: [Internal; 1] = [Internal::new("sent_again", "1")];
+const INTERNALS: [Internal; 2] = [
+    Internal::new("sent_again", "1"),
+    Internal::new("began_again", "1"),
+];
 
 /// An estimator at the end of a way.
 pub(super) struct Outside {
@@ -39,6 +42,8 @@ pub(super) struct Outside {
     times: u32,
     /// Steps that were sent more than once.
     sent_again: u64,
+    /// Times that the estimator said that it began, beyond those that it was told to.
+    began_again: u64,
     /// The time, if it is real.
     real_time: Option<RealTime>,
     /// Counts of its answers, which the rig reads.
@@ -76,6 +81,7 @@ impl Outside {
             start: true,
             times: 0,
             sent_again: 0,
+            began_again: 0,
             real_time: None,
             counter: AnswerCounter::default(),
             faults: external.faults,
@@ -235,6 +241,8 @@ impl Estimator for Outside {
         if let Some(time) = &self.real_time {
             self.counter.set(time.counts);
         }
+        let began = matches!(answered, Ok(Some(answer)) if answer.began);
+        self.began_again += u64::from(began && !step.start);
         match answered {
             Ok(None) => Err(Error::own("its answer did not come in time")),
             Ok(Some(answer)) if answer.refused => Err(Error::own("it refused the step")),
@@ -256,7 +264,9 @@ impl Estimator for Outside {
     }
 
     fn internal_values(&self, values: &mut [Real]) {
-        values.fill(self.sent_again as f64);
+        let all = [self.sent_again, self.began_again];
+        let both = values.iter_mut().zip(all);
+        both.for_each(|(to, x)| *to = x as f64);
     }
 }
 

@@ -1,6 +1,6 @@
 //! The functions of an FMU, 2.0 or 3.0, and an instance that calls them.
 
-use super::description::Description;
+use super::description::{Description, NUMBERS, Port};
 use crate::library::open;
 use libloading::Library;
 use monorig_sim::closed_loop::registry::Refusal;
@@ -78,6 +78,7 @@ enum Differing {
         enter: HandleCall,
         get_real: Get2<f64>,
         set_real: Set2<f64>,
+        get_integer: Get2<i32>,
         set_integer: Set2<i32>,
         get_boolean: Get2<i32>,
         set_boolean: Set2<i32>,
@@ -100,10 +101,8 @@ enum Differing {
             *const c_void,
         ) -> Handle,
         enter: unsafe extern "C" fn(Handle, bool, f64, f64, bool, f64) -> i32,
-        get_real: Get3<f64>,
-        set_real: Set3<f64>,
-        set_integer: Set3<i32>,
-        set_word: Set3<i64>,
+        /// Functions of each type of numbers; none where the library lacks one.
+        numbers: [Option<(Get3<c_void>, Set3<c_void>)>; NUMBERS.len()],
         get_boolean: Get3<bool>,
         set_boolean: Set3<bool>,
         step: unsafe extern "C" fn(
@@ -168,6 +167,7 @@ impl Calls {
                 enter: function!("EnterInitializationMode")?,
                 get_real: function!("GetReal")?,
                 set_real: function!("SetReal")?,
+                get_integer: function!("GetInteger")?,
                 set_integer: function!("SetInteger")?,
                 get_boolean: function!("GetBoolean")?,
                 set_boolean: function!("SetBoolean")?,
@@ -176,10 +176,10 @@ impl Calls {
             true => Differing::Three {
                 instantiate: function!("InstantiateCoSimulation")?,
                 enter: function!("EnterInitializationMode")?,
-                get_real: function!("GetFloat64")?,
-                set_real: function!("SetFloat64")?,
-                set_integer: function!("SetInt32")?,
-                set_word: function!("SetInt64")?,
+                numbers: NUMBERS.map(|of| {
+                    let get = function!(format_args!("Get{of}")).ok()?;
+                    Some((get, function!(format_args!("Set{of}")).ok()?))
+                }),
                 get_boolean: function!("GetBoolean")?,
                 set_boolean: function!("SetBoolean")?,
                 step: function!("DoStep")?,
@@ -248,16 +248,23 @@ impl Drop for Instance {
     }
 }
 
-/// Calls a function of values: FMI 3.0 takes their number, too.
-macro_rules! of_values {
-    ($instance:ident.$function:ident($handle:expr, $references:expr, $count:expr, $values:expr)) => {
-        match &$instance.fmu.calls.differing {
-            Differing::Two { $function, .. } => $function($handle, $references, $count, $values),
-            Differing::Three { $function, .. } => {
-                $function($handle, $references, $count, $values, $count)
-            }
+/// Does something with the type of a number at this place in [`NUMBERS`].
+macro_rules! with_type {
+    ($place:expr, $t:ident => $work:expr) => {
+        with_type!(@ $place, $t => $work; 1 i32, 2 f32, 3 i8, 4 u8, 5 i16, 6 u16, 7 u32, 8 i64, 9 u64)
+    };
+    (@ $place:expr, $t:ident => $work:expr; $($at:literal $of:ty),+) => {
+        match $place {
+            $($at => { type $t = $of; $work })+
+            _ => { type $t = f64; $work }
         }
     };
+}
+
+/// References of numbers that follow each other and have one type, and this type.
+fn same(ports: &[Port]) -> impl Iterator<Item = (Vec<u32>, usize)> {
+    let of_type = ports.chunk_by(|a, b| a.1 == b.1);
+    of_type.map(|all| (all.iter().map(|p| p.0).collect(), all[0].1))
 }
 
 /// Most flags that are got at once.
@@ -387,26 +394,42 @@ impl Instance {
     }
 
     /// Sets numbers.
-    pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> i32 {
-        let (h, r, v) = (self.handle, references.as_ptr(), values.as_ptr());
-        let n = references.len().min(values.len());
-        // SAFETY: so many references and values.
-        let code = unsafe { of_values!(self.set_real(h, r, n, v)) };
-        self.status(code)
+    pub fn set_numbers(&mut self, ports: &[Port], values: &[f64]) -> i32 {
+        let mut worst = 0;
+        let mut rest = values;
+        for (references, of) in same(ports) {
+            let (now, behind) = rest.split_at(references.len().min(rest.len()));
+            rest = behind;
+            let (h, r, n) = (self.handle, references.as_ptr(), now.len());
+            let code = with_type!(of, T => {
+                let now: Vec<T> = now.iter().map(|x| *x as T).collect();
+                let v = now.as_ptr();
+                match &self.fmu.calls.differing {
+                    // SAFETY: so many references and values, of this type.
+                    Differing::Two { set_real, .. } if of == 0 => unsafe { set_real(h, r, n, v.cast()) },
+                    // SAFETY: as above.
+                    Differing::Two { set_integer, .. } => unsafe { set_integer(h, r, n, v.cast()) },
+                    Differing::Three { numbers, .. } => match numbers[of] {
+                        // SAFETY: as above.
+                        Some((_, set)) => unsafe { set(h, r, n, v.cast(), n) },
+                        None => self.lacks("Set", of),
+                    },
+                }
+            });
+            worst = worst.max(self.status(code));
+        }
+        worst
     }
 
-    /// Sets a whole number; a word is one, too.
-    pub fn set_integer(&mut self, reference: u32, value: i64, word: bool) -> i32 {
-        let (h, small) = (self.handle, i32::try_from(value).unwrap_or(i32::MAX));
-        let code = match &self.fmu.calls.differing {
-            // SAFETY: one reference and one value.
-            Differing::Three { set_word, .. } if word => unsafe {
-                set_word(h, &reference, 1, &value, 1)
-            },
-            // SAFETY: as above.
-            _ => unsafe { of_values!(self.set_integer(h, &reference, 1, &small)) },
-        };
-        self.status(code)
+    /// Tells that the library has no function for a type of numbers.
+    fn lacks(&self, what: &str, of: usize) -> i32 {
+        let last = &self.listener.last;
+        let why = format!(
+            "its shared library has no function `fmi3{what}{}`",
+            NUMBERS[of]
+        );
+        *last.lock().unwrap_or_else(PoisonError::into_inner) = why;
+        ERROR
     }
 
     /// Sets a flag.
@@ -426,12 +449,34 @@ impl Instance {
     }
 
     /// Gets numbers.
-    pub fn reals(&mut self, references: &[u32], values: &mut [f64]) -> i32 {
-        let (h, r) = (self.handle, references.as_ptr());
-        let (n, v) = (references.len().min(values.len()), values.as_mut_ptr());
-        // SAFETY: so many references and places.
-        let code = unsafe { of_values!(self.get_real(h, r, n, v)) };
-        self.status(code)
+    pub fn numbers(&mut self, ports: &[Port], values: &mut [f64]) -> i32 {
+        let mut worst = 0;
+        let mut rest = values;
+        for (references, of) in same(ports) {
+            let count = references.len().min(rest.len());
+            let (now, behind) = std::mem::take(&mut rest).split_at_mut(count);
+            rest = behind;
+            let (h, r, n) = (self.handle, references.as_ptr(), now.len());
+            let code = with_type!(of, T => {
+                let mut all = vec![T::default(); n];
+                let v = all.as_mut_ptr();
+                let code = match &self.fmu.calls.differing {
+                    // SAFETY: so many references and places, of this type.
+                    Differing::Two { get_real, .. } if of == 0 => unsafe { get_real(h, r, n, v.cast()) },
+                    // SAFETY: as above.
+                    Differing::Two { get_integer, .. } => unsafe { get_integer(h, r, n, v.cast()) },
+                    Differing::Three { numbers, .. } => match numbers[of] {
+                        // SAFETY: as above.
+                        Some((get, _)) => unsafe { get(h, r, n, v.cast(), n) },
+                        None => self.lacks("Get", of),
+                    },
+                };
+                now.iter_mut().zip(all).for_each(|(to, x)| *to = x as f64);
+                code
+            });
+            worst = worst.max(self.status(code));
+        }
+        worst
     }
 
     /// Gets flags.

@@ -2,7 +2,7 @@
 //! the ports of an estimator; the controller has its ports beside it.
 
 use super::calls::Fmu;
-use super::description::{BaseUnit, Description, Kind, Variable};
+use super::description::{BaseUnit, Description, Kind, Port, Variable};
 use crate::signals::{self, FLAGS, NUMBERS, QUANTITIES};
 use crate::unit;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements, Slot, Value};
@@ -62,8 +62,8 @@ pub(crate) type FlagAt = Box<dyn Fn(&mut Estimate, bool) + Send>;
 /// The variables of an estimator that are set and got in a step.
 #[derive(Default)]
 pub(crate) struct EstimatorPorts {
-    pub inputs: Vec<(u32, Source)>,
-    pub numbers: Vec<u32>,
+    pub inputs: Vec<(Port, Source)>,
+    pub numbers: Vec<Port>,
     pub numbers_at: Vec<NumberAt>,
     pub flags: Vec<u32>,
     pub flags_at: Vec<FlagAt>,
@@ -155,9 +155,18 @@ impl<'a> Names<'a> {
                 format!("a variable of causality {causality}"),
             );
         }
-        if v.kind != kind {
+        // a whole number of the FMU is a number of ours; the FMU gets none but its own
+        let fits = v.kind == kind
+            || (kind == Kind::Real && v.kind == Kind::Integer && causality == "output");
+        if v.is_array {
+            return refuse(
+                format!("`{name}`, for {ours}, is an array"),
+                "an FMU with a variable of its own for each value".to_owned(),
+            );
+        }
+        if !fits {
             let is = if kind == Kind::Real {
-                "number (Real, Float64)"
+                "number (Real, Float64, Float32)"
             } else {
                 "Boolean"
             };
@@ -245,7 +254,7 @@ impl EstimatorPorts {
         let mut ports = Self::default();
         for (ours, unit, source) in inputs() {
             if let Some(v) = names.find(&ours, unit, ("input", Kind::Real))? {
-                ports.inputs.push((v.reference, source));
+                ports.inputs.push((v.port(), source));
             }
         }
         for q in &QUANTITIES {
@@ -253,7 +262,7 @@ impl EstimatorPorts {
         }
         for (name, place) in NUMBERS {
             if let Some(v) = names.find(name, "1", ("output", Kind::Real))? {
-                ports.numbers.push(v.reference);
+                ports.numbers.push(v.port());
                 ports.numbers_at.push(Box::new(move |e, x| *place(e) = x));
             }
         }
@@ -302,13 +311,13 @@ fn quantity(
         ports.grade_is_effective |= name == "effective_grade";
         return Ok(());
     };
-    ports.numbers.push(value.reference);
+    ports.numbers.push(value.port());
     ports
         .numbers_at
         .push(Box::new(move |e, x| place(e).value = x));
     let constant = names.number(&sd_name);
     if let Some(sd) = sd {
-        ports.numbers.push(sd.reference);
+        ports.numbers.push(sd.port());
         ports.numbers_at.push(Box::new(move |e, x| place(e).sd = x));
     }
     let known = sd.is_some() || constant.is_some();

@@ -1,6 +1,7 @@
 //! An estimator of one's own: a copy of an example in monorig's sources with its name and its way to them changed.
 
 use crate::files::report::link;
+use crate::files::share;
 use crate::ui::errors::CliError;
 use monorig_sim::config::file::read_text;
 use monorig_sim::error::Error;
@@ -34,6 +35,12 @@ impl Example {
 /// Name of the crate that is copied.
 const CRATE_NAME: &str = "own_estimator";
 const LOCK: &str = "Cargo.lock";
+/// What is said where there are no sources of the crates.
+const RELEASED: &str = concat!(
+    "Cargo.toml names monorig ",
+    env!("CARGO_PKG_VERSION"),
+    " of crates.io. Until it is there, name a checkout with --monorig\n"
+);
 /// Between two packages of a lock file.
 const PACKAGE: &str = "\n[[package]]\n";
 
@@ -67,12 +74,15 @@ pub(super) fn make(
         return Err(e);
     }
     let at = folder.strip_prefix(&here).unwrap_or(&folder).display();
+    let (released, next) = match example.is_crate() && !has_crates(&sources) {
+        true => (RELEASED, "cargo test --release".to_owned()),
+        false => ("", example.next.replace("{way}", &way)),
+    };
     Ok(format!(
         "made {at}: {} files; the estimator `mine` is in {}\n\
-         next: cd {at} && {}\n",
+         {released}next: cd {at} && {next}\n",
         example.files.len(),
         example.estimator,
-        example.next.replace("{way}", &way)
     ))
 }
 
@@ -99,7 +109,8 @@ fn file_name(folder: &Path) -> Result<String, CliError> {
     })
 }
 
-/// The folder of monorig's sources: the given one, or the nearest at or above `starts`.
+/// The folder of monorig's sources: the given one, the nearest at or above `starts`, or that of what comes with the
+/// program.
 pub(in crate::commands::new) fn sources(
     example: &Example,
     given: Option<&Path>,
@@ -109,16 +120,14 @@ pub(in crate::commands::new) fn sources(
         let mut files = example.files.iter();
         files.all(|file| folder.join(example.folder).join(file).is_file())
     };
-    let is = |folder: &&Path| has(folder);
-    let above = || starts.into_iter().flat_map(Path::ancestors).find(is);
-    let found = match given {
-        Some(folder) => Some(folder).filter(is),
-        None => above(),
+    let places = match given {
+        Some(folder) => vec![folder.to_owned()],
+        None => share::folders(starts),
     };
-    let Some(found) = found else {
+    let Some(found) = places.iter().find(|folder| has(folder)) else {
         let message = match given {
             Some(folder) => format!("{} has no {}", folder.display(), example.folder),
-            None => "the sources of monorig are not at or above this folder".into(),
+            None => "the sources of monorig are not at or above this folder, and no copy of its examples is beside the program".into(),
         };
         let help = "name the folder of monorig's sources with --monorig: the new folder refers to files in it";
         return Err(CliError::refused(message, help));
@@ -141,6 +150,11 @@ pub(in crate::commands::new) fn way(from: &Path, sources: &Path) -> Result<Strin
     }
 }
 
+/// True where the crates themselves are, not the examples alone.
+fn has_crates(sources: &Path) -> bool {
+    sources.join("cli/Cargo.toml").is_file()
+}
+
 /// Writes the files of the example, changed.
 fn fill(
     example: &Example,
@@ -153,6 +167,12 @@ fn fill(
         let text = read_text(&sources.join(example.folder).join(file))?;
         let text = match *file {
             LOCK => renamed_lock(&text, name),
+            "Cargo.toml" if !has_crates(sources) => {
+                let version = concat!("version = \"", env!("CARGO_PKG_VERSION"), "\"");
+                let text = text.replace("path = \"../../estimators\"", version);
+                let text = text.replace("path = \"../../cli\"", version);
+                text.replace(CRATE_NAME, name)
+            }
             _ if example.is_crate() => text.replace(&example.way(), way).replace(CRATE_NAME, name),
             _ => text.replace(&example.way(), way),
         };
