@@ -4,8 +4,6 @@ use crate::arguments::Foreign;
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::formats::FileKind;
 use crate::files::formats::{self, FileFormat, KINDS};
-#[cfg(feature = "plugins")]
-use crate::files::prepare;
 use crate::files::results;
 use crate::files::share;
 use crate::ui::errors::{self, CliError};
@@ -57,7 +55,10 @@ impl Command for CheckArgs {
     fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
         #[cfg(feature = "plugins")]
         if self.vehicle.is_some() {
-            return vehicles(&self.files, program.registry);
+            for file in &self.files {
+                output::print(&monorig_plugin::in_c(&monorig_fmu::vehicle(file)?))?;
+            }
+            return Ok(CommandOutcome::Held);
         }
         match self.schema {
             Some(kind) => schema(kind, program.registry),
@@ -76,31 +77,6 @@ fn schema(kind: Option<FileKind>, registry: &Registry) -> Result<CommandOutcome,
         }
     };
     output::print(&format!("{text}\n"))?;
-    Ok(CommandOutcome::Held)
-}
-
-/// Prints the vehicle of each scenario as C: that of the data sheet, without what a seed draws.
-#[cfg(feature = "plugins")]
-fn vehicles(files: &[PathBuf], registry: &Registry) -> Result<CommandOutcome, CliError> {
-    for file in files {
-        let told = (
-            "vehicle.exact.all".to_owned(),
-            "of the data sheet".to_owned(),
-        );
-        let alone = [
-            ("estimators", "{}"),
-            ("in_loop", "null"),
-            ("drive.controller.feedforward", "none"),
-        ];
-        let alone = alone.map(|(key, value)| (key.to_owned(), value.to_owned()));
-        let simulation = prepare::simulation(file, &[&[told][..], &alone[..]].concat(), registry)?;
-        let vehicle = monorig_plugin::in_c(&simulation.vehicle);
-        let name = file.display();
-        output::print(&format!(
-            "/* The vehicle of {name}: monorig check {name} --vehicle c */\n#include <math.h>\n\n\
-             #include \"monorig_estimator.h\"\n\nstatic const monorig_vehicle vehicle = {vehicle};\n"
-        ))?;
-    }
     Ok(CommandOutcome::Held)
 }
 

@@ -8,7 +8,7 @@ use crate::ui::note::note;
 use monorig_fmu::{Fmi, Package};
 use monorig_sim::config::scenario::Settings;
 use monorig_sim::record::whole;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const FMU_EXAMPLES: &str = "\
 Examples:
@@ -74,9 +74,9 @@ struct OutArgs {
     /// The FMU to write
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Library of monorig for another machine, from its archive, such as `x86_64-windows=monorig_fmu.dll`; may be given
-    /// several times
-    #[arg(long, value_name = "MACHINE=FILE", value_parser = monorig_fmu::binary)]
+    /// Library of monorig for another machine, from its archive, such as `win64=monorig_fmu.dll`; may be given several
+    /// times
+    #[arg(long, value_name = "FOLDER=FILE", value_parser = monorig_fmu::binary)]
     binary: Vec<(String, PathBuf)>,
     /// Version of the standard
     #[arg(long, value_enum, default_value = "2")]
@@ -127,10 +127,6 @@ fn write(fmu: &Package, task: &OutArgs) -> Result<CommandOutcome, CliError> {
     };
     let bytes = fmu.bytes(fmi, &monorig_fmu::library()?, &task.binary)?;
     whole::write(&task.out, &bytes)?;
-    note(&format!("{} is in {}", fmu.name(), shown(&task.out)));
+    note(&format!("{} is in {}", fmu.name(), task.out.display()));
     Ok(CommandOutcome::Held)
-}
-
-fn shown(path: &Path) -> String {
-    path.display().to_string()
 }

@@ -19,7 +19,6 @@ use monorig_sim::config::file::{Document, input_error};
 use monorig_sim::config::scenario::{FaultKind, Scenario};
 use monorig_sim::record::{descriptions, palette};
 use serde_json::Value;
-use std::path::Path;
 
 const LIST_EXAMPLES: &str = "\
 Examples:
@@ -117,10 +116,7 @@ fn list(task: &ListArgs, registry: &Registry) -> Result<CommandOutcome, CliError
             .collect(),
         Listed::Faults => faults(),
         Listed::Sensors => sensors(registry),
-        Listed::Scenarios => {
-            let folder = task.of.as_deref().unwrap_or("scenarios");
-            scenarios(&share::find(folder.into()))?
-        }
+        Listed::Scenarios => scenarios(task.of.as_deref().unwrap_or("scenarios"))?,
         Listed::Runs => {
             let folder = task.of.as_ref().map_or_else(|| task.out.get(), Into::into);
             return runs::list(&folder, &task.filter);
@@ -232,7 +228,8 @@ fn sensors(registry: &Registry) -> Vec<Entry> {
 }
 
 /// The scenarios in a folder and the folders in it, each with why it exists.
-fn scenarios(folder: &Path) -> Result<Vec<Entry>, CliError> {
+fn scenarios(folder: &str) -> Result<Vec<Entry>, CliError> {
+    let folder = &*share::find(folder.into());
     if !folder.is_dir() {
         let help = "name a folder of scenarios: `monorig list scenarios DIR`";
         return Err(input_error(folder, "", "this is not a folder", help).into());

@@ -144,7 +144,7 @@ fn an_installed_program_finds_what_comes_with_it() {
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         (done.status.code(), text(&done.stdout), text(&done.stderr))
     };
-    for named in ["minimal", "no_stop", "scenarios/minimal.yaml"] {
+    for named in ["minimal", "stress/no_stop", "scenarios/minimal.yaml"] {
         let (code, out, err) = run(&["run", named, "--no-rerun", "--set", "stop.after_s=1"]);
         assert!(matches!(code, Some(0 | 1)), "{named}: {out}{err}");
     }

@@ -24,7 +24,7 @@ mod three;
 mod two;
 mod variable;
 
-pub use export::{built, estimator, plant};
+pub use export::{built, estimator, plant, vehicle};
 pub use package::{Package, binary, library};
 
 /// A version of the standard.

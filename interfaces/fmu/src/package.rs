@@ -19,38 +19,26 @@ pub struct Package {
     files: BTreeMap<String, Vec<u8>>,
 }
 
-/// This machine, as FMI 3.0 names it.
-fn this_machine() -> String {
-    format!("{ARCH}-{}", OS.replace("macos", "darwin"))
-}
-
-/// Folder in `binaries/` of a machine that FMI 3.0 names so, and the ending of its libraries; none for other names.
-fn platform(fmi: Fmi, machine: &str) -> Option<(&str, &'static str)> {
-    let (kind, system) = machine.split_once('-')?;
-    let (two, ending) = match system {
-        "linux" => ("linux64", ".so"),
-        "windows" => ("win64", ".dll"),
-        "darwin" => ("darwin64", ".dylib"),
-        _ => return None,
-    };
-    let has_name = kind == "x86_64" || system == "darwin";
-    match (fmi, kind) {
-        (_, "x86_64" | "aarch64") if fmi == Fmi::Two && has_name => Some((two, ending)),
+/// Folder in `binaries/` of this machine.
+fn platform(fmi: Fmi) -> String {
+    let system = OS.replace("macos", "darwin");
+    match (fmi, ARCH, OS) {
+        (Fmi::Two, "x86_64", "linux") => "linux64".to_owned(),
+        (Fmi::Two, "x86_64", "windows") => "win64".to_owned(),
+        (Fmi::Two, _, "macos") => "darwin64".to_owned(),
         // FMI 2.0 has no name for others: that of 3.0
-        (_, "x86_64" | "aarch64") => Some((machine, ending)),
-        _ => None,
+        _ => format!("{ARCH}-{system}"),
     }
 }
 
-/// Reads a library for another machine, as MACHINE=FILE.
+/// Reads a library for another machine, as FOLDER=FILE with its folder in `binaries/`.
 pub fn binary(text: &str) -> Result<(String, PathBuf), String> {
-    let named = text.split_once('=');
-    let named = named.filter(|(machine, _)| platform(Fmi::Three, machine).is_some());
-    let (machine, file) = named.ok_or(
-        "write MACHINE=FILE with x86_64-linux, aarch64-linux, x86_64-windows, aarch64-windows, \
-         x86_64-darwin or aarch64-darwin for MACHINE",
-    )?;
-    Ok((machine.to_owned(), file.into()))
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    let named = text
+        .split_once('=')
+        .filter(|(folder, _)| folder.chars().all(plain));
+    let (folder, file) = named.ok_or("write FOLDER=FILE, such as win64=monorig_fmu.dll")?;
+    Ok((folder.to_owned(), file.into()))
 }
 
 /// Licence of monorig, which is in every FMU.
@@ -111,28 +99,19 @@ impl Package {
         library: &Path,
         others: &[(String, PathBuf)],
     ) -> Result<Vec<u8>, Error> {
-        let mut binaries = vec![(this_machine(), library.to_owned())];
-        binaries.extend(others.iter().cloned());
-        let notices = library.parent().unwrap_or(Path::new("")).join("..");
-        let read = |file: &Path| {
-            let failed = Error::at(file);
-            std::fs::read(file).map_err(failed)
-        };
-        let mut files = vec![(
-            "documentation/licenses/license.txt".to_owned(),
-            LICENCE.to_vec(),
-        )];
-        if let Ok(notices) = read(&notices.join(NOTICES)) {
+        let this = (platform(fmi), library.to_owned());
+        let read = |file: &Path| std::fs::read(file).map_err(Error::at(file));
+        let licence = "documentation/licenses/license.txt".to_owned();
+        let mut files = vec![(licence, LICENCE.to_vec())];
+        let beside = library.parent().unwrap_or(Path::new("")).join("..");
+        if let Ok(notices) = read(&beside.join(NOTICES)) {
             files.push((format!("documentation/{NOTICES}"), notices));
         }
         let identifier = identifier(self.name());
-        for (machine, file) in &binaries {
-            if let Some((folder, ending)) = platform(fmi, machine) {
-                files.push((
-                    format!("binaries/{folder}/{identifier}{ending}"),
-                    read(file)?,
-                ));
-            }
+        for (folder, file) in std::iter::once(&this).chain(others) {
+            let ending = file.extension().unwrap_or_default().to_string_lossy();
+            let name = format!("binaries/{folder}/{identifier}.{ending}");
+            files.push((name, read(file)?));
         }
         self.pack(fmi, files).map_err(Error::at(library))
     }

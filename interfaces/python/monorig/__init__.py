@@ -1,13 +1,14 @@
 """Estimators of mass and slope for monorail cranes, and the rig that tests them.
 
 >>> import monorig
->>> run = monorig.run("scenarios/liu2023_section1.yaml", estimators=["rail_fusion"])
+>>> run = monorig.run("liu2023_section1", estimators=["rail_fusion"])
 >>> run.passed, run.metrics["rail_fusion"]["slope_rmse_deg"]
 
 The chapter "From Python" of the book explains it: estimators over arrays, your own estimator in the loop, runs as
 Arrow tables, studies over many seeds, tuning.
 """
 
+from ._data import scenarios
 from ._errors import InputError, RunError
 from ._monorig import (
     Command,
@@ -58,6 +59,7 @@ __all__ = [
     "parameters",
     "replay",
     "run",
+    "scenarios",
     "study",
     "test",
     "tune",

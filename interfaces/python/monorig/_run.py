@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _html, _monorig, _viewer
+from ._data import place
 from ._monorig import Frame, Perception, Reference, Table, Vehicle
-from ._types import Estimators, Path, by_name
+from ._types import Estimators, Path, Scenario, by_name
 
 if TYPE_CHECKING:
     import pandas
@@ -164,7 +165,7 @@ def _expectation(e: Mapping[str, Any]) -> Expectation:
 
 
 def run(
-    path: Path,
+    path: Scenario,
     *,
     seed: int | None = None,
     set: Mapping[str, object] | None = None,
@@ -176,7 +177,7 @@ def run(
     """Run a scenario.
 
     Args:
-        path: The scenario file.
+        path: The scenario: a file, the name of one that comes with monorig (`scenarios`), a dict, or YAML text.
         seed: The seed; None is the first of the scenario.
         set: Changes to the scenario, such as ``{"load.mass_kg": 5000}``.
         estimators: Estimators beside those of the scenario, by name: an object with ``step``, a class or a function
@@ -194,7 +195,7 @@ def run(
     changes = None if set is None else dict(set)
     return Run(
         _monorig.run(
-            os.fspath(path), seed, changes, by_name(estimators), controller, in_loop, keep_samples
+            place(path), seed, changes, by_name(estimators), controller, in_loop, keep_samples
         )
     )
 
@@ -232,7 +233,7 @@ class Simulation:
 
     def __init__(
         self,
-        path: Path,
+        path: Scenario,
         *,
         seed: int | None = None,
         set: Mapping[str, object] | None = None,
@@ -242,7 +243,7 @@ class Simulation:
     ) -> None:
         changes = None if set is None else dict(set)
         self._native = _monorig.NativeSimulation(
-            os.fspath(path), seed, changes, by_name(estimators), controller, in_loop
+            place(path), seed, changes, by_name(estimators), controller, in_loop
         )
 
     @property

@@ -12,10 +12,10 @@ from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from . import _html, _monorig
+from . import _data, _html, _monorig
 from ._errors import InputError
 from ._progress import Bar
-from ._types import Estimators, Path, by_name, is_own
+from ._types import Estimators, Scenario, by_name, is_own
 
 if TYPE_CHECKING:
     import pandas
@@ -156,7 +156,7 @@ def metrics() -> dict[str, str]:
 
 
 def study(
-    path: Path,
+    path: Scenario,
     seeds: Iterable[int] | None = None,
     *,
     set: Mapping[str, object] | None = None,
@@ -181,7 +181,7 @@ def study(
 
 
 def _study(
-    path: Path,
+    path: Scenario,
     seeds: Iterable[int] | None,
     set: Mapping[str, object] | None,
     estimators: Estimators | None,
@@ -193,7 +193,7 @@ def _study(
 ) -> Study:
     changes = None if set is None else dict(set)
     named = by_name(estimators)
-    place = os.fspath(path)
+    place = _data.place(path)
     name, of_scenario, _ = _monorig.outline(place, changes, named, controller, in_loop)
     tasks = [
         _Task(place, seed, changes, named, controller, in_loop, reference)
@@ -255,7 +255,7 @@ def _packed(tasks: list[_Task]) -> list[bytes] | None:
 
 
 def compare(
-    path: Path,
+    path: Scenario,
     estimators: Estimators | None = None,
     seeds: Iterable[int] | None = None,
     *,
@@ -277,7 +277,7 @@ def compare(
     """
     changes = None if set is None else dict(set)
     named = by_name(estimators)
-    place = os.fspath(path)
+    place = _data.place(path)
     _, _, there = _monorig.outline(place, changes, named, controller, in_loop)
     shown = there if named is None else list(named)
     against = shown[0] if reference is None and shown else reference
@@ -289,7 +289,7 @@ def compare(
 
 
 def test(
-    paths: Path | Iterable[Path],
+    paths: Scenario | Iterable[Scenario],
     *,
     seeds: Iterable[int] | None = None,
     set: Mapping[str, object] | None = None,
@@ -300,9 +300,9 @@ def test(
     progress: bool = True,
 ) -> list[ScenarioVerdict]:
     """Judge scenarios over their seeds, as ``monorig test`` does. A folder stands for the scenarios in it."""
-    given = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
+    given = [paths] if isinstance(paths, (str, os.PathLike, Mapping)) else list(paths)
     files: list[pathlib.Path] = []
-    for path in map(pathlib.Path, given):
+    for path in map(pathlib.Path, map(_data.place, given)):
         files += sorted(path.glob("*.yaml")) if path.is_dir() else [path]
     some = None if seeds is None else list(seeds)
     judged = []

@@ -9,6 +9,8 @@ from typing import Protocol, TypeAlias
 from ._monorig import Command, Estimate, Measurements, Perception, Reference
 
 Path: TypeAlias = "str | os.PathLike[str]"
+# a file, a name, a dict, or YAML text
+Scenario: TypeAlias = "str | os.PathLike[str] | Mapping[str, object]"
 
 
 class EstimatorLike(Protocol):

@@ -40,10 +40,8 @@ pub(super) struct Outside {
     start: bool,
     /// Times that the last step was sent.
     times: u32,
-    /// Steps that were sent more than once.
-    sent_again: u64,
-    /// Times that the estimator said that it began, beyond those that it was told to.
-    began_again: u64,
+    /// Steps that were sent more than once; steps in which it said that it began, beyond those in which it was told to.
+    again: [u64; 2],
     /// The time, if it is real.
     real_time: Option<RealTime>,
     /// Counts of its answers, which the rig reads.
@@ -80,8 +78,7 @@ impl Outside {
             sequence: SEQUENCES - 1,
             start: true,
             times: 0,
-            sent_again: 0,
-            began_again: 0,
+            again: [0; 2],
             real_time: None,
             counter: AnswerCounter::default(),
             faults: external.faults,
@@ -237,12 +234,12 @@ impl Estimator for Outside {
             sequence: self.sequence,
         };
         let answered = self.ask_in_time(&step);
-        self.sent_again += u64::from(self.times > 1);
         if let Some(time) = &self.real_time {
             self.counter.set(time.counts);
         }
         let began = matches!(answered, Ok(Some(answer)) if answer.began);
-        self.began_again += u64::from(began && !step.start);
+        self.again[0] += u64::from(self.times > 1);
+        self.again[1] += u64::from(began && !step.start);
         match answered {
             Ok(None) => Err(Error::own("its answer did not come in time")),
             Ok(Some(answer)) if answer.refused => Err(Error::own("it refused the step")),
@@ -264,9 +261,7 @@ impl Estimator for Outside {
     }
 
     fn internal_values(&self, values: &mut [Real]) {
-        let all = [self.sent_again, self.began_again];
-        let both = values.iter_mut().zip(all);
-        both.for_each(|(to, x)| *to = x as f64);
+        values.copy_from_slice(&self.again.map(|n| n as f64));
     }
 }
 

@@ -261,15 +261,6 @@ macro_rules! with_type {
     };
 }
 
-/// References of numbers that follow each other and have one type, and this type.
-fn same(ports: &[Port]) -> impl Iterator<Item = (Vec<u32>, usize)> {
-    let of_type = ports.chunk_by(|a, b| a.1 == b.1);
-    of_type.map(|all| (all.iter().map(|p| p.0).collect(), all[0].1))
-}
-
-/// Most flags that are got at once.
-const MAX_FLAGS: usize = 16;
-
 impl Instance {
     /// Makes one.
     pub fn new(fmu: &'static Fmu) -> Result<Self, Refusal> {
@@ -393,43 +384,37 @@ impl Instance {
         self.status(code)
     }
 
-    /// Sets numbers.
-    pub fn set_numbers(&mut self, ports: &[Port], values: &[f64]) -> i32 {
-        let mut worst = 0;
-        let mut rest = values;
-        for (references, of) in same(ports) {
-            let (now, behind) = rest.split_at(references.len().min(rest.len()));
-            rest = behind;
-            let (h, r, n) = (self.handle, references.as_ptr(), now.len());
-            let code = with_type!(of, T => {
-                let now: Vec<T> = now.iter().map(|x| *x as T).collect();
-                let v = now.as_ptr();
-                match &self.fmu.calls.differing {
-                    // SAFETY: so many references and values, of this type.
-                    Differing::Two { set_real, .. } if of == 0 => unsafe { set_real(h, r, n, v.cast()) },
-                    // SAFETY: as above.
-                    Differing::Two { set_integer, .. } => unsafe { set_integer(h, r, n, v.cast()) },
-                    Differing::Three { numbers, .. } => match numbers[of] {
-                        // SAFETY: as above.
-                        Some((_, set)) => unsafe { set(h, r, n, v.cast(), n) },
-                        None => self.lacks("Set", of),
-                    },
-                }
-            });
-            worst = worst.max(self.status(code));
-        }
-        worst
+    /// Sets a number, or gets it.
+    fn number(&self, (r, of): &Port, number: &mut f64, set: bool) -> i32 {
+        let h = self.handle;
+        with_type!(*of, T => {
+            let mut value = *number as T;
+            let at = (&raw mut value).cast::<c_void>();
+            let (x, n) = (at.cast(), at.cast());
+            // SAFETY: one reference, and one place or value of this type.
+            let code = unsafe { match &self.fmu.calls.differing {
+                Differing::Two { set_real, .. } if *of == 0 && set => set_real(h, r, 1, x),
+                Differing::Two { get_real, .. } if *of == 0 => get_real(h, r, 1, x),
+                Differing::Two { set_integer, .. } if set => set_integer(h, r, 1, n),
+                Differing::Two { get_integer, .. } => get_integer(h, r, 1, n),
+                Differing::Three { numbers, .. } => match numbers[*of] {
+                    Some((_, of_type)) if set => of_type(h, r, 1, at, 1),
+                    Some((of_type, _)) => of_type(h, r, 1, at, 1),
+                    None => ERROR,
+                },
+            } };
+            *number = value as f64;
+            code
+        })
     }
 
-    /// Tells that the library has no function for a type of numbers.
-    fn lacks(&self, what: &str, of: usize) -> i32 {
-        let last = &self.listener.last;
-        let why = format!(
-            "its shared library has no function `fmi3{what}{}`",
-            NUMBERS[of]
-        );
-        *last.lock().unwrap_or_else(PoisonError::into_inner) = why;
-        ERROR
+    /// Sets numbers.
+    pub fn set_numbers(&mut self, ports: &[Port], values: &[f64]) -> i32 {
+        let both = ports.iter().zip(values);
+        let worst = both
+            .map(|(port, x)| self.number(port, &mut { *x }, true))
+            .max();
+        self.status(worst.unwrap_or(0))
     }
 
     /// Sets a flag.
@@ -450,56 +435,28 @@ impl Instance {
 
     /// Gets numbers.
     pub fn numbers(&mut self, ports: &[Port], values: &mut [f64]) -> i32 {
-        let mut worst = 0;
-        let mut rest = values;
-        for (references, of) in same(ports) {
-            let count = references.len().min(rest.len());
-            let (now, behind) = std::mem::take(&mut rest).split_at_mut(count);
-            rest = behind;
-            let (h, r, n) = (self.handle, references.as_ptr(), now.len());
-            let code = with_type!(of, T => {
-                let mut all = vec![T::default(); n];
-                let v = all.as_mut_ptr();
-                let code = match &self.fmu.calls.differing {
-                    // SAFETY: so many references and places, of this type.
-                    Differing::Two { get_real, .. } if of == 0 => unsafe { get_real(h, r, n, v.cast()) },
-                    // SAFETY: as above.
-                    Differing::Two { get_integer, .. } => unsafe { get_integer(h, r, n, v.cast()) },
-                    Differing::Three { numbers, .. } => match numbers[of] {
-                        // SAFETY: as above.
-                        Some((get, _)) => unsafe { get(h, r, n, v.cast(), n) },
-                        None => self.lacks("Get", of),
-                    },
-                };
-                now.iter_mut().zip(all).for_each(|(to, x)| *to = x as f64);
-                code
-            });
-            worst = worst.max(self.status(code));
-        }
-        worst
+        let both = ports.iter().zip(values);
+        let worst = both.map(|(port, x)| self.number(port, x, false)).max();
+        self.status(worst.unwrap_or(0))
     }
 
     /// Gets flags.
     pub fn booleans(&mut self, references: &[u32], values: &mut [bool]) -> i32 {
-        let (h, r) = (self.handle, references.as_ptr());
-        let n = references.len().min(values.len()).min(MAX_FLAGS);
-        let code = match &self.fmu.calls.differing {
+        let (h, calls) = (self.handle, &self.fmu.calls.differing);
+        let both = references.iter().zip(values);
+        let got = both.map(|(r, to)| match calls {
             Differing::Two { get_boolean, .. } => {
-                let mut numbers = [0; MAX_FLAGS];
-                // SAFETY: so many references and places.
-                let code = unsafe { get_boolean(h, r, n, numbers.as_mut_ptr()) };
-                values
-                    .iter_mut()
-                    .zip(numbers)
-                    .for_each(|(to, x)| *to = x != 0);
+                let mut x = 0;
+                // SAFETY: one reference and one place.
+                let code = unsafe { get_boolean(h, r, 1, &mut x) };
+                *to = x != 0;
                 code
             }
-            Differing::Three { get_boolean, .. } => {
-                // SAFETY: as above.
-                unsafe { get_boolean(h, r, n, values.as_mut_ptr(), n) }
-            }
-        };
-        self.status(code)
+            // SAFETY: as above.
+            Differing::Three { get_boolean, .. } => unsafe { get_boolean(h, r, 1, to, 1) },
+        });
+        let worst = got.max();
+        self.status(worst.unwrap_or(0))
     }
 
     /// Makes a step.

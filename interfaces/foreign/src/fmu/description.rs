@@ -38,9 +38,6 @@ pub(crate) enum Kind {
 pub(crate) const NUMBERS: [&str; 10] = [
     "Float64", "Int32", "Float32", "Int8", "UInt8", "Int16", "UInt16", "UInt32", "Int64", "UInt64",
 ];
-/// Places of types in it.
-const INT32: usize = 1;
-const INT64: usize = 8;
 
 /// A unit by exponents of kg, m, s, A, K, mol, cd, rad, its factor and its offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +45,17 @@ pub(crate) struct BaseUnit {
     pub exponents: [i32; 8],
     pub factor: f64,
     pub offset: f64,
+}
+
+impl BaseUnit {
+    /// One of ours.
+    pub fn of(u: &unit::Unit) -> Self {
+        Self {
+            exponents: [u.kg, u.m, u.s, 0, 0, 0, 0, u.rad],
+            factor: u.factor,
+            offset: 0.0,
+        }
+    }
 }
 
 /// A variable of an FMU.
@@ -143,13 +151,16 @@ fn flag(e: &BytesStart<'_>, name: &str) -> Read<bool> {
 /// Type of a variable by the name of its element, and that of its number.
 fn kind_of(element: &str, three: bool) -> Option<(Kind, usize)> {
     Some(match element {
-        "Real" | "Float64" => (Kind::Real, 0),
-        "Integer" => (Kind::Integer, INT32),
+        "Real" => (Kind::Real, 0),
+        "Integer" => (Kind::Integer, 1),
         "Boolean" => (Kind::Boolean, 0),
-        "Enumeration" => (Kind::Word, if three { INT64 } else { INT32 }),
+        "Enumeration" => (Kind::Word, if three { 8 } else { 1 }),
         "String" | "Binary" | "Clock" => (Kind::Other, 0),
-        "Float32" => (Kind::Real, NUMBERS.iter().position(|n| *n == element)?),
-        _ => (Kind::Integer, NUMBERS.iter().position(|n| *n == element)?),
+        _ => {
+            let is_real = element.starts_with("Float");
+            let kind = if is_real { Kind::Real } else { Kind::Integer };
+            (kind, NUMBERS.iter().position(|n| *n == element)?)
+        }
     })
 }
 
@@ -316,7 +327,12 @@ impl Reading {
                 v.words = of_type.words.clone();
             }
             let unit = v.unit.as_deref();
-            v.base = unit.and_then(|unit| self.units.get(unit).copied().or_else(|| by_name(unit)));
+            v.base = unit.and_then(|unit| {
+                self.units
+                    .get(unit)
+                    .copied()
+                    .or_else(|| unit::find(unit).map(BaseUnit::of))
+            });
         }
         let mut names: Vec<&str> = d.variables.iter().map(|v| v.name.as_str()).collect();
         names.sort_unstable();
@@ -325,16 +341,6 @@ impl Reading {
         }
         Ok(d)
     }
-}
-
-/// The unit that a name means where the FMU does not define it.
-fn by_name(name: &str) -> Option<BaseUnit> {
-    let found = unit::find(name)?;
-    Some(BaseUnit {
-        exponents: [found.kg, found.m, found.s, 0, 0, 0, 0, found.rad],
-        factor: found.factor,
-        offset: 0.0,
-    })
 }
 
 /// Reads the description of the FMU that messages name `at`.

@@ -175,14 +175,11 @@ impl<'a> Names<'a> {
                 format!("a {is} of one value"),
             );
         }
-        let base = |u: &unit::Unit| BaseUnit {
-            exponents: [u.kg, u.m, u.s, 0, 0, 0, 0, u.rad],
-            factor: u.factor,
-            offset: 0.0,
-        };
         // what the FMU says, else the word that it uses
-        let theirs = v.base.or_else(|| unit::named(v.unit.as_deref()?).map(base));
-        if let (Some(theirs), Some(known)) = (theirs, unit::find(unit).map(base)) {
+        let theirs = v
+            .base
+            .or_else(|| unit::named(v.unit.as_deref()?).map(BaseUnit::of));
+        if let (Some(theirs), Some(known)) = (theirs, unit::find(unit).map(BaseUnit::of)) {
             let same = theirs.exponents == known.exponents
                 && (theirs.factor / known.factor - 1.0).abs() < 1e-9
                 && theirs.offset == 0.0;

@@ -36,11 +36,7 @@ impl Example {
 const CRATE_NAME: &str = "own_estimator";
 const LOCK: &str = "Cargo.lock";
 /// What is said where there are no sources of the crates.
-const RELEASED: &str = concat!(
-    "Cargo.toml names monorig ",
-    env!("CARGO_PKG_VERSION"),
-    " of crates.io. Until it is there, name a checkout with --monorig\n"
-);
+const RELEASED: &str = "its Cargo.toml names crates of crates.io; until they are there, name a checkout with --monorig\n";
 /// Between two packages of a lock file.
 const PACKAGE: &str = "\n[[package]]\n";
 
@@ -52,7 +48,7 @@ pub(super) fn make(
 ) -> Result<String, CliError> {
     let name = match example.is_crate() {
         true => crate_name(folder)?,
-        false => file_name(folder)?,
+        false => last_part(folder),
     };
     if folder.symlink_metadata().is_ok() {
         let message = format!("{} is there already", folder.display());
@@ -61,7 +57,7 @@ pub(super) fn make(
     let here = std::env::current_dir().map_err(|e| failed(Path::new("."), e))?;
     let folder = here.join(folder);
     let parent = folder.parent().unwrap_or(&here);
-    let sources = sources(example, monorig, [&here, parent])?;
+    let sources = sources((example.folder, example.files), monorig, [&here, parent])?;
     std::fs::create_dir_all(parent).map_err(|e| failed(parent, e))?;
     let parent = parent.canonicalize().map_err(|e| failed(parent, e))?;
     let way = way(&parent.join(&name), &sources)?;
@@ -86,13 +82,19 @@ pub(super) fn make(
     ))
 }
 
+/// The last part of a way to a folder.
+fn last_part(folder: &Path) -> String {
+    let name = folder.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
 /// The name of the crate: that of the folder.
 fn crate_name(folder: &Path) -> Result<String, CliError> {
-    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    let name = last_part(folder);
     let mut letters = name.chars();
     let first = letters.next().is_some_and(|c| c.is_ascii_alphabetic());
     if first && letters.all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
-        return Ok(name.into_owned());
+        return Ok(name);
     }
     Err(CliError::refused(
         format!("`{name}` is no name of a crate"),
@@ -100,33 +102,24 @@ fn crate_name(folder: &Path) -> Result<String, CliError> {
     ))
 }
 
-/// The last part of a way to a folder.
-fn file_name(folder: &Path) -> Result<String, CliError> {
-    let name = folder.file_name().map(|name| name.to_string_lossy());
-    name.map(|name| name.into_owned()).ok_or_else(|| {
-        let message = format!("{} is no name of a folder", folder.display());
-        CliError::refused(message, "name a folder that is not there yet")
-    })
-}
-
 /// The folder of monorig's sources: the given one, the nearest at or above `starts`, or that of what comes with the
 /// program.
 pub(in crate::commands::new) fn sources(
-    example: &Example,
+    (folder, files): (&str, &[&str]),
     given: Option<&Path>,
     starts: [&Path; 2],
 ) -> Result<PathBuf, CliError> {
-    let has = |folder: &Path| {
-        let mut files = example.files.iter();
-        files.all(|file| folder.join(example.folder).join(file).is_file())
+    let has = |sources: &Path| {
+        let mut files = files.iter();
+        files.all(|file| sources.join(folder).join(file).is_file())
     };
     let places = match given {
         Some(folder) => vec![folder.to_owned()],
         None => share::folders(starts),
     };
-    let Some(found) = places.iter().find(|folder| has(folder)) else {
+    let Some(found) = places.iter().find(|p| has(p)) else {
         let message = match given {
-            Some(folder) => format!("{} has no {}", folder.display(), example.folder),
+            Some(given) => format!("{} has no {folder}", given.display()),
             None => "the sources of monorig are not at or above this folder, and no copy of its examples is beside the program".into(),
         };
         let help = "name the folder of monorig's sources with --monorig: the new folder refers to files in it";
@@ -169,8 +162,8 @@ fn fill(
             LOCK => renamed_lock(&text, name),
             "Cargo.toml" if !has_crates(sources) => {
                 let version = concat!("version = \"", env!("CARGO_PKG_VERSION"), "\"");
-                let text = text.replace("path = \"../../estimators\"", version);
-                let text = text.replace("path = \"../../cli\"", version);
+                let ours = ["estimators", "cli"].map(|of| format!("path = \"../../{of}\""));
+                let text = text.replace(&ours[0], version).replace(&ours[1], version);
                 text.replace(CRATE_NAME, name)
             }
             _ if example.is_crate() => text.replace(&example.way(), way).replace(CRATE_NAME, name),
@@ -183,16 +176,11 @@ fn fill(
 
 /// The lock file with the package of the example under another name, at its place in the order of names.
 fn renamed_lock(text: &str, name: &str) -> String {
-    let mut parts = text.trim_end().split(PACKAGE).map(str::trim_end);
-    let head = parts.next().unwrap_or_default();
     let name_line = |name: &str| format!("name = \"{name}\"\n");
-    let own = name_line(CRATE_NAME);
-    let (example, others): (Vec<&str>, Vec<&str>) = parts.partition(|p| p.starts_with(&own));
-    let example = example.concat().replacen(&own, &name_line(name), 1);
-    let of = |part: &str| part.split('"').nth(1).unwrap_or_default().to_owned();
-    let place = others.iter().position(|p| of(p).as_str() > name);
-    let mut all = others;
-    all.insert(place.unwrap_or(all.len()), &example);
+    let text = text.replacen(&name_line(CRATE_NAME), &name_line(name), 1);
+    let mut all: Vec<&str> = text.trim_end().split(PACKAGE).map(str::trim_end).collect();
+    let head = all.remove(0);
+    all.sort_by_key(|package| package.split('"').nth(1));
     let all: Vec<String> = all.iter().map(|p| format!("{PACKAGE}{p}\n")).collect();
     format!("{head}\n{}", all.concat())
 }
