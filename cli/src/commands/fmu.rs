@@ -48,7 +48,7 @@ struct EstimatorArgs {
     #[arg(long, value_name = "SCENARIO", value_parser = share::named())]
     scenario: PathBuf,
     /// Shared library with the functions of monorig_estimator.h
-    #[arg(long, value_name = "LIBRARY")]
+    #[arg(long, value_name = "LIBRARY", conflicts_with = "binary")]
     library: Option<PathBuf>,
     /// Parameter that starts with another value than its default; may be given several times
     #[arg(long = "set", value_name = "PARAMETER=VALUE", value_parser = assignment)]
@@ -79,19 +79,8 @@ struct OutArgs {
     #[arg(long, value_name = "FOLDER=FILE", value_parser = monorig_fmu::binary)]
     binary: Vec<(String, PathBuf)>,
     /// Version of the standard
-    #[arg(long, value_enum, default_value = "2")]
-    fmi: Version,
-}
-
-/// Versions of the standard.
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum Version {
-    /// FMI 2.0
-    #[value(name = "2")]
-    Two,
-    /// FMI 3.0
-    #[value(name = "3")]
-    Three,
+    #[arg(long, value_parser = ["2", "3"], default_value = "2")]
+    fmi: String,
 }
 
 impl Command for FmuArgs {
@@ -103,11 +92,6 @@ impl Command for FmuArgs {
                     settings = settings.set(key, value_of(value));
                 }
                 if let Some(library) = &task.library {
-                    if !task.out.binary.is_empty() {
-                        let why =
-                            "an FMU of your library runs on the machine of that library alone";
-                        return Err(CliError::refused(why, "`--library` without `--binary`"));
-                    }
                     let file = std::fs::canonicalize(library).unwrap_or(library.clone());
                     settings = settings.in_library(&file.display().to_string(), file.clone());
                 }
@@ -121,10 +105,8 @@ impl Command for FmuArgs {
 }
 
 fn write(fmu: &Package, task: &OutArgs) -> Result<CommandOutcome, CliError> {
-    let fmi = match task.fmi {
-        Version::Two => Fmi::Two,
-        Version::Three => Fmi::Three,
-    };
+    let three = task.fmi == "3";
+    let fmi = if three { Fmi::Three } else { Fmi::Two };
     let bytes = fmu.bytes(fmi, &monorig_fmu::library()?, &task.binary)?;
     whole::write(&task.out, &bytes)?;
     note(&format!("{} is in {}", fmu.name(), task.out.display()));

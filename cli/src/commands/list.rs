@@ -19,6 +19,7 @@ use monorig_sim::config::file::{Document, input_error};
 use monorig_sim::config::scenario::{FaultKind, Scenario};
 use monorig_sim::record::{descriptions, palette};
 use serde_json::Value;
+use std::path::Path;
 
 const LIST_EXAMPLES: &str = "\
 Examples:
@@ -228,8 +229,8 @@ fn sensors(registry: &Registry) -> Vec<Entry> {
 }
 
 /// The scenarios in a folder and the folders in it, each with why it exists.
-fn scenarios(folder: &str) -> Result<Vec<Entry>, CliError> {
-    let folder = &*share::find(folder.into());
+fn scenarios(named_so: &str) -> Result<Vec<Entry>, CliError> {
+    let folder = &*share::find(named_so.into());
     if !folder.is_dir() {
         let help = "name a folder of scenarios: `monorig list scenarios DIR`";
         return Err(input_error(folder, "", "this is not a folder", help).into());
@@ -245,7 +246,9 @@ fn scenarios(folder: &str) -> Result<Vec<Entry>, CliError> {
                 Ok(scenario) => scenario.file.why,
                 Err(_) => "cannot be used; `monorig check` says why".into(),
             };
-            entries.push(named(&file.display().to_string(), &why));
+            // as a command takes it, also where it comes with the program
+            let shown = Path::new(named_so).join(file.strip_prefix(folder).unwrap_or(&file));
+            entries.push(named(&shown.display().to_string(), &why));
         }
     }
     Ok(entries)
