@@ -27,13 +27,15 @@ static void step(double dt, int start, int sequence) {
     last = -1, slow_accel = accel = seen & 1 ? accel : 0.0, slow_speed = speed = seen & 2 ? speed : 0.0;
   seen = 0;
   if (sequence == last) return; /* the answer was lost: the same again */
+  int began = last < 0;         /* the first step of this program: monorig is told, which finds a restart by it */
   slow_speed += (speed - slow_speed) * fmin(dt / TAU, 1.0);
   slow_accel += (accel - slow_accel) * fmin(dt / TAU, 1.0);
   double sine = (slow_accel - (speed - slow_speed) / TAU) / G;
   uint64_t slope = (uint64_t)lround(asin(fmax(-1.0, fmin(1.0, sine))) * 1e6), n = (uint64_t)(last = sequence);
-  memcpy(answer, (uint8_t[]){2, 0, (uint8_t)sequence, 0, 3}, length = 5);
+  memcpy(answer, (uint8_t[]){2, 0, (uint8_t)sequence, 0, (uint8_t)(3 + began)}, length = 5);
   head(0x240, 8), put(150000, 3), put(50000, 3), put(n << 1, 2); /* 15 t ± 5 t, not valid */
   head(0x241, 8), put(slope, 3), put(10000, 3), put(n << 1 | 1, 2);
+  if (began) head(0x242, 12), put(0, 6), put(1 << 4 | n << 5, 6);
   head(0x243, 16), put(slope, 3), put(10000, 3), put((uint64_t)lround(speed * 1e5), 3), put(5000, 3);
   put(n << 2 | 2, 4); /* the speed alone is valid */
 }

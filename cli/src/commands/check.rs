@@ -5,6 +5,7 @@ use crate::command::{Command, CommandOutcome, Program};
 use crate::files::formats::FileKind;
 use crate::files::formats::{self, FileFormat, KINDS};
 use crate::files::results;
+use crate::files::share;
 use crate::ui::errors::{self, CliError};
 use crate::ui::output;
 use monorig_sim::closed_loop::registry::Registry;
@@ -22,6 +23,8 @@ Examples:
   monorig check --kind track assets/tracks/winding.yaml
   monorig check runs/liu2023_section1/1/*
       what a run left behind: whole and readable?
+  monorig check scenarios/minimal.yaml --vehicle c > vehicle.h
+      its vehicle for a program in C
   monorig check --schema scenario > scenario.json
       every key of a scenario; an editor with the YAML language server completes
       the keys of a file that begins with
@@ -32,7 +35,7 @@ Examples:
 #[command(name = "check", after_help = CHECK_EXAMPLES)]
 pub struct CheckArgs {
     /// Files to check; monorig finds the kind of a file from its keys, the kind of a result from its name
-    #[arg(required_unless_present = "schema")]
+    #[arg(required_unless_present = "schema", value_parser = share::named())]
     pub files: Vec<PathBuf>,
     /// Kind of the files, if their keys do not show it
     #[arg(long)]
@@ -40,12 +43,23 @@ pub struct CheckArgs {
     /// Print the JSON Schema of a kind of files: every key, its meaning and its unit; without KIND the kinds are listed
     #[arg(long, value_name = "KIND", num_args = 0..=1, conflicts_with = "files")]
     pub schema: Option<Option<FileKind>>,
+    /// Print the nominal vehicle of a scenario for a program with monorig_estimator.h, or for firmware
+    #[cfg(feature = "plugins")]
+    #[arg(long, value_name = "LANGUAGE", value_parser = ["c"], conflicts_with_all = ["kind", "schema"])]
+    pub vehicle: Option<String>,
     #[command(flatten)]
     pub foreign: Foreign,
 }
 
 impl Command for CheckArgs {
     fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
+        #[cfg(feature = "plugins")]
+        if self.vehicle.is_some() {
+            for file in &self.files {
+                output::print(&monorig_plugin::in_c(&monorig_fmu::vehicle(file)?))?;
+            }
+            return Ok(CommandOutcome::Held);
+        }
         match self.schema {
             Some(kind) => schema(kind, program.registry),
             None => check(self, &self.foreign.registry(program.registry, [])),

@@ -4,7 +4,7 @@ mod runs;
 
 use crate::arguments::{Changes, Jobs, Json, NamedEstimator, metric, named};
 use crate::command::{Command, CommandOutcome, Program};
-use crate::files::{csv, prepare};
+use crate::files::{csv, prepare, share};
 use crate::identity::identity;
 use crate::recording::many::all_of;
 use crate::ui::errors::CliError;
@@ -56,7 +56,7 @@ half of its 95 % interval (percentile bootstrap over seeds). Medians, intervals,
 #[command(name = "compare", after_help = COMPARE_EXAMPLES)]
 pub struct CompareArgs {
     /// Scenario file, or the folders of two runs
-    #[arg(required = true, num_args = 1..=2, value_name = "FILE|RUN RUN")]
+    #[arg(required = true, num_args = 1..=2, value_name = "FILE|RUN RUN", value_parser = share::named())]
     pub paths: Vec<PathBuf>,
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = named, help = ESTIMATORS)]
     pub estimators: Vec<NamedEstimator>,

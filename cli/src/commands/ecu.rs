@@ -2,6 +2,7 @@
 
 use crate::arguments::{Signals, assignment, value_of};
 use crate::command::{Command, CommandOutcome, Program};
+use crate::files::share;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use monorig_plugin::external::{serve_can, serve_lines, serve_udp};
@@ -25,7 +26,7 @@ pub struct EcuArgs {
     /// Name of the estimator (`monorig list estimators`)
     name: String,
     /// Scenario with the estimator's vehicle
-    #[arg(long, value_name = "SCENARIO")]
+    #[arg(long, value_name = "SCENARIO", value_parser = share::named())]
     scenario: PathBuf,
     /// Set a parameter to another value than its default; may be given several times
     #[arg(long = "set", value_name = "PARAMETER=VALUE", value_parser = assignment)]

@@ -3,7 +3,7 @@
 use crate::arguments::{Foreign, Jobs, seeds};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::scenarios::{of_run, scenario_name};
-use crate::files::{prepare, report};
+use crate::files::{prepare, report, share};
 use crate::identity::identity;
 use crate::recording::many::all_of;
 use crate::ui::errors::CliError;
@@ -44,7 +44,7 @@ pub struct ExplainArgs {
     pub run: PathBuf,
     /// Scenario file of the run; without this option the file with the run's name and content, here or in the folder
     /// scenarios
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = share::named())]
     pub scenario: Option<PathBuf>,
     /// Seeds to run; without this option five, beginning with the run's seed
     #[arg(long, value_name = "SEEDS", value_parser = seeds)]

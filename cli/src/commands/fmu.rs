@@ -2,12 +2,13 @@
 
 use crate::arguments::{assignment, value_of};
 use crate::command::{Command, CommandOutcome, Program};
+use crate::files::share;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use monorig_fmu::{Fmi, Package};
 use monorig_sim::config::scenario::Settings;
 use monorig_sim::record::whole;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const FMU_EXAMPLES: &str = "\
 Examples:
@@ -21,7 +22,7 @@ Examples:
   monorig fmu plant scenarios/minimal.yaml --out plant.fmu
 
 FMUs for co-simulation, for Simulink and other tools. They have a binary for
-the system that this program runs on.";
+the system that this program runs on, and those of --binary.";
 
 /// Write an estimator or the plant of a scenario as an FMU.
 #[derive(Debug, clap::Parser)]
@@ -44,10 +45,10 @@ struct EstimatorArgs {
     /// Name of the estimator (`monorig list estimators`); for a library its name there
     name: String,
     /// Scenario with the estimator's vehicle and its instruments
-    #[arg(long, value_name = "SCENARIO")]
+    #[arg(long, value_name = "SCENARIO", value_parser = share::named())]
     scenario: PathBuf,
     /// Shared library with the functions of monorig_estimator.h
-    #[arg(long, value_name = "LIBRARY")]
+    #[arg(long, value_name = "LIBRARY", conflicts_with = "binary")]
     library: Option<PathBuf>,
     /// Set a parameter to another value than its default; may be given several times
     #[arg(long = "set", value_name = "PARAMETER=VALUE", value_parser = assignment)]
@@ -59,6 +60,7 @@ struct EstimatorArgs {
 #[derive(Debug, clap::Args)]
 struct PlantArgs {
     /// The scenario; its estimators and its controller are left out
+    #[arg(value_parser = share::named())]
     scenario: PathBuf,
     /// Change a value of the scenario; may be given several times
     #[arg(long = "set", value_name = "PATH=VALUE", value_parser = assignment)]
@@ -72,20 +74,13 @@ struct OutArgs {
     /// The FMU to write
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// Library of monorig for another machine, from its archive, such as `win64=monorig_fmu.dll`; may be given several
+    /// times
+    #[arg(long, value_name = "FOLDER=FILE", value_parser = monorig_fmu::binary)]
+    binary: Vec<(String, PathBuf)>,
     /// Version of the standard
-    #[arg(long, value_enum, default_value = "2")]
-    fmi: Version,
-}
-
-/// Versions of the standard.
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum Version {
-    /// FMI 2.0
-    #[value(name = "2")]
-    Two,
-    /// FMI 3.0
-    #[value(name = "3")]
-    Three,
+    #[arg(long, value_parser = ["2", "3"], default_value = "2")]
+    fmi: String,
 }
 
 impl Command for FmuArgs {
@@ -110,16 +105,10 @@ impl Command for FmuArgs {
 }
 
 fn write(fmu: &Package, task: &OutArgs) -> Result<CommandOutcome, CliError> {
-    let fmi = match task.fmi {
-        Version::Two => Fmi::Two,
-        Version::Three => Fmi::Three,
-    };
-    let bytes = fmu.bytes(fmi, &monorig_fmu::library()?)?;
+    let three = task.fmi == "3";
+    let fmi = if three { Fmi::Three } else { Fmi::Two };
+    let bytes = fmu.bytes(fmi, &monorig_fmu::library()?, &task.binary)?;
     whole::write(&task.out, &bytes)?;
-    note(&format!("{} is in {}", fmu.name(), shown(&task.out)));
+    note(&format!("{} is in {}", fmu.name(), task.out.display()));
     Ok(CommandOutcome::Held)
-}
-
-fn shown(path: &Path) -> String {
-    path.display().to_string()
 }

@@ -6,6 +6,7 @@ use crate::arguments::Out;
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::folders::yaml_files;
 use crate::files::formats::{self, FileKind};
+use crate::files::share;
 use crate::ui::errors::CliError;
 use crate::ui::output;
 use clap::ValueEnum;
@@ -116,7 +117,7 @@ fn list(task: &ListArgs, registry: &Registry) -> Result<CommandOutcome, CliError
             .collect(),
         Listed::Faults => faults(),
         Listed::Sensors => sensors(registry),
-        Listed::Scenarios => scenarios(task.of.as_deref().unwrap_or("scenarios").as_ref())?,
+        Listed::Scenarios => scenarios(task.of.as_deref().unwrap_or("scenarios"))?,
         Listed::Runs => {
             let folder = task.of.as_ref().map_or_else(|| task.out.get(), Into::into);
             return runs::list(&folder, &task.filter);
@@ -231,7 +232,8 @@ fn sensors(registry: &Registry) -> Vec<Entry> {
 }
 
 /// Scenarios in a folder and its subfolders, each with its purpose.
-fn scenarios(folder: &Path) -> Result<Vec<Entry>, CliError> {
+fn scenarios(named_so: &str) -> Result<Vec<Entry>, CliError> {
+    let folder = &*share::find(named_so.into());
     if !folder.is_dir() {
         let help = "name a folder of scenarios: `monorig list scenarios DIR`";
         return Err(input_error(folder, "", "this is not a folder", help).into());
@@ -247,7 +249,9 @@ fn scenarios(folder: &Path) -> Result<Vec<Entry>, CliError> {
                 Ok(scenario) => scenario.file.why,
                 Err(_) => "cannot be used; `monorig check` says why".into(),
             };
-            entries.push(named(&file.display().to_string(), &why));
+            // as a command takes it, also where it comes with the program
+            let shown = Path::new(named_so).join(file.strip_prefix(folder).unwrap_or(&file));
+            entries.push(named(&shown.display().to_string(), &why));
         }
     }
     Ok(entries)

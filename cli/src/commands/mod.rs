@@ -68,20 +68,15 @@ const OLD_NAMES: [(&str, &[&str]); 10] = [
 /// Words of a command line, with an old name of the command replaced. `commands`: present names, which are found before
 /// old names.
 pub(crate) fn of_today(mut words: Vec<OsString>, commands: &[&str]) -> Vec<OsString> {
+    let is_new = |word: &OsString| commands.iter().any(|c| word == c);
     let old = |word: &OsString| OLD_NAMES.iter().find(|(name, _)| word == name);
-    let first =
-        (words.iter().skip(1)).position(|w| commands.iter().any(|c| w == c) || old(w).is_some());
-    let Some(place) = first.map(|i| i + 1) else {
-        return words;
-    };
-    let found = words
-        .get(place)
-        .filter(|word| commands.iter().all(|c| word != c));
-    if let Some((name, new)) = found.and_then(old) {
+    let mut all = words.iter().enumerate().skip(1);
+    let first = all.find(|(_, word)| is_new(word) || old(word).is_some());
+    let first = first.filter(|(_, word)| !is_new(word));
+    if let Some((at, (name, new))) = first.and_then(|(at, word)| Some((at, old(word)?))) {
         // `sensors` had one task
-        let more =
-            usize::from(*name == "sensors" && words.get(place + 1).is_some_and(|w| w == "fit"));
-        words.splice(place..=place + more, new.iter().map(OsString::from));
+        let fit = *name == "sensors" && words.get(at + 1).is_some_and(|w| w == "fit");
+        words.splice(at..=at + usize::from(fit), new.iter().map(OsString::from));
     }
     words
 }

@@ -4,6 +4,7 @@ use crate::arguments::{Json, Out, VIEWER, address, assignment, seeds};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::out::prepare_out;
 use crate::files::prepare;
+use crate::files::share;
 use crate::identity::identity;
 use crate::recording::pace;
 use crate::recording::simulate::{RecordOptions, simulate};
@@ -54,8 +55,8 @@ const SEEDS: &str = "seeds";
 #[derive(Debug, clap::Parser)]
 #[command(name = "run", after_help = RUN_EXAMPLES)]
 pub struct RunArgs {
-    /// Scenario files
-    #[arg(required = true, value_name = "FILE")]
+    /// Scenario files, or names of those that come with monorig
+    #[arg(required = true, value_name = "FILE", value_parser = share::named())]
     pub files: Vec<PathBuf>,
     /// Run these seeds instead of the first seed: `7`, `1..3` or `1,5,9`
     #[arg(long, value_name = "SEEDS", value_parser = seeds)]

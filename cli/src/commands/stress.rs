@@ -4,6 +4,7 @@ use crate::arguments::{Changes, Jobs, NamedEstimator, Out, RANGES, named, shard,
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::out;
 use crate::files::scenarios::scenarios;
+use crate::files::share;
 use crate::identity::identity;
 use crate::recording::many::resumed;
 use crate::ui::errors::CliError;
@@ -47,7 +48,7 @@ is started again.";
 #[command(name = "stress", after_help = STRESS_EXAMPLES)]
 pub struct StressArgs {
     /// Scenario files, or folders of them
-    #[arg(default_value = "scenarios/stress")]
+    #[arg(default_value = "scenarios/stress", value_parser = share::named())]
     pub scenarios: Vec<PathBuf>,
     /// Estimators to try, by name or as NAME=TYPE; without this option the scenarios'
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = named)]
@@ -65,7 +66,7 @@ pub struct StressArgs {
     #[arg(long, value_name = "N", default_value_t = 1, requires = "drawn")]
     pub seed: u64,
     /// File of the ranges for the courses
-    #[arg(long, hide_short_help = true, value_name = "FILE", default_value = RANGES, requires = "drawn")]
+    #[arg(long, hide_short_help = true, value_name = "FILE", default_value = RANGES, value_parser = share::named(), requires = "drawn")]
     pub ranges: PathBuf,
     #[command(flatten)]
     pub changes: Changes,
@@ -173,7 +174,7 @@ fn stress(task: &StressArgs, registry: &Registry) -> Result<CommandOutcome, CliE
 
 /// Reads scenarios and conditions, and checks them against each other.
 fn battery(task: &StressArgs, registry: &Registry) -> Result<Battery, CliError> {
-    let mut folders = vec![PathBuf::from(CONDITIONS)];
+    let mut folders = vec![share::find(CONDITIONS.into())];
     folders.retain(|ours| task.conditions.is_empty() || ours.is_dir());
     folders.extend(task.conditions.iter().cloned());
     let mut conditions = Condition::load_all(&folders)?;

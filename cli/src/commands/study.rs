@@ -4,6 +4,7 @@
 use crate::arguments::{Changes, Expect, Jobs, Json, Out, assignment, shard};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::prepare;
+use crate::files::share;
 use crate::identity::identity;
 use crate::recording::many::resumed;
 use crate::ui::errors::CliError;
@@ -40,6 +41,7 @@ and for a whole run or merged shards.";
 #[command(name = "study", after_help = STUDY_EXAMPLES)]
 pub struct StudyArgs {
     /// Study file, or with --vary a scenario
+    #[arg(value_parser = share::named())]
     pub file: PathBuf,
     /// Values of a key of the scenario: FROM..TO:COUNT or a list; may be given several times
     #[arg(long, value_name = "PATH=VALUES", value_parser = values)]

@@ -10,6 +10,7 @@ use crate::command::{Command, CommandOutcome, Program};
 use crate::files::out::prepare_out;
 use crate::files::prepare;
 use crate::files::scenarios::{nothing, scenarios};
+use crate::files::share;
 use crate::identity::identity;
 use crate::recording::many::many;
 use crate::ui::errors::{self, CliError};
@@ -67,7 +68,7 @@ verdict. -v adds every finding, every known failure and its reason.";
 #[command(name = "test", after_help = TEST_EXAMPLES)]
 pub struct TestArgs {
     /// Scenario files, or folders of them
-    #[arg(default_value = "scenarios")]
+    #[arg(default_value = "scenarios", value_parser = share::named())]
     pub paths: Vec<PathBuf>,
     #[command(flatten)]
     pub jobs: Jobs,

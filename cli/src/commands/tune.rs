@@ -6,6 +6,7 @@ use crate::arguments::{Jobs, Json, Out};
 use crate::command::{Command, CommandOutcome, Program};
 use crate::files::out::prepare_out;
 use crate::files::prepare;
+use crate::files::share;
 use crate::identity::identity;
 use crate::ui::errors::CliError;
 use crate::ui::interrupt;
@@ -38,6 +39,7 @@ validation.json and sensitivity.json.";
 #[command(name = "tune", after_help = EXAMPLES)]
 pub struct TuneArgs {
     /// Study file
+    #[arg(value_parser = share::named())]
     pub file: PathBuf,
     /// Continue after the existing trials
     #[arg(long)]

@@ -115,7 +115,7 @@ pub const KINDS: &[FileFormat] = kinds! {
         |path, _| Rail::load(path).map(drop);
     Train "train" "a train: units front to rear, load, limits, running resistance"; TrainFile; &[];
         |path, _| Train::load(path).map(drop);
-    Unit "unit" "a unit of a train: what its URDF cannot say (springs, motor, gear, clamp, brake)"; UnitFile; &[];
+    Unit "unit" "a unit of a train: data that a URDF cannot hold (springs, motor, gear, clamp, brake)"; UnitFile; &[];
         |path, _| Unit::load(path).map(drop);
     Car "car" "a car for a road: mass, wheels, tyres, motors, brakes, suspension, driver"; CarFile; &[];
         |path, _| Car::load(path).map(drop);
@@ -123,17 +123,17 @@ pub const KINDS: &[FileFormat] = kinds! {
         |path, _| Sheet::load(path).map(drop);
     RailProfile "rail-profile" "the section of an I-beam rail"; ProfileFile; &[];
         |path, _| Profile::load(path).map(drop);
-    Ranges "ranges" "what `monorig new courses` draws from: trains, tracks, drives, instruments"; RangesFile; &[TYPE];
+    Ranges "ranges" "ranges for `monorig new courses`: trains, tracks, drives, instruments"; RangesFile; &[TYPE];
         |path, registry| RangesFile::load(path)?.check(path, registry);
     Condition "condition" "changes to a scenario under which `monorig stress` tries estimators"; ConditionFile; &[INSTRUMENT];
         |path, _| Condition::load(path).map(drop);
     Study "study" "a scenario run many times with drawn values"; StudyFile; &[];
         |path, registry| Plan::load(path, registry).map(drop);
-    Tuning "tuning" "a tuning study: what varies, over which runs, what is good, how to search";
+    Tuning "tuning" "a tuning study: parameters to vary, runs, loss, method of search";
         TuningFile;
         &[("/properties/is", Words::EstimatorTypes), ("/$defs/Constraint/properties/metric", Words::Metric), ("/$defs/Term/properties/metric", Words::Metric)];
         |path, registry| TuningStudy::load(path, registry).map(drop);
-    Map "map" "what the columns of a recorded log measure, and what estimates are held against";
+    Map "map" "the quantities in the columns of a recorded log, and the reference of the estimates";
         MapFile;
         &[TYPE, ESTIMATORS, METRIC_OF_BOUND, METRIC_OF_FAILURE];
         |path, registry| {
@@ -142,7 +142,7 @@ pub const KINDS: &[FileFormat] = kinds! {
             let simulation = replay::simulation(&map, &ReplayOptions::default(), registry)?;
             expected::check(&simulation.scenario)
         };
-    Vehicle "vehicle" "the numbers of a vehicle that estimators are given, for the map of a recorded log"; VehicleFile; &[];
+    Vehicle "vehicle" "the data of a vehicle for estimators, for the map of a recorded log"; VehicleFile; &[];
         |path, _| VehicleFile::values(&Document::read(path)?).map(drop);
     Parameters "parameters" "parameters of an estimator, for scenarios to include"; ParameterFile; &[("/properties/estimator", Words::EstimatorTypes)];
         |path, registry| name_check::parameter_file(path, registry).map(drop);

@@ -11,4 +11,5 @@ pub(crate) mod report;
 pub(crate) mod results;
 pub(crate) mod scenarios;
 pub(crate) mod schema_words;
+pub(crate) mod share;
 pub(crate) mod written;

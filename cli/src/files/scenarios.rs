@@ -2,6 +2,7 @@
 
 use crate::files::folders::yaml_files;
 use crate::files::formats::{self, FileKind};
+use crate::files::share;
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use monorig_sim::config::file::{Document, input_error};
@@ -73,8 +74,8 @@ pub fn nothing(path: &Path, message: String) -> CliError {
 pub fn of_run(manifest: &Manifest) -> Option<PathBuf> {
     let name = format!("{}.yaml", scenario_name(manifest));
     let wanted = manifest.inputs.get(&name)?;
-    let folders = [Path::new("."), Path::new("scenarios")].into_iter();
-    let mut candidates = folders.flat_map(|f| below(f, &name));
+    let folders = [PathBuf::from("."), share::find("scenarios".into())];
+    let mut candidates = folders.into_iter().flat_map(|f| below(&f, &name));
     candidates.find(|file| sum(file).is_ok_and(|sum| sum == *wanted))
 }
 

@@ -217,7 +217,7 @@ fn as_fmu(library: &Path, fmi: Fmi, registry: &Registry) -> Vec<u8> {
     let scenario = common::project().join("scenarios/minimal.yaml");
     let package = monorig_fmu::estimator("two_state", &settings, registry, &scenario);
     let binary = monorig_fmu::library().unwrap();
-    package.unwrap().bytes(fmi, &binary).unwrap()
+    package.unwrap().bytes(fmi, &binary, &[]).unwrap()
 }
 
 /// A study tunes an FMU as it tunes a library: the same trials and the same winner, which a scenario takes over. A

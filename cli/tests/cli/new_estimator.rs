@@ -123,6 +123,57 @@ fn libraries_build_and_their_scenarios_hold() {
     }
 }
 
+/// A program with its `share` folder, as a wheel has it, needs no sources.
+#[test]
+#[cfg(unix)]
+fn an_installed_program_finds_what_comes_with_it() {
+    let dir = TestFolder::new();
+    let share = dir.path("share/monorig");
+    let copied = Command::new("python3")
+        .arg(project().join("docs/tools/share.py"))
+        .args([&share, &dir.path("libraries")])
+        .status();
+    if !copied.is_ok_and(|done| done.success()) {
+        return;
+    }
+    std::fs::create_dir(dir.path("bin")).unwrap();
+    let program = dir.path("bin/monorig");
+    std::fs::copy(env!("CARGO_BIN_EXE_monorig"), &program).unwrap();
+    std::fs::create_dir(dir.path("empty")).unwrap();
+    let run = |words: &[&str]| {
+        let mut command = Command::new(&program);
+        let done = command.args(words).current_dir(dir.path("empty")).output();
+        let done = done.unwrap();
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (done.status.code(), text(&done.stdout), text(&done.stderr))
+    };
+    for named in ["minimal", "stress/no_stop", "scenarios/minimal.yaml"] {
+        let (code, out, err) = run(&["run", named, "--no-rerun", "--set", "stop.after_s=1"]);
+        assert!(matches!(code, Some(0 | 1)), "{named}: {out}{err}");
+    }
+    let (code, out, _) = run(&["list", "scenarios"]);
+    assert!(
+        code == Some(0) && out.starts_with("scenarios/adhesion_loss.yaml\n"),
+        "{out}"
+    );
+    let (code, _, err) = run(&["run", "minimum"]);
+    assert!(code == Some(2) && err.contains("minimum"), "{err}");
+    for language in ["c", "simulink", "python", "rust"] {
+        let (code, out, err) = run(&["new", "estimator", language, &format!("my_{language}")]);
+        assert_eq!(code, Some(0), "{err}");
+        assert_eq!(out.contains("crates.io"), language == "rust", "{out}");
+    }
+    let cargo = dir.read("empty/my_rust/Cargo.toml");
+    let version = format!("version = \"{}\"", env!("CARGO_PKG_VERSION"));
+    assert_eq!(cargo.matches(&version).count(), 3, "{cargo}");
+    if tools(&["make", "cc"]) {
+        let made = dir.output(Command::new("make").args(["-C", "empty/my_c"]));
+        assert_eq!(made.0, Some(0), "{made:?}");
+        let (code, out, err) = run(&["test", "my_c/climb.yaml"]);
+        assert_eq!(code, Some(0), "{out}{err}");
+    }
+}
+
 /// A new scenario runs as it is, says what each key is for, and is not written over another.
 #[test]
 fn a_new_scenario_runs_and_has_a_comment_at_each_key() {

@@ -144,6 +144,17 @@ typedef struct {
   double rear_cornering_npr;
 } monorig_vehicle;
 
+/* A vehicle of which nothing is told yet: its size, NaN where that means "not told", and 0. Set the rest, or take that of
+   a scenario: `monorig check SCENARIO --vehicle c`. */
+static inline monorig_vehicle monorig_vehicle_defaults(void) {
+  monorig_vehicle none = {0};
+  double nan = 0.0;
+  nan /= nan;
+  none.size = sizeof none;
+  none.mass_guess_kg = none.accel_bias_sd_mps2 = none.gyro_bias_sd_radps = none.longitudinal_stiffness_npm = nan;
+  return none;
+}
+
 /* Kinds of a parameter. */
 #define MONORIG_NUMBER 0
 #define MONORIG_FLAG 1

@@ -6,7 +6,7 @@ use monorig_estimators::api::signals::{RoadVehicle, Vehicle, VehicleData};
 
 /// A rigid mass: `monorig_carried_mass`.
 #[repr(C)]
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 #[allow(missing_docs)] // the header has them
 pub struct Mass {
     pub places_m: [f64; 2],
@@ -16,7 +16,7 @@ pub struct Mass {
 
 /// Nominal values of a vehicle: `monorig_vehicle`.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)] // the header has them
 pub struct NominalVehicle {
     pub size: u64,

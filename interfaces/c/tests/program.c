@@ -21,18 +21,15 @@ static void print(monorig_value v) {
 }
 
 int main(void) {
-  monorig_vehicle vehicle = {
-      .size = sizeof vehicle, .drives = 1, .tare_kg = 4000.0, .wheel_radius_m = 0.17, .gear_ratio = 20.0,
-      .efficiency = 0.9, .running_resistance = 0.02, .mass_range_kg = {4000.0, 30000.0}};
+  monorig_vehicle vehicle = monorig_vehicle_defaults();
   monorig_setting settings[] = {{.name = "delta", .kind = MONORIG_NUMBER, .number = 0.95}};
   monorig_setting unknown[] = {{.name = "delat", .kind = MONORIG_NUMBER, .number = 0.95}};
   monorig_reason reason = {""};
   monorig_input z = {.size = sizeof z};
   monorig_estimate estimate = {.size = sizeof estimate};
-  double not_known = 0.0;
-  not_known /= not_known;
-  vehicle.mass_guess_kg = vehicle.accel_bias_sd_mps2 = vehicle.gyro_bias_sd_radps =
-      vehicle.longitudinal_stiffness_npm = not_known;
+  vehicle.drives = 1, vehicle.tare_kg = 4000.0, vehicle.wheel_radius_m = 0.17, vehicle.gear_ratio = 20.0;
+  vehicle.efficiency = 0.9, vehicle.running_resistance = 0.02;
+  vehicle.mass_range_kg[0] = 4000.0, vehicle.mass_range_kg[1] = 30000.0;
 
   if (monorig_abi() != MONORIG_ABI || monorig_size("nothing") != 0) return 1;
   if (monorig_size(NAME) == 0 || monorig_size(NAME) > sizeof memory) {

@@ -15,6 +15,8 @@ pub struct Answer {
     pub estimate: Estimate,
     /// True if the estimator refused the step.
     pub refused: bool,
+    /// True of the first step that the estimator was given since it began.
+    pub began: bool,
 }
 
 impl Answer {
@@ -40,6 +42,7 @@ impl Answer {
             Flag(flags.excited),
             Flag(flags.saturated),
             Flag(self.refused),
+            Flag(self.began),
             sequence,
         ];
         send(Message::Status, &status);
@@ -120,6 +123,7 @@ impl Answers {
                     Flag(excited),
                     Flag(saturated),
                     Flag(refused),
+                    Flag(began),
                     Sequence(of),
                 ] = message.decode(numbers, frame)?
                 else {
@@ -131,7 +135,7 @@ impl Answers {
                     excited,
                     saturated,
                 };
-                self.next.refused = refused;
+                (self.next.refused, self.next.began) = (refused, began);
                 *status = Some(of);
             }
             Message::Motion => {
@@ -157,7 +161,7 @@ impl Answers {
                 if *status != Some(of) {
                     let e = &mut answer.estimate;
                     (e.innovation, e.nis, e.flags) = (0.0, 0.0, Flags::default());
-                    answer.refused = false;
+                    (answer.refused, answer.began) = (false, false);
                 }
                 answer.sequence = of;
                 answer.estimate.t = t;

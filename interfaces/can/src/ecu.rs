@@ -48,6 +48,7 @@ impl Ecu {
         let answer = Answer {
             sequence: step.sequence,
             refused: made.is_err(),
+            began: step.start || self.answer.is_none(),
             estimate: made.unwrap_or(Estimate {
                 t: step.z.t,
                 ..before

@@ -19,7 +19,7 @@ const LAST_MEASURAND: u32 = SAMPLES + PER_MEASURAND * Measurand::ALL.len() as u3
 const _: () = assert!(MAX_DRIVES <= PER_MEASURAND as usize && LAST_MEASURAND <= COMMANDS);
 
 /// Largest number of signals of a message.
-const MAX_SIGNALS: usize = 7;
+const MAX_SIGNALS: usize = 8;
 
 /// A message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -179,7 +179,7 @@ impl Message {
     fn table(self) -> [Option<Signal>; MAX_SIGNALS] {
         let stamped = |values: [Option<Signal>; 3]| {
             let [a, b, c] = values;
-            [Some(STAMP), a, b, c, None, None, None]
+            [Some(STAMP), a, b, c, None, None, None, None]
         };
         let one = |name, scale| stamped([Some(number(name, scale)), None, None]);
         match self {
@@ -205,7 +205,7 @@ impl Message {
                 let dt = Signal::new(Name::of("dt"), "s", Content::Duration);
                 let all = [STAMP, dt, flag("start"), SEQUENCE].map(Some);
                 let [a, b, c, d] = all;
-                [a, b, c, d, None, None, None]
+                [a, b, c, d, None, None, None, None]
             }
             Self::Mass | Self::Grade => {
                 let (name, scale) = match self {
@@ -215,7 +215,7 @@ impl Message {
                 let value = number(Name::of(name), scale);
                 let all = [value, deviation("sd", scale), flag("valid"), SEQUENCE].map(Some);
                 let [a, b, c, d] = all;
-                [a, b, c, d, None, None, None]
+                [a, b, c, d, None, None, None, None]
             }
             Self::Status => [
                 number(Name::of("innovation"), MPS),
@@ -224,19 +224,20 @@ impl Message {
                 flag("excited"),
                 flag("saturated"),
                 flag("refused"),
+                flag("start"),
                 SEQUENCE,
             ]
             .map(Some),
             Self::Motion => [
-                number(Name::of("effective_grade"), RAD),
-                deviation("effective_grade_sd", RAD),
-                number(Name::of("speed"), MPS),
-                deviation("speed_sd", MPS),
-                flag("effective_grade_valid"),
-                flag("speed_valid"),
-                SEQUENCE,
-            ]
-            .map(Some),
+                Some(number(Name::of("effective_grade"), RAD)),
+                Some(deviation("effective_grade_sd", RAD)),
+                Some(number(Name::of("speed"), MPS)),
+                Some(deviation("speed_sd", MPS)),
+                Some(flag("effective_grade_valid")),
+                Some(flag("speed_valid")),
+                Some(SEQUENCE),
+                None,
+            ],
         }
     }
 

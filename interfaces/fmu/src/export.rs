@@ -28,6 +28,11 @@ fn built_for(
     Ok((of_type, built))
 }
 
+/// The vehicle of a scenario as its data sheet has it.
+pub fn vehicle(scenario: &Path) -> Result<Vehicle, Error> {
+    Ok(plant_alone(scenario, &[])?.told_exactly().build(1)?.vehicle)
+}
+
 /// An estimator that is ready to run, for the vehicle of a scenario.
 pub fn built(
     name: &str,
@@ -35,8 +40,7 @@ pub fn built(
     registry: &Registry,
     scenario: &Path,
 ) -> Result<BoxedEstimator, Error> {
-    let simulation = plant_alone(scenario, &[])?.told_exactly().build(1)?;
-    Ok(built_for(&simulation.vehicle, name, settings, registry)?.1)
+    Ok(built_for(&vehicle(scenario)?, name, settings, registry)?.1)
 }
 
 /// An estimator of the registry, or of a library that the settings name, for the vehicle of a scenario.

@@ -24,8 +24,8 @@ mod three;
 mod two;
 mod variable;
 
-pub use export::{built, estimator, plant};
-pub use package::{Package, library};
+pub use export::{built, estimator, plant, vehicle};
+pub use package::{Package, binary, library};
 
 /// A version of the standard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

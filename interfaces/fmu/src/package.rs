@@ -21,10 +21,7 @@ pub struct Package {
 
 /// Folder in `binaries/` of this machine.
 fn platform(fmi: Fmi) -> String {
-    let system = match OS {
-        "macos" => "darwin",
-        other => other,
-    };
+    let system = OS.replace("macos", "darwin");
     match (fmi, ARCH, OS) {
         (Fmi::Two, "x86_64", "linux") => "linux64".to_owned(),
         (Fmi::Two, "x86_64", "windows") => "win64".to_owned(),
@@ -33,6 +30,21 @@ fn platform(fmi: Fmi) -> String {
         _ => format!("{ARCH}-{system}"),
     }
 }
+
+/// Reads a library for another machine, as FOLDER=FILE with its folder in `binaries/`.
+pub fn binary(text: &str) -> Result<(String, PathBuf), String> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    let named = text
+        .split_once('=')
+        .filter(|(folder, _)| folder.chars().all(plain));
+    let (folder, file) = named.ok_or("write FOLDER=FILE, such as win64=monorig_fmu.dll")?;
+    Ok((folder.to_owned(), file.into()))
+}
+
+/// Licence of monorig, which is in every FMU.
+const LICENCE: &[u8] = include_bytes!("../LICENSE-MIT");
+/// Texts of the licences of the packages that are linked, beside the library of a release.
+const NOTICES: &str = "licenses/THIRD-PARTY.txt";
 
 /// A name that a function in C could have.
 fn identifier(name: &str) -> String {
@@ -50,10 +62,12 @@ pub fn library() -> Result<PathBuf, Error> {
     let program = std::env::current_exe().unwrap_or_default();
     let folder = program.parent().unwrap_or(Path::new(""));
     // with `cargo run`, and of a test, it is in `deps`
-    let places = [folder.join(&name), folder.join("deps").join(&name)];
-    places.into_iter().find(|p| p.is_file()).ok_or_else(|| {
+    let share = folder.join("../share/monorig/lib");
+    let places = [folder, Path::new("lib"), Path::new("deps")].map(|f| folder.join(f).join(&name));
+    let mut places = places.into_iter().chain([share.join(&name)]);
+    places.find(|p| p.is_file()).ok_or_else(|| {
         let message = format!("{name} is not in the folder of the program, {}", folder.display());
-        let help = "the archive of a release has both the program and this library, and `cargo build --release` makes both; a wheel of Python has only the program";
+        let help = "archive and wheel of a release have this library, and `cargo build --release` makes it";
         DataError::new("", message, help).into()
     })
 }
@@ -78,12 +92,31 @@ impl Package {
         self.part.name()
     }
 
-    /// The FMU, with the shared library at this place.
-    pub fn bytes(&self, fmi: Fmi, library: &Path) -> Result<Vec<u8>, Error> {
-        self.pack(fmi, library).map_err(Error::at(library))
+    /// The FMU, with the shared library at this place, and with those of other machines.
+    pub fn bytes(
+        &self,
+        fmi: Fmi,
+        library: &Path,
+        others: &[(String, PathBuf)],
+    ) -> Result<Vec<u8>, Error> {
+        let this = (platform(fmi), library.to_owned());
+        let read = |file: &Path| std::fs::read(file).map_err(Error::at(file));
+        let licence = "documentation/licenses/license.txt".to_owned();
+        let mut files = vec![(licence, LICENCE.to_vec())];
+        let beside = library.parent().unwrap_or(Path::new("")).join("..");
+        if let Ok(notices) = read(&beside.join(NOTICES)) {
+            files.push((format!("documentation/{NOTICES}"), notices));
+        }
+        let identifier = identifier(self.name());
+        for (folder, file) in std::iter::once(&this).chain(others) {
+            let ending = file.extension().unwrap_or_default().to_string_lossy();
+            let name = format!("binaries/{folder}/{identifier}.{ending}");
+            files.push((name, read(file)?));
+        }
+        self.pack(fmi, files).map_err(Error::at(library))
     }
 
-    fn pack(&self, fmi: Fmi, library: &Path) -> std::io::Result<Vec<u8>> {
+    fn pack(&self, fmi: Fmi, files: Vec<(String, Vec<u8>)>) -> std::io::Result<Vec<u8>> {
         let part = serde_json::to_vec_pretty(&self.part)?;
         // read as an importer does, so that no file is missing
         let folder = tempfile::tempdir()?;
@@ -111,15 +144,11 @@ impl Package {
         };
         let xml = description::write(&model, &variables, fmi)?;
         let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-        let binary = format!("binaries/{}/{identifier}{DLL_SUFFIX}", platform(fmi));
-        let library = std::fs::read(library)?;
         let resources = resources.into_iter();
         let resources = resources.map(|(name, bytes)| (format!("resources/{name}"), bytes));
-        let all = [
-            ("modelDescription.xml".to_owned(), &xml),
-            (binary, &library),
-        ];
-        for (name, bytes) in all.into_iter().chain(resources) {
+        let all = [("modelDescription.xml".to_owned(), &xml)].into_iter();
+        let files = files.iter().map(|(name, bytes)| (name.clone(), bytes));
+        for (name, bytes) in all.chain(files).chain(resources) {
             // no time of day in it: the same part gives the same bytes
             let options =
                 SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);

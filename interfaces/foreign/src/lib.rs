@@ -39,7 +39,29 @@ pub mod unit;
 pub use child::serve;
 
 use load::{load, load_controller};
+use monorig_c::NominalVehicle;
+use monorig_estimators::Vehicle;
 use monorig_sim::closed_loop::registry::Registry;
+
+/// A vehicle as a file in C, for a program with `monorig_estimator.h`.
+pub fn in_c(vehicle: &Vehicle) -> String {
+    let text = format!("{:?}", NominalVehicle::from(vehicle)).replace("NominalVehicle ", "");
+    let text = text
+        .replace("Mass ", "")
+        .replace('[', "{")
+        .replace(']', "}");
+    let text = text.replace("NaN", "NAN");
+    let words = text.split(' ').map(|word| match word.strip_suffix(':') {
+        Some(field) => format!(".{field} ="),
+        None => word.to_owned(),
+    });
+    // places without a mass are not named: C fills them with 0
+    let unused = ", { .places_m = {0.0, 0.0}, .mass_kg = 0.0, .depth_m = 0.0 }";
+    let text = words.collect::<Vec<_>>().join(" ").replace(unused, "");
+    let text = text.replace(", .", ",\n  .");
+    let head = "#include <math.h>\n\n#include \"monorig_estimator.h\"\n";
+    format!("{head}\nstatic const monorig_vehicle vehicle = {text};\n")
+}
 
 /// Lets scenarios of this registry name libraries and FMUs, which run inside this program: a crash in one ends it.
 pub fn loads_libraries(mut registry: Registry) -> Registry {

@@ -149,6 +149,7 @@ int fmi2Reset(void *s) { return (void)s, 0; }
 int fmi2GetReal(void *s, const uint32_t *r, size_t n, double *x) { return get(s, r, n, x); }
 int fmi2SetReal(void *s, const uint32_t *r, size_t n, const double *x) { return set(s, r, n, x); }
 int fmi2SetInteger(void *s, const uint32_t *r, size_t n, const int *x) { return (void)s, (void)r, (void)n, (void)x, 3; }
+int fmi2GetInteger(void *s, const uint32_t *r, size_t n, int *x) { return (void)s, (void)r, (void)n, (void)x, 3; }
 int fmi2GetBoolean(void *s, const uint32_t *r, size_t n, int *x) { return (void)s, (void)r, (void)x, n > 0 ? 3 : 0; }
 int fmi2SetBoolean(void *s, const uint32_t *r, size_t n, const int *x) {
   for (size_t i = 0; i < n; ++i) ((pi *)s)->flag[r[i]] = x[i];
@@ -170,6 +171,18 @@ int fmi3ExitInitializationMode(void *s) { return start(s), 0; }
 int fmi3Reset(void *s) { return (void)s, 0; }
 int fmi3GetFloat64(void *s, const uint32_t *r, size_t n, double *x, size_t m) { return (void)m, get(s, r, n, x); }
 int fmi3SetFloat64(void *s, const uint32_t *r, size_t n, const double *x, size_t m) { return (void)m, set(s, r, n, x); }
+/* numbers of other types hold the same values */
+#define NUMBERS(name, type)                                                                       \
+  int fmi3Get##name(void *s, const uint32_t *r, size_t n, type *x, size_t m) {                    \
+    for (size_t i = 0; i < n; ++i) x[i] = (type)((pi *)s)->v[r[i]];                               \
+    return (void)m, 0;                                                                            \
+  }                                                                                               \
+  int fmi3Set##name(void *s, const uint32_t *r, size_t n, const type *x, size_t m) {              \
+    for (size_t i = 0; i < n; ++i) ((pi *)s)->v[r[i]] = x[i];                                     \
+    return (void)m, 0;                                                                            \
+  }
+NUMBERS(Float32, float)
+NUMBERS(UInt8, uint8_t)
 int fmi3SetInt32(void *s, const uint32_t *r, size_t n, const int32_t *x, size_t m) {
   return (void)s, (void)r, (void)n, (void)x, (void)m, 3;
 }

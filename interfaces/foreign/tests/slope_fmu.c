@@ -65,6 +65,12 @@ int fmi2SetReal(void *at, const unsigned *r, size_t n, const double *x) {
   for (i = 0; i < n; ++i) ((slope *)at)->value[r[i]] = x[i];
   return OK;
 }
+int fmi2GetInteger(void *at, const unsigned *r, size_t n, int *to) {
+  size_t i; /* any of them is the order */
+  (void)r;
+  for (i = 0; i < n; ++i) to[i] = ((slope *)at)->integer[7];
+  return OK;
+}
 int fmi2SetInteger(void *at, const unsigned *r, size_t n, const int *x) {
   size_t i;
   for (i = 0; i < n; ++i) ((slope *)at)->integer[r[i]] = x[i];

@@ -1,7 +1,7 @@
 """Estimators of mass and slope for monorail cranes, and the rig that tests them.
 
 >>> import monorig
->>> run = monorig.run("scenarios/liu2023_section1.yaml", estimators=["rail_fusion"])
+>>> run = monorig.run("liu2023_section1", estimators=["rail_fusion"])
 >>> print(run.verdict, run.metrics["rail_fusion"]["slope_rmse_deg"])
 
 The chapter "In Python" of the book explains it: estimators over arrays, your own estimator in the loop, runs as
@@ -10,6 +10,7 @@ Arrow tables, studies over many seeds, tuning.
 
 from . import _pickle as _pickle
 from ._ask import Budget, Calibration, Inspection, Stress, calibrate, explain, inspect, stress
+from ._data import scenarios
 from ._errors import InputError, RunError
 from ._monorig import (
     Command,
@@ -74,6 +75,7 @@ __all__ = [
     "parameters",
     "replay",
     "run",
+    "scenarios",
     "stress",
     "study",
     "test",

@@ -13,9 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _html, _monorig, _plot, _viewer
+from ._data import place
 from ._monorig import Frame, Perception, Reference, Table, Vehicle
 from ._pickle import files_of, folder_of
-from ._types import Controller, Estimators, Log, Path, by_name, log_file, seed_of
+from ._types import Controller, Estimators, Log, Path, Scenario, by_name, log_file, seed_of
 
 if TYPE_CHECKING:
     import pandas
@@ -235,7 +236,7 @@ def _expectation(e: Mapping[str, Any]) -> Expectation:
 
 
 def run(
-    path: Path,
+    path: Scenario,
     *,
     seed: int | None = None,
     set: Mapping[str, object] | None = None,
@@ -247,7 +248,7 @@ def run(
     """Runs a scenario.
 
     Args:
-        path: The scenario file.
+        path: The scenario: a file, the name of one that comes with monorig (`scenarios`), a dict, or YAML text.
         seed: The seed; None is the first of the scenario.
         set: Changes to the scenario, such as ``{"load.mass_kg": 5000}``.
         estimators: Estimators beside those of the scenario, by name: an object with ``step``, a class or a function
@@ -267,7 +268,7 @@ def run(
     number = None if seed is None else seed_of(seed)
     return Run(
         _monorig.run(
-            os.fspath(path), number, changes, by_name(estimators), controller, in_loop, keep_samples
+            place(path), number, changes, by_name(estimators), controller, in_loop, keep_samples
         )
     )
 
@@ -289,8 +290,8 @@ def replay(
         set: Changes to the map.
     """
     changes = None if set is None else dict(set)
-    with log_file(log) as place:
-        return Run(_monorig.replay(place, os.fspath(map), by_name(estimators), changes))
+    with log_file(log) as file:
+        return Run(_monorig.replay(file, os.fspath(map), by_name(estimators), changes))
 
 
 class Simulation:
@@ -306,7 +307,7 @@ class Simulation:
 
     def __init__(
         self,
-        path: Path,
+        path: Scenario,
         *,
         seed: int | None = None,
         set: Mapping[str, object] | None = None,
@@ -318,7 +319,7 @@ class Simulation:
         number = None if seed is None else seed_of(seed)
         self._thread = threading.get_ident()
         self._own = _monorig.NativeSimulation(
-            os.fspath(path), number, changes, by_name(estimators), controller, in_loop
+            place(path), number, changes, by_name(estimators), controller, in_loop
         )
 
     @property

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from . import _html, _monorig
+from . import _data, _html, _monorig
 from ._errors import InputError
 from ._progress import Bar
-from ._types import Controller, Estimators, Path, by_name, is_own, seed_of
+from ._types import Controller, Estimators, Path, Scenario, by_name, is_own, seed_of
 
 if TYPE_CHECKING:
     import pandas
@@ -186,7 +186,7 @@ def metrics() -> dict[str, str]:
 
 
 def study(
-    path: Path,
+    path: Scenario,
     seeds: Iterable[int] | None = None,
     *,
     set: Mapping[str, object] | None = None,
@@ -214,7 +214,7 @@ def study(
 
 
 def _study(
-    path: Path,
+    path: Scenario,
     seeds: Iterable[int] | None,
     set: Mapping[str, object] | None,
     estimators: Estimators | None,
@@ -230,7 +230,7 @@ def _study(
         raise InputError(f"shard={shard!r}", "(k, n) with k from 1 to n")
     changes = None if set is None else dict(set)
     named = by_name(estimators)
-    place = os.fspath(path)
+    place = _data.place(path)
     name, of_scenario, _ = _monorig.outline(place, changes, named, controller, in_loop)
     tasks = [
         _Task(place, seed_of(seed), changes, named, controller, in_loop, reference)
@@ -334,7 +334,7 @@ def _packed(tasks: list[_Task]) -> list[bytes] | None:
 
 
 def compare(
-    path: Path,
+    path: Scenario,
     estimators: Estimators | None = None,
     seeds: Iterable[int] | None = None,
     *,
@@ -356,7 +356,7 @@ def compare(
     """
     changes = None if set is None else dict(set)
     named = by_name(estimators)
-    place = os.fspath(path)
+    place = _data.place(path)
     _, _, there = _monorig.outline(place, changes, named, controller, in_loop)
     shown = there if named is None else list(named)
     against = shown[0] if reference is None and shown else reference
@@ -368,7 +368,7 @@ def compare(
 
 
 def test(
-    paths: Path | Iterable[Path],
+    paths: Scenario | Iterable[Scenario],
     *,
     seeds: Iterable[int] | None = None,
     set: Mapping[str, object] | None = None,
@@ -392,11 +392,11 @@ def test(
     return judged
 
 
-def scenario_files(paths: Path | Iterable[Path]) -> list[pathlib.Path]:
+def scenario_files(paths: Scenario | Iterable[Scenario]) -> list[pathlib.Path]:
     """The files, and the scenarios in the folders, each once; other files of ours in a folder are left out."""
-    given = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
+    given = [paths] if isinstance(paths, (str, os.PathLike, Mapping)) else list(paths)
     files: dict[pathlib.Path, pathlib.Path] = {}
-    for path in map(pathlib.Path, given):
+    for path in map(pathlib.Path, map(_data.place, given)):
         inside = [path] if not path.is_dir() else sorted(_scenarios_in(path))
         if not inside:
             raise InputError(f"{path}: there is no scenario in this folder", "a folder with scenario files (*.yaml)")

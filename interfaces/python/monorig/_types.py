@@ -18,6 +18,8 @@ from ._errors import InputError
 from ._monorig import Command, ControllerSetup, Estimate, Measurements, Perception, Reference, Vehicle
 
 Path: TypeAlias = "str | os.PathLike[str]"
+# a file, a name, a dict, or YAML text
+Scenario: TypeAlias = "str | os.PathLike[str] | Mapping[str, object]"
 
 
 class EstimatorLike(Protocol):

@@ -324,7 +324,7 @@ impl Estimator {
         let built = registry::build(name, &vehicle.0, settings());
         let parameters = params.map_or_else(|| Ok(PyDict::new(py)), |p| p.copy());
         Ok(Self {
-            estimator: built.map_err(|e| refused(e, "values that fit this vehicle"))?,
+            estimator: built.map_err(|e| refused(e, "use values that fit this vehicle"))?,
             vehicle: vehicle.clone(),
             parameters: parameters?.unbind(),
         })
@@ -436,7 +436,7 @@ impl Estimator {
         let (batches, schema) = table.into_table()?.into_inner();
         let batch = concat_batches(&schema, &batches).map_err(defect)?;
         let columns = SampleColumns::new(&batch, self.vehicle.0.drives);
-        let help = "the columns of `samples.parquet`, of this vehicle";
+        let help = "use the columns of `samples.parquet` of this vehicle";
         let columns = columns.map_err(|e| refused(e, help))?;
         let estimator = &mut self.estimator;
         let made = py.detach(|| {

@@ -15,7 +15,7 @@ pub(crate) struct Vehicle(pub(crate) Nominal);
 
 impl Vehicle {
     fn checked(data: VehicleData) -> PyResult<Self> {
-        let help = "values that the data sheet of a vehicle can have";
+        let help = "use values that the data sheet of a vehicle can have";
         Nominal::new(data).map(Self).map_err(|e| refused(e, help))
     }
 }

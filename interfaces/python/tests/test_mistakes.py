@@ -76,12 +76,12 @@ def test_names_that_are_none_or_unknown(minimal: pathlib.Path, ours: monorig.Est
         monorig.run(minimal, estimators={"a/b": WrongReturn})  # type: ignore[dict-item]
     with pytest.raises(monorig.InputError, match="did you mean `dffrls_aekf`"):
         monorig.Estimator("dffrls_aekff", monorig.Vehicle.from_scenario(minimal))
-    with pytest.raises(monorig.InputError, match="there is already an estimator called `rail_fusion`"):
+    with pytest.raises(monorig.InputError, match="an estimator called `rail_fusion` exists already"):
         monorig.run(minimal, estimators={"rail_fusion": WrongReturn})  # type: ignore[dict-item]
     for nobody in (["nobody"], "nobody"):
         with pytest.raises(monorig.InputError, match="there is no estimator `nobody`"):
             monorig.run(minimal, estimators=nobody)
-    with pytest.raises(monorig.InputError, match="there is no channel `truth/sped`.*\n.*truth/speed"):
+    with pytest.raises(monorig.InputError, match="the table has no channel `truth/sped`.*\n.*truth/speed"):
         monorig.run(minimal)["truth/sped"]
 
 
@@ -122,7 +122,7 @@ def test_numbers_of_numpy_are_numbers(minimal: pathlib.Path) -> None:
 def test_arrays_of_another_shape_order_or_kind(ours: monorig.Estimator, minimal: pathlib.Path) -> None:
     with pytest.raises(monorig.InputError, match=r"wheel_speed has the shape \[5\]") as e:
         ours.run(T, wheel_speed=np.zeros(5))
-    assert "NaN where there is no new sample" in e.value.help
+    assert "NaN without a new sample" in e.value.help
     for bad in (["a"] * 10, [[1.0], [1.0, 2.0]], 1j * np.ones(10)):
         with pytest.raises(monorig.InputError, match="inclination cannot be an array of float64"):
             ours.run(T, inclination=bad)

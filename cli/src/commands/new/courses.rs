@@ -2,7 +2,7 @@
 
 use crate::arguments::RANGES;
 use crate::command::CommandOutcome;
-use crate::files::{out, prepare};
+use crate::files::{out, prepare, share};
 use crate::ui::errors::CliError;
 use crate::ui::note::note;
 use crate::ui::output;
@@ -28,7 +28,7 @@ scenario are in OUT/parts.";
 #[command(after_help = COURSES_EXAMPLES)]
 pub struct CoursesArgs {
     /// File of ranges
-    #[arg(default_value = RANGES)]
+    #[arg(default_value = RANGES, value_parser = share::named())]
     pub file: PathBuf,
     /// Seed of the first course; each further course has the next seed
     #[arg(long, value_name = "N", default_value_t = 1)]

@@ -1,6 +1,6 @@
 //! `monorig new scenario`: the smallest scenario under another name, with the text of the schema above each key.
 
-use super::estimator::copy::{Example, sources, way};
+use super::estimator::copy::{sources, way};
 use crate::command::CommandOutcome;
 use crate::files::formats::{FileKind, row};
 use crate::files::prepare;
@@ -17,12 +17,7 @@ Examples:
   monorig new scenario hill   writes hill.yaml, which runs as it is
   monorig run hill.yaml";
 
-const MINIMAL: Example = Example {
-    folder: "scenarios",
-    files: &["minimal.yaml"],
-    estimator: "",
-    next: "",
-};
+const MINIMAL: (&str, &[&str]) = ("scenarios", &["minimal.yaml"]);
 
 /// Columns of a line of comment.
 const WIDTH: usize = 100;
@@ -49,8 +44,8 @@ pub fn run(task: &NewScenarioArgs, registry: &Registry) -> Result<CommandOutcome
     let here = std::path::absolute(".").unwrap_or_default();
     let file = here.join(&path);
     let folder = file.parent().unwrap_or(&here);
-    let sources = sources(&MINIMAL, task.monorig.as_deref(), [&here, folder])?;
-    let text = read_text(&sources.join(MINIMAL.folder).join("minimal.yaml"))?;
+    let sources = sources(MINIMAL, task.monorig.as_deref(), [&here, folder])?;
+    let text = read_text(&sources.join("scenarios/minimal.yaml"))?;
     let text = text.replace("../", &way(folder, &sources)?);
     output::write(&path, &commented(&text, registry))?;
     if let Err(e) = prepare::simulation(&path, &[], registry) {

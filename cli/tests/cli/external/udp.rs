@@ -199,12 +199,13 @@ fn what_is_no_number_is_refused() {
 #[test]
 fn a_controller_that_starts_again_goes_on() {
     let controller = Controller::start(200, Box::new(|_, _| {}));
-    let mut again = 0.0;
+    let (mut again, mut began) = (0.0, 0.0);
     let outcome = controller.run(&mut |frame| {
-        [again] = frame.estimators[0]
-            .internals_named(["sent_again"])
+        [again, began] = frame.estimators[0]
+            .internals_named(["sent_again", "began_again"])
             .map(Option::unwrap);
     });
     assert!(outcome.unwrap().refusals.is_empty());
     assert!(again >= 1.0, "{again}");
+    assert_eq!(began, 1.0);
 }

@@ -33,23 +33,23 @@ pub(super) fn of(
     resources: &Path,
 ) -> Result<(Vec<Variable>, Box<dyn Model>), String> {
     let file = resources.join(&part.file);
-    let simulation = build(&file, &part.set, 1).map_err(|e| e.to_string())?;
+    let mut simulation = build(&file, &part.set, 1).map_err(|e| e.to_string())?;
+    // without a tool that commands the clamps they have the pressure of the scenario
+    let clamp = Steps::default().look(&mut simulation).reference;
     let drives = simulation.vehicle.drives;
     let about = "Torque at the motor shaft.";
     let torques = (0..drives).map(signals::torque_command);
     let mut variables: Vec<Variable> = torques
         .map(|name| Variable::input(name, "N·m", about))
         .collect();
-    for (name, unit, about) in [
-        (signals::CLAMP_COMMAND, "MPa", "Clamp cylinder pressure."),
-        (
-            signals::BRAKE_COMMAND,
-            "1",
-            "Share of the clamp-brake force, 0…1.",
-        ),
-    ] {
-        variables.push(Variable::input(name.to_owned(), unit, about));
-    }
+    let about = "Clamp cylinder pressure.";
+    variables.push(Variable {
+        start: clamp.clamp_pressure_mpa,
+        ..Variable::input(signals::CLAMP_COMMAND.to_owned(), "MPa", about)
+    });
+    let about = "Share of the clamp-brake force, 0…1.";
+    let brake = signals::BRAKE_COMMAND.to_owned();
+    variables.push(Variable::input(brake, "1", about));
     let mut samples = Vec::new();
     for slot in measured(&simulation) {
         samples.push((slot, variables.len()));

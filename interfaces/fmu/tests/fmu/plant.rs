@@ -306,6 +306,9 @@ fn the_plant_under_recorded_commands_makes_the_recorded_truth() {
         let package = monorig_fmu::plant(&project().join("scenarios").join(file), &[told]).unwrap();
         for fmi in [Fmi::Two, Fmi::Three] {
             let host = Host::new(&packed(&package, fmi, folder.path()), fmi, seed as i32);
+            // without a command the clamps press as the scenario has them press
+            let clamp = keep.0[0].command.clamp_pressure_mpa;
+            assert_eq!(host.get(signals::CLAMP_COMMAND), clamp, "{file}");
             let (mut t_s, mut samples) = (0.0, 0);
             for step in &keep.0 {
                 host.command(&step.command, drives);

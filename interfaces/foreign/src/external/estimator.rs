@@ -23,7 +23,10 @@ const LAST_WORD: Duration = Duration::from_millis(500);
 /// Time between two checks for an answer in real time.
 const LOOKS: Duration = Duration::from_micros(50);
 /// Internal quantities of the estimator.
-const INTERNALS: [Internal; 1] = [Internal::new("sent_again", "1")];
+const INTERNALS: [Internal; 2] = [
+    Internal::new("sent_again", "1"),
+    Internal::new("began_again", "1"),
+];
 
 /// An estimator at the end of a connection.
 pub(super) struct Outside {
@@ -37,8 +40,9 @@ pub(super) struct Outside {
     start: bool,
     /// Number of times that the last step was sent.
     times: u32,
-    /// Number of steps that were sent more than once.
-    sent_again: u64,
+    /// Number of steps that were sent more than once, and of steps in which the estimator said that it begins without a
+    /// request.
+    again: [u64; 2],
     /// The time, if it is real.
     real_time: Option<RealTime>,
     /// Counts of its answers, which the rig reads.
@@ -75,7 +79,7 @@ impl Outside {
             sequence: SEQUENCES - 1,
             start: true,
             times: 0,
-            sent_again: 0,
+            again: [0; 2],
             real_time: None,
             counter: AnswerCounter::default(),
             faults: external.faults,
@@ -231,10 +235,12 @@ impl Estimator for Outside {
             sequence: self.sequence,
         };
         let answered = self.ask_in_time(&step);
-        self.sent_again += u64::from(self.times > 1);
         if let Some(time) = &self.real_time {
             self.counter.set(time.counts);
         }
+        let began = matches!(answered, Ok(Some(answer)) if answer.began);
+        self.again[0] += u64::from(self.times > 1);
+        self.again[1] += u64::from(began && !step.start);
         match answered {
             Ok(None) => Err(Error::own("the answer did not come in time")),
             Ok(Some(answer)) if answer.refused => Err(Error::own("it refused the step")),
@@ -256,7 +262,7 @@ impl Estimator for Outside {
     }
 
     fn internal_values(&self, values: &mut [Real]) {
-        values.fill(self.sent_again as f64);
+        values.copy_from_slice(&self.again.map(|n| n as f64));
     }
 }
 

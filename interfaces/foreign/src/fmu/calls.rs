@@ -1,6 +1,6 @@
 //! The functions of an FMU, 2.0 or 3.0, and an instance that calls them.
 
-use super::description::Description;
+use super::description::{Description, NUMBERS, Port};
 use crate::library::open;
 use libloading::Library;
 use monorig_sim::closed_loop::registry::Refusal;
@@ -78,6 +78,7 @@ enum Differing {
         enter: HandleCall,
         get_real: Get2<f64>,
         set_real: Set2<f64>,
+        get_integer: Get2<i32>,
         set_integer: Set2<i32>,
         get_boolean: Get2<i32>,
         set_boolean: Set2<i32>,
@@ -100,10 +101,8 @@ enum Differing {
             *const c_void,
         ) -> Handle,
         enter: unsafe extern "C" fn(Handle, bool, f64, f64, bool, f64) -> i32,
-        get_real: Get3<f64>,
-        set_real: Set3<f64>,
-        set_integer: Set3<i32>,
-        set_word: Set3<i64>,
+        /// Functions of each type of numbers; none where the library lacks one.
+        numbers: [Option<(Get3<c_void>, Set3<c_void>)>; NUMBERS.len()],
         get_boolean: Get3<bool>,
         set_boolean: Set3<bool>,
         step: unsafe extern "C" fn(
@@ -168,6 +167,7 @@ impl Calls {
                 enter: function!("EnterInitializationMode")?,
                 get_real: function!("GetReal")?,
                 set_real: function!("SetReal")?,
+                get_integer: function!("GetInteger")?,
                 set_integer: function!("SetInteger")?,
                 get_boolean: function!("GetBoolean")?,
                 set_boolean: function!("SetBoolean")?,
@@ -176,10 +176,10 @@ impl Calls {
             true => Differing::Three {
                 instantiate: function!("InstantiateCoSimulation")?,
                 enter: function!("EnterInitializationMode")?,
-                get_real: function!("GetFloat64")?,
-                set_real: function!("SetFloat64")?,
-                set_integer: function!("SetInt32")?,
-                set_word: function!("SetInt64")?,
+                numbers: NUMBERS.map(|of| {
+                    let get = function!(format_args!("Get{of}")).ok()?;
+                    Some((get, function!(format_args!("Set{of}")).ok()?))
+                }),
                 get_boolean: function!("GetBoolean")?,
                 set_boolean: function!("SetBoolean")?,
                 step: function!("DoStep")?,
@@ -248,20 +248,18 @@ impl Drop for Instance {
     }
 }
 
-/// Calls a function of values: FMI 3.0 takes their number, too.
-macro_rules! of_values {
-    ($instance:ident.$function:ident($handle:expr, $references:expr, $count:expr, $values:expr)) => {
-        match &$instance.fmu.calls.differing {
-            Differing::Two { $function, .. } => $function($handle, $references, $count, $values),
-            Differing::Three { $function, .. } => {
-                $function($handle, $references, $count, $values, $count)
-            }
+/// Does something with the type of a number at this place in [`NUMBERS`].
+macro_rules! with_type {
+    ($place:expr, $t:ident => $work:expr) => {
+        with_type!(@ $place, $t => $work; 1 i32, 2 f32, 3 i8, 4 u8, 5 i16, 6 u16, 7 u32, 8 i64, 9 u64)
+    };
+    (@ $place:expr, $t:ident => $work:expr; $($at:literal $of:ty),+) => {
+        match $place {
+            $($at => { type $t = $of; $work })+
+            _ => { type $t = f64; $work }
         }
     };
 }
-
-/// Most flags that are got at once.
-const MAX_FLAGS: usize = 16;
 
 impl Instance {
     /// Makes one.
@@ -386,27 +384,37 @@ impl Instance {
         self.status(code)
     }
 
-    /// Sets numbers.
-    pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> i32 {
-        let (h, r, v) = (self.handle, references.as_ptr(), values.as_ptr());
-        let n = references.len().min(values.len());
-        // SAFETY: so many references and values.
-        let code = unsafe { of_values!(self.set_real(h, r, n, v)) };
-        self.status(code)
+    /// Sets a number, or gets it.
+    fn number(&self, (r, of): &Port, number: &mut f64, set: bool) -> i32 {
+        let h = self.handle;
+        with_type!(*of, T => {
+            let mut value = *number as T;
+            let at = (&raw mut value).cast::<c_void>();
+            let (x, n) = (at.cast(), at.cast());
+            // SAFETY: one reference, and one place or value of this type.
+            let code = unsafe { match &self.fmu.calls.differing {
+                Differing::Two { set_real, .. } if *of == 0 && set => set_real(h, r, 1, x),
+                Differing::Two { get_real, .. } if *of == 0 => get_real(h, r, 1, x),
+                Differing::Two { set_integer, .. } if set => set_integer(h, r, 1, n),
+                Differing::Two { get_integer, .. } => get_integer(h, r, 1, n),
+                Differing::Three { numbers, .. } => match numbers[*of] {
+                    Some((_, of_type)) if set => of_type(h, r, 1, at, 1),
+                    Some((of_type, _)) => of_type(h, r, 1, at, 1),
+                    None => ERROR,
+                },
+            } };
+            *number = value as f64;
+            code
+        })
     }
 
-    /// Sets a whole number; a word is one, too.
-    pub fn set_integer(&mut self, reference: u32, value: i64, word: bool) -> i32 {
-        let (h, small) = (self.handle, i32::try_from(value).unwrap_or(i32::MAX));
-        let code = match &self.fmu.calls.differing {
-            // SAFETY: one reference and one value.
-            Differing::Three { set_word, .. } if word => unsafe {
-                set_word(h, &reference, 1, &value, 1)
-            },
-            // SAFETY: as above.
-            _ => unsafe { of_values!(self.set_integer(h, &reference, 1, &small)) },
-        };
-        self.status(code)
+    /// Sets numbers.
+    pub fn set_numbers(&mut self, ports: &[Port], values: &[f64]) -> i32 {
+        let both = ports.iter().zip(values);
+        let worst = both
+            .map(|(port, x)| self.number(port, &mut { *x }, true))
+            .max();
+        self.status(worst.unwrap_or(0))
     }
 
     /// Sets a flag.
@@ -426,35 +434,29 @@ impl Instance {
     }
 
     /// Gets numbers.
-    pub fn reals(&mut self, references: &[u32], values: &mut [f64]) -> i32 {
-        let (h, r) = (self.handle, references.as_ptr());
-        let (n, v) = (references.len().min(values.len()), values.as_mut_ptr());
-        // SAFETY: so many references and places.
-        let code = unsafe { of_values!(self.get_real(h, r, n, v)) };
-        self.status(code)
+    pub fn numbers(&mut self, ports: &[Port], values: &mut [f64]) -> i32 {
+        let both = ports.iter().zip(values);
+        let worst = both.map(|(port, x)| self.number(port, x, false)).max();
+        self.status(worst.unwrap_or(0))
     }
 
     /// Gets flags.
     pub fn booleans(&mut self, references: &[u32], values: &mut [bool]) -> i32 {
-        let (h, r) = (self.handle, references.as_ptr());
-        let n = references.len().min(values.len()).min(MAX_FLAGS);
-        let code = match &self.fmu.calls.differing {
+        let (h, calls) = (self.handle, &self.fmu.calls.differing);
+        let both = references.iter().zip(values);
+        let got = both.map(|(r, to)| match calls {
             Differing::Two { get_boolean, .. } => {
-                let mut numbers = [0; MAX_FLAGS];
-                // SAFETY: so many references and places.
-                let code = unsafe { get_boolean(h, r, n, numbers.as_mut_ptr()) };
-                values
-                    .iter_mut()
-                    .zip(numbers)
-                    .for_each(|(to, x)| *to = x != 0);
+                let mut x = 0;
+                // SAFETY: one reference and one place.
+                let code = unsafe { get_boolean(h, r, 1, &mut x) };
+                *to = x != 0;
                 code
             }
-            Differing::Three { get_boolean, .. } => {
-                // SAFETY: as above.
-                unsafe { get_boolean(h, r, n, values.as_mut_ptr(), n) }
-            }
-        };
-        self.status(code)
+            // SAFETY: as above.
+            Differing::Three { get_boolean, .. } => unsafe { get_boolean(h, r, 1, to, 1) },
+        });
+        let worst = got.max();
+        self.status(worst.unwrap_or(0))
     }
 
     /// Makes a step.

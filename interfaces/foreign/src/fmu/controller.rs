@@ -2,7 +2,7 @@
 
 use super::calls::Fmu;
 use super::calls::{Instance, WARNING};
-use super::description::Kind;
+use super::description::{Kind, Port};
 use super::ports::{Map, Names, names_of, unconnected};
 use super::running::{RunningFmu, parameters};
 use crate::signals::{BRAKE_COMMAND, CLAMP_COMMAND, QUANTITIES, Quantity, torque_command};
@@ -123,11 +123,11 @@ fn commands() -> Vec<(String, &'static str, Place)> {
 /// The variables of a controller that are set and got in a step.
 struct Ports {
     /// Numbers that are set: references and sources.
-    references: Vec<u32>,
+    references: Vec<Port>,
     numbers: Vec<Number>,
     flags: Vec<(u32, Flag)>,
     /// Outputs that are got, their names and places.
-    commands: Vec<u32>,
+    commands: Vec<Port>,
     places: Vec<(String, Place)>,
 }
 
@@ -147,7 +147,7 @@ impl Ports {
         };
         for (ours, unit, source) in numbers() {
             if let Some(v) = names.find(&ours, unit, ("input", Kind::Real))? {
-                ports.references.push(v.reference);
+                ports.references.push(v.port());
                 ports.numbers.push(source);
             }
         }
@@ -158,7 +158,7 @@ impl Ports {
         }
         for (ours, unit, place) in outputs {
             if let Some(v) = names.find(&ours, unit, ("output", Kind::Real))? {
-                ports.commands.push(v.reference);
+                ports.commands.push(v.port());
                 ports.places.push((ours, place));
             }
         }
@@ -222,7 +222,7 @@ impl FmuController {
         self.steps += 1;
         let (ports, values) = (&self.ports, &self.values);
         let set = |fmu: &mut Instance| {
-            let mut code = fmu.set_reals(&ports.references, values);
+            let mut code = fmu.set_numbers(&ports.references, values);
             for (reference, source) in &ports.flags {
                 if code <= WARNING {
                     code = code.max(fmu.set_boolean(*reference, source(p)));

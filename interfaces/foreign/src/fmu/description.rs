@@ -29,10 +29,15 @@ pub(crate) enum Kind {
     Boolean,
     /// One of several words.
     Word,
-    /// A text, an array, a clock, a number of another size.
+    /// A text, an array, a clock.
     #[default]
     Other,
 }
+
+/// Types of numbers as FMI 3.0 names them. FMI 2.0 has the first two, as Real and Integer.
+pub(crate) const NUMBERS: [&str; 10] = [
+    "Float64", "Int32", "Float32", "Int8", "UInt8", "Int16", "UInt16", "UInt32", "Int64", "UInt64",
+];
 
 /// A unit by exponents of kg, m, s, A, K, mol, cd, rad, its factor and its offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,12 +47,26 @@ pub(crate) struct BaseUnit {
     pub offset: f64,
 }
 
+impl BaseUnit {
+    /// One of ours.
+    pub fn of(u: &unit::Unit) -> Self {
+        Self {
+            exponents: [u.kg, u.m, u.s, 0, 0, 0, 0, u.rad],
+            factor: u.factor,
+            offset: 0.0,
+        }
+    }
+}
+
 /// A variable of an FMU.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Variable {
     pub name: String,
     pub reference: u32,
     pub kind: Kind,
+    /// Type of its number, by its place in [`NUMBERS`].
+    pub number: usize,
+    pub is_array: bool,
     pub causality: String,
     pub about: String,
     pub unit: Option<String>,
@@ -62,6 +81,16 @@ pub(crate) struct Variable {
     declared: Option<String>,
 }
 
+impl Variable {
+    /// Its place and the type of its number.
+    pub fn port(&self) -> Port {
+        (self.reference, self.number)
+    }
+}
+
+/// A number of an FMU: its reference, and the place of its type in [`NUMBERS`].
+pub(crate) type Port = (u32, usize);
+
 /// A type of the FMU, for its variables.
 #[derive(Default)]
 struct DeclaredType {
@@ -75,6 +104,7 @@ struct DeclaredType {
 struct Reading {
     description: Description,
     co_simulation: bool,
+    scheduled: bool,
     needs_tool: bool,
     variable_step: bool,
     step_s: Option<f64>,
@@ -118,16 +148,19 @@ fn flag(e: &BytesStart<'_>, name: &str) -> Read<bool> {
     Ok(matches!(attribute(e, name)?.as_deref(), Some("true" | "1")))
 }
 
-/// Type of a variable by the name of its element, in FMI 2.0 or 3.0.
-fn kind_of(element: &str) -> Option<Kind> {
+/// Type of a variable by the name of its element, and that of its number.
+fn kind_of(element: &str, three: bool) -> Option<(Kind, usize)> {
     Some(match element {
-        "Real" | "Float64" => Kind::Real,
-        "Integer" | "Int32" => Kind::Integer,
-        "Boolean" => Kind::Boolean,
-        "Enumeration" => Kind::Word,
-        "String" | "Binary" | "Clock" | "Float32" | "Int8" | "Int16" | "Int64" | "UInt8"
-        | "UInt16" | "UInt32" | "UInt64" => Kind::Other,
-        _ => return None,
+        "Real" => (Kind::Real, 0),
+        "Integer" => (Kind::Integer, 1),
+        "Boolean" => (Kind::Boolean, 0),
+        "Enumeration" => (Kind::Word, if three { 8 } else { 1 }),
+        "String" | "Binary" | "Clock" => (Kind::Other, 0),
+        _ => {
+            let is_real = element.starts_with("Float");
+            let kind = if is_real { Kind::Real } else { Kind::Integer };
+            (kind, NUMBERS.iter().position(|n| *n == element)?)
+        }
     })
 }
 
@@ -217,9 +250,16 @@ impl Reading {
             ("ScalarVariable", _) => self.typed(e, &name)?,
             (_, "Dimension") => {
                 if let Some(array) = d.variables.last_mut() {
-                    array.kind = Kind::Other;
+                    (array.kind, array.is_array) = (Kind::Other, true);
                 }
             }
+            // of a text
+            ("String" | "Binary", "Start") => {
+                if let Some(text) = d.variables.last_mut() {
+                    text.start = attribute(e, "value")?;
+                }
+            }
+            ("fmiModelDescription", "ScheduledExecution") => self.scheduled = true,
             _ => {}
         }
         Ok(())
@@ -234,13 +274,14 @@ impl Reading {
 
     /// Takes the type of the last variable from an element.
     fn typed(&mut self, e: &BytesStart<'_>, element: &str) -> Read<()> {
+        let three = self.description.three;
         let Some(v) = self.description.variables.last_mut() else {
             return Ok(());
         };
-        let Some(kind) = kind_of(element) else {
+        let Some((kind, number_type)) = kind_of(element, three) else {
             return Ok(());
         };
-        v.kind = kind;
+        (v.kind, v.number) = (kind, number_type);
         v.unit = attribute(e, "unit")?;
         v.declared = attribute(e, "declaredType")?;
         v.start = attribute(e, "start")?;
@@ -257,7 +298,13 @@ impl Reading {
             return Err("it has no fmiModelDescription".into());
         }
         if !self.co_simulation {
-            return Err("it is for model exchange only; help: export it for co-simulation".into());
+            let only = match self.scheduled {
+                true => "scheduled execution",
+                false => "model exchange",
+            };
+            return Err(format!(
+                "it is for {only} only; help: export it for co-simulation"
+            ));
         }
         if self.needs_tool {
             let help = "export it as a standalone FMU, with its solver inside";
@@ -280,7 +327,12 @@ impl Reading {
                 v.words = of_type.words.clone();
             }
             let unit = v.unit.as_deref();
-            v.base = unit.and_then(|unit| self.units.get(unit).copied().or_else(|| by_name(unit)));
+            v.base = unit.and_then(|unit| {
+                self.units
+                    .get(unit)
+                    .copied()
+                    .or_else(|| unit::find(unit).map(BaseUnit::of))
+            });
         }
         let mut names: Vec<&str> = d.variables.iter().map(|v| v.name.as_str()).collect();
         names.sort_unstable();
@@ -289,16 +341,6 @@ impl Reading {
         }
         Ok(d)
     }
-}
-
-/// The unit that a name means where the FMU does not define it.
-fn by_name(name: &str) -> Option<BaseUnit> {
-    let found = unit::find(name)?;
-    Some(BaseUnit {
-        exponents: [found.kg, found.m, found.s, 0, 0, 0, 0, found.rad],
-        factor: found.factor,
-        offset: 0.0,
-    })
 }
 
 /// Reads the description of the FMU that messages name `at`.

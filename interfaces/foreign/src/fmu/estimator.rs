@@ -1,6 +1,7 @@
 //! An estimator that is an FMU.
 
 use super::calls::Fmu;
+use super::description::Port;
 use super::ports::{self, EstimatorPorts};
 use super::running::{RunningFmu, SetTo, parameters};
 use crate::foreign::checked;
@@ -29,7 +30,9 @@ pub(crate) fn estimator_of(path: &Path, settings: &Settings) -> Result<Estimator
     let build = move |_: &Vehicle, set: NamedSettings<'_>| {
         let ports = EstimatorPorts::find(fmu, &map)?;
         let open = ports::unconnected(&fmu.description, &map, &ports::estimator_inputs());
-        let stamped = ports.stamped.map(|stamped| (stamped, SetTo::Flag(true)));
+        let stamped = ports
+            .stamped
+            .map(|stamped| ((stamped, 0), SetTo::Flag(true)));
         let outputs = (ports.numbers.clone(), ports.flags.clone());
         let built = FmuEstimator {
             running: RunningFmu::build(fmu, set, (&open, "wheel_speed[1]"), stamped, outputs)?,
@@ -48,7 +51,7 @@ struct FmuEstimator {
     running: RunningFmu,
     ports: EstimatorPorts,
     /// Inputs of a step: references and values of those that are new.
-    references: Vec<u32>,
+    references: Vec<Port>,
     values: Vec<f64>,
     last: Estimate,
 }
@@ -65,7 +68,7 @@ impl Estimator for FmuEstimator {
         }
         let (references, values) = (&self.references, &self.values);
         self.running
-            .step(|fmu| fmu.set_reals(references, values), z.t.s(), dt)?;
+            .step(|fmu| fmu.set_numbers(references, values), z.t.s(), dt)?;
         let flag = |place: usize| self.running.flags.get(place).copied().unwrap_or_default();
         if self.ports.refused.is_some_and(flag) {
             return Err(Error::own(self.running.told()));

@@ -2,7 +2,7 @@
 //! has the ports of an estimator; the controller has its ports beside it.
 
 use super::calls::Fmu;
-use super::description::{BaseUnit, Description, Kind, Variable};
+use super::description::{BaseUnit, Description, Kind, Port, Variable};
 use crate::signals::{self, FLAGS, NUMBERS, QUANTITIES};
 use crate::unit;
 use monorig_estimators::api::signals::{Command, Estimate, Measurements, Slot, Value};
@@ -62,8 +62,8 @@ pub(crate) type FlagAt = Box<dyn Fn(&mut Estimate, bool) + Send>;
 /// The variables of an estimator that are set and got in a step.
 #[derive(Default)]
 pub(crate) struct EstimatorPorts {
-    pub inputs: Vec<(u32, Source)>,
-    pub numbers: Vec<u32>,
+    pub inputs: Vec<(Port, Source)>,
+    pub numbers: Vec<Port>,
     pub numbers_at: Vec<NumberAt>,
     pub flags: Vec<u32>,
     pub flags_at: Vec<FlagAt>,
@@ -157,9 +157,18 @@ impl<'a> Names<'a> {
                 format!("a variable of causality {causality}"),
             );
         }
-        if v.kind != kind {
+        // a whole number of the FMU is a number of ours; the FMU gets none but its own
+        let fits = v.kind == kind
+            || (kind == Kind::Real && v.kind == Kind::Integer && causality == "output");
+        if v.is_array {
+            return refuse(
+                format!("`{name}`, for {ours}, is an array"),
+                "an FMU with a variable of its own for each value".to_owned(),
+            );
+        }
+        if !fits {
             let is = if kind == Kind::Real {
-                "number (Real, Float64)"
+                "number (Real, Float64, Float32)"
             } else {
                 "Boolean"
             };
@@ -168,14 +177,11 @@ impl<'a> Names<'a> {
                 format!("a {is} of one value"),
             );
         }
-        let base = |u: &unit::Unit| BaseUnit {
-            exponents: [u.kg, u.m, u.s, 0, 0, 0, 0, u.rad],
-            factor: u.factor,
-            offset: 0.0,
-        };
         // what the FMU says, else the word that it uses
-        let theirs = v.base.or_else(|| unit::named(v.unit.as_deref()?).map(base));
-        if let (Some(theirs), Some(known)) = (theirs, unit::find(unit).map(base)) {
+        let theirs = v
+            .base
+            .or_else(|| unit::named(v.unit.as_deref()?).map(BaseUnit::of));
+        if let (Some(theirs), Some(known)) = (theirs, unit::find(unit).map(BaseUnit::of)) {
             let same = theirs.exponents == known.exponents
                 && (theirs.factor / known.factor - 1.0).abs() < 1e-9
                 && theirs.offset == 0.0;
@@ -247,7 +253,7 @@ impl EstimatorPorts {
         let mut ports = Self::default();
         for (ours, unit, source) in inputs() {
             if let Some(v) = names.find(&ours, unit, ("input", Kind::Real))? {
-                ports.inputs.push((v.reference, source));
+                ports.inputs.push((v.port(), source));
             }
         }
         for q in &QUANTITIES {
@@ -255,7 +261,7 @@ impl EstimatorPorts {
         }
         for (name, place) in NUMBERS {
             if let Some(v) = names.find(name, "1", ("output", Kind::Real))? {
-                ports.numbers.push(v.reference);
+                ports.numbers.push(v.port());
                 ports.numbers_at.push(Box::new(move |e, x| *place(e) = x));
             }
         }
@@ -304,13 +310,13 @@ fn quantity(
         ports.grade_is_effective |= name == "effective_grade";
         return Ok(());
     };
-    ports.numbers.push(value.reference);
+    ports.numbers.push(value.port());
     ports
         .numbers_at
         .push(Box::new(move |e, x| place(e).value = x));
     let constant = names.number(&sd_name);
     if let Some(sd) = sd {
-        ports.numbers.push(sd.reference);
+        ports.numbers.push(sd.port());
         ports.numbers_at.push(Box::new(move |e, x| place(e).sd = x));
     }
     let known = sd.is_some() || constant.is_some();

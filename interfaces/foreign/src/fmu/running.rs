@@ -2,7 +2,7 @@
 
 use super::calls::Fmu;
 use super::calls::{DISCARD, Instance, WARNING};
-use super::description::{Kind, Variable};
+use super::description::{Kind, Port, Variable};
 use super::ports::Map;
 use crate::signals::STAMPED;
 use monorig_estimators::Error;
@@ -99,23 +99,19 @@ impl Drop for InUse {
 /// Value of a parameter.
 #[derive(Clone, Copy)]
 pub(crate) enum SetTo {
-    Real(f64),
-    Integer(i64),
+    Number(f64),
     Flag(bool),
-    Word(i64),
 }
 
 /// The value of a parameter for the FMU.
 fn set_to(v: &Variable, setting: Setting<'_>) -> Option<SetTo> {
     Some(match (v.kind, setting) {
-        (Kind::Real, Setting::Number(x)) => SetTo::Real(x),
+        (Kind::Real, Setting::Number(x)) => SetTo::Number(x),
         // whole numbers up to this are exact
-        (Kind::Integer, Setting::Number(x)) if x == x.trunc() && x.abs() < 9e15 => {
-            SetTo::Integer(x as i64)
-        }
+        (Kind::Integer, Setting::Number(x)) if x == x.trunc() && x.abs() < 9e15 => SetTo::Number(x),
         (Kind::Boolean, Setting::Flag(flag)) => SetTo::Flag(flag),
         (Kind::Word, Setting::Choice(word)) => {
-            SetTo::Word(v.words.iter().find(|(name, _)| name == word)?.1)
+            SetTo::Number(v.words.iter().find(|(name, _)| name == word)?.1 as f64)
         }
         _ => return None,
     })
@@ -125,9 +121,9 @@ fn set_to(v: &Variable, setting: Setting<'_>) -> Option<SetTo> {
 pub(crate) struct RunningFmu {
     instance: Instance,
     /// Parameters that are set, by their references.
-    set: Vec<(u32, SetTo)>,
+    set: Vec<(Port, SetTo)>,
     /// References of the outputs, and their values after the last step.
-    outputs: (Vec<u32>, Vec<u32>),
+    outputs: (Vec<Port>, Vec<u32>),
     pub numbers: Vec<f64>,
     pub flags: Vec<bool>,
     /// Fixed step of an FMU, s; its start, s; number of steps since the start.
@@ -147,17 +143,22 @@ impl RunningFmu {
         fmu: &'static Fmu,
         named: NamedSettings<'_>,
         (open, like): (&[&Variable], &str),
-        more: impl IntoIterator<Item = (u32, SetTo)>,
-        outputs: (Vec<u32>, Vec<u32>),
+        more: impl IntoIterator<Item = (Port, SetTo)>,
+        outputs: (Vec<Port>, Vec<u32>),
     ) -> Result<Self, Refusal> {
         let description = &fmu.description;
         let given = |v: &Variable| named.iter().any(|(key, _)| *key == v.name);
-        if let Some(v) = open.iter().find(|v| !given(v)) {
+        // an input that nothing feeds stays at its start, unless nothing is fed at all
+        let inputs = description
+            .variables
+            .iter()
+            .filter(|v| v.causality == "input");
+        let fed = inputs.count() > open.len();
+        let lost = |v: &&&Variable| !given(v) && !(fed && v.start.is_some());
+        if let Some(v) = open.iter().find(lost) {
             let name = &v.name;
             let held = match v.kind {
-                Kind::Other => {
-                    "texts, arrays and numbers of other sizes cannot have a fixed value".to_owned()
-                }
+                Kind::Other => "texts and arrays cannot have another fixed value".to_owned(),
                 _ => format!("`{name}: 0` among the parameters gives the input a fixed value"),
             };
             return Err(Refusal::new(
@@ -177,7 +178,7 @@ impl RunningFmu {
                 let message = format!("{}: `{key}` cannot be {setting}", fmu.at);
                 Refusal::new(message, "a whole number")
             })?;
-            set.push((v.reference, value));
+            set.push((v.port(), value));
         }
         set.extend(more);
         let taken = fmu.in_use.as_ref().map(|u| u.swap(true, Ordering::AcqRel));
@@ -215,12 +216,10 @@ impl RunningFmu {
     /// Sets the parameters and initializes.
     fn begin(&mut self) -> Result<(), String> {
         let instance = &mut self.instance;
-        for (reference, value) in &self.set {
+        for (port, value) in &self.set {
             let code = match *value {
-                SetTo::Real(x) => instance.set_reals(&[*reference], &[x]),
-                SetTo::Integer(x) => instance.set_integer(*reference, x, false),
-                SetTo::Word(x) => instance.set_integer(*reference, x, true),
-                SetTo::Flag(flag) => instance.set_boolean(*reference, flag),
+                SetTo::Number(x) => instance.set_numbers(&[*port], &[x]),
+                SetTo::Flag(flag) => instance.set_boolean(port.0, flag),
             };
             if code > WARNING {
                 return Err(instance.told());
@@ -253,7 +252,7 @@ impl RunningFmu {
     /// Gets the outputs.
     fn get(&mut self) -> i32 {
         let (numbers, flags) = &self.outputs;
-        let got = self.instance.reals(numbers, &mut self.numbers);
+        let got = self.instance.numbers(numbers, &mut self.numbers);
         got.max(self.instance.booleans(flags, &mut self.flags))
     }
 

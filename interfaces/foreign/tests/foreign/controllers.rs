@@ -177,8 +177,19 @@ fn ours_as_an_fmu_commands_the_same() {
     let ours = commands(&mut simulation, false);
     let grade = simulation.estimators[0].estimate.effective_grade_rad;
     assert!(grade.valid && grade.value > 0.1, "{grade:?}");
-    for three in [false, true] {
-        let file = made(folder.path(), "", &description(three));
+    let numbers = description(true)
+        .replace("<Float64 name=\"drives\"", "<UInt8 name=\"drives\"")
+        .replace(
+            "<Float64 name=\"command_brake\"",
+            "<Float32 name=\"command_brake\"",
+        );
+    // the last has numbers of other types, which hold the same values
+    for (three, text) in [
+        (false, description(false)),
+        (true, description(true)),
+        (true, numbers),
+    ] {
+        let file = made(folder.path(), "", &text);
         let of = format!(
             "{{fmu: {}, feedforward: estimate{parameters}}}",
             file.display()

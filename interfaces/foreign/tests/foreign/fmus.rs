@@ -128,6 +128,26 @@ fn an_fmu_with_a_fixed_step_is_called_with_that_step() {
     );
 }
 
+/// A whole number is a number; what nothing feeds stays at its start, of whatever type it is.
+#[test]
+fn whole_numbers_are_numbers_and_open_inputs_stay_at_their_start() {
+    let sd = "<Real/></ScalarVariable>\n    <ScalarVariable name=\"ok\"";
+    let text = DESCRIPTION.replace(sd, &sd.replace("Real", "Integer")).replace(
+        "  </ModelVariables>",
+        "<ScalarVariable name=\"note\" valueReference=\"9\" causality=\"input\"><String start=\"\"/></ScalarVariable>
+    <ScalarVariable name=\"mode\" valueReference=\"10\" causality=\"input\"><Integer start=\"1\"/></ScalarVariable>
+  </ModelVariables>",
+    );
+    assert!(text.contains("<Integer/>"));
+    let folder = tempfile::tempdir().unwrap();
+    let map = "specific_force_x: ax, grade: theta, grade_sd: theta_sd, grade_valid: ok";
+    let estimator = format!("{{fmu: ./slope.fmu, map: {{{map}}}, order: 3}}");
+    let mut simulation = build(&scenario(folder.path(), "", &text, &estimator)).unwrap();
+    run(&mut simulation).unwrap();
+    let grade = simulation.estimators[0].estimate.grade_rad;
+    assert!(grade.value != 0.0 && grade.sd == 3.0, "{grade:?}");
+}
+
 #[test]
 fn every_mistake_of_a_scenario_has_its_message() {
     let of = |estimator: &str| message("", DESCRIPTION, estimator);
@@ -196,12 +216,12 @@ fn every_mistake_of_a_scenario_has_its_message() {
         ],
     );
     has(
-        &map("specific_force_x: ax, grade: theta"),
+        &map("grade: theta"),
         &[
             AT,
-            "`wheel` is none of ours",
-            "map: {wheel_speed[1]: wheel}",
-            "`wheel: 0`",
+            "`ax` is none of ours",
+            "map: {wheel_speed[1]: ax}",
+            "`ax: 0`",
         ],
     );
     assert_eq!(of(&mine("")), "[]");
@@ -258,6 +278,16 @@ fn every_mistake_of_a_description_has_its_message() {
     has(
         &of("CoSimulation", "ModelExchange"),
         &[AT, "model exchange only", "for co-simulation"],
+    );
+    has(
+        &of("CoSimulation", "ScheduledExecution"),
+        &[AT, "scheduled execution only", "for co-simulation"],
+    );
+    let array = "name=\"theta\" valueReference=\"4\" causality=\"output\"><Real unit=\"grad\"/>";
+    let dimension = array.replace("/>", "><Dimension start=\"3\"/></Real>");
+    has(
+        &of(array, &dimension),
+        &[AT, "`theta`, for grade, is an array", "for each value"],
     );
     has(
         &of(

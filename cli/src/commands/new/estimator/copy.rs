@@ -2,6 +2,7 @@
 //! changed.
 
 use crate::files::report::link;
+use crate::files::share;
 use crate::ui::errors::CliError;
 use monorig_sim::config::file::read_text;
 use monorig_sim::error::Error;
@@ -35,7 +36,9 @@ impl Example {
 /// Name of the crate that is copied.
 const CRATE_NAME: &str = "own_estimator";
 const LOCK: &str = "Cargo.lock";
-/// Text between two packages of a lock file.
+/// What is said where there are no sources of the crates.
+const RELEASED: &str = "its Cargo.toml names crates of crates.io; until they are there, name a checkout with --monorig\n";
+/// Between two packages of a lock file.
 const PACKAGE: &str = "\n[[package]]\n";
 
 /// Copies the whole example or nothing, and returns the message for the user.
@@ -46,7 +49,7 @@ pub(super) fn make(
 ) -> Result<String, CliError> {
     let name = match example.is_crate() {
         true => crate_name(folder)?,
-        false => file_name(folder)?,
+        false => last_part(folder),
     };
     if folder.symlink_metadata().is_ok() {
         let message = format!("{} exists already", folder.display());
@@ -55,7 +58,7 @@ pub(super) fn make(
     let here = std::env::current_dir().map_err(|e| failed(Path::new("."), e))?;
     let folder = here.join(folder);
     let parent = folder.parent().unwrap_or(&here);
-    let sources = sources(example, monorig, [&here, parent])?;
+    let sources = sources((example.folder, example.files), monorig, [&here, parent])?;
     std::fs::create_dir_all(parent).map_err(|e| failed(parent, e))?;
     let parent = parent.canonicalize().map_err(|e| failed(parent, e))?;
     let way = way(&parent.join(&name), &sources)?;
@@ -68,22 +71,31 @@ pub(super) fn make(
         return Err(e);
     }
     let at = folder.strip_prefix(&here).unwrap_or(&folder).display();
+    let (released, next) = match example.is_crate() && !has_crates(&sources) {
+        true => (RELEASED, "cargo test --release".to_owned()),
+        false => ("", example.next.replace("{way}", &way)),
+    };
     Ok(format!(
         "made {at}: {} files; the estimator `mine` is in {}\n\
-         next: cd {at} && {}\n",
+         {released}next: cd {at} && {next}\n",
         example.files.len(),
         example.estimator,
-        example.next.replace("{way}", &way)
     ))
+}
+
+/// Last part of a path to a folder.
+fn last_part(folder: &Path) -> String {
+    let name = folder.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
 }
 
 /// Name of the crate: the name of the folder.
 fn crate_name(folder: &Path) -> Result<String, CliError> {
-    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    let name = last_part(folder);
     let mut letters = name.chars();
     let first = letters.next().is_some_and(|c| c.is_ascii_alphabetic());
     if first && letters.all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
-        return Ok(name.into_owned());
+        return Ok(name);
     }
     Err(CliError::refused(
         format!("`{name}` is not a valid name of a crate"),
@@ -91,35 +103,25 @@ fn crate_name(folder: &Path) -> Result<String, CliError> {
     ))
 }
 
-/// Last part of a path to a folder.
-fn file_name(folder: &Path) -> Result<String, CliError> {
-    let name = folder.file_name().map(|name| name.to_string_lossy());
-    name.map(|name| name.into_owned()).ok_or_else(|| {
-        let message = format!("{} is not a valid name of a folder", folder.display());
-        CliError::refused(message, "name a folder that does not exist yet")
-    })
-}
-
-/// Folder of monorig's sources: the given folder, or the nearest at or above `starts`.
+/// Folder of monorig's sources: the given folder, the nearest at or above `starts`, or the folder that comes with the
+/// program.
 pub(in crate::commands::new) fn sources(
-    example: &Example,
+    (folder, files): (&str, &[&str]),
     given: Option<&Path>,
     starts: [&Path; 2],
 ) -> Result<PathBuf, CliError> {
-    let has = |folder: &Path| {
-        let mut files = example.files.iter();
-        files.all(|file| folder.join(example.folder).join(file).is_file())
+    let has = |sources: &Path| {
+        let mut files = files.iter();
+        files.all(|file| sources.join(folder).join(file).is_file())
     };
-    let is = |folder: &&Path| has(folder);
-    let above = || starts.into_iter().flat_map(Path::ancestors).find(is);
-    let found = match given {
-        Some(folder) => Some(folder).filter(is),
-        None => above(),
+    let places = match given {
+        Some(folder) => vec![folder.to_owned()],
+        None => share::folders(starts),
     };
-    let Some(found) = found else {
+    let Some(found) = places.iter().find(|p| has(p)) else {
         let message = match given {
-            Some(folder) => format!("{} has no {}", folder.display(), example.folder),
-            None => "neither this folder nor a folder above it has the sources of monorig".into(),
+            Some(given) => format!("{} has no {folder}", given.display()),
+            None => "neither this folder nor a folder above it has the sources of monorig, and no copy of its examples is beside the program".into(),
         };
         let help = "name the folder of monorig's sources with --monorig: the new folder refers to files in it";
         return Err(CliError::refused(message, help));
@@ -142,6 +144,11 @@ pub(in crate::commands::new) fn way(from: &Path, sources: &Path) -> Result<Strin
     }
 }
 
+/// True where the crates themselves are, not the examples alone.
+fn has_crates(sources: &Path) -> bool {
+    sources.join("cli/Cargo.toml").is_file()
+}
+
 /// Writes the files of the example with the changes.
 fn fill(
     example: &Example,
@@ -154,6 +161,12 @@ fn fill(
         let text = read_text(&sources.join(example.folder).join(file))?;
         let text = match *file {
             LOCK => renamed_lock(&text, name),
+            "Cargo.toml" if !has_crates(sources) => {
+                let version = concat!("version = \"", env!("CARGO_PKG_VERSION"), "\"");
+                let ours = ["estimators", "cli"].map(|of| format!("path = \"../../{of}\""));
+                let text = text.replace(&ours[0], version).replace(&ours[1], version);
+                text.replace(CRATE_NAME, name)
+            }
             _ if example.is_crate() => text.replace(&example.way(), way).replace(CRATE_NAME, name),
             _ => text.replace(&example.way(), way),
         };
@@ -164,16 +177,11 @@ fn fill(
 
 /// Lock file with the package of the example renamed and sorted to its new place.
 fn renamed_lock(text: &str, name: &str) -> String {
-    let mut parts = text.trim_end().split(PACKAGE).map(str::trim_end);
-    let head = parts.next().unwrap_or_default();
     let name_line = |name: &str| format!("name = \"{name}\"\n");
-    let own = name_line(CRATE_NAME);
-    let (example, others): (Vec<&str>, Vec<&str>) = parts.partition(|p| p.starts_with(&own));
-    let example = example.concat().replacen(&own, &name_line(name), 1);
-    let of = |part: &str| part.split('"').nth(1).unwrap_or_default().to_owned();
-    let place = others.iter().position(|p| of(p).as_str() > name);
-    let mut all = others;
-    all.insert(place.unwrap_or(all.len()), &example);
+    let text = text.replacen(&name_line(CRATE_NAME), &name_line(name), 1);
+    let mut all: Vec<&str> = text.trim_end().split(PACKAGE).map(str::trim_end).collect();
+    let head = all.remove(0);
+    all.sort_by_key(|package| package.split('"').nth(1));
     let all: Vec<String> = all.iter().map(|p| format!("{PACKAGE}{p}\n")).collect();
     format!("{head}\n{}", all.concat())
 }

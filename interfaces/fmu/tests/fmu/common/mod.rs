@@ -13,7 +13,7 @@ pub use steps::{bits, names, project, scenario, simulation, steps};
 pub fn packed(package: &Package, fmi: Fmi, folder: &Path) -> PathBuf {
     let file = folder.join(format!("{}_{fmi:?}.fmu", package.name()));
     let bytes = package
-        .bytes(fmi, &monorig_fmu::library().unwrap())
+        .bytes(fmi, &monorig_fmu::library().unwrap(), &[])
         .unwrap();
     std::fs::write(&file, bytes).unwrap();
     file

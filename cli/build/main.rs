@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Sources of the program and of the Python module, seen from the root of the checkout.
-const SOURCES: &str = "Cargo.toml Cargo.lock estimators sim lab cli/src cli/build.rs cli/Cargo.toml \
+const SOURCES: &str = "Cargo.toml Cargo.lock estimators sim lab cli/src cli/build cli/Cargo.toml \
     interfaces/c interfaces/can interfaces/foreign interfaces/fmu interfaces/logs interfaces/python/src \
     interfaces/python/Cargo.toml interfaces/viz";
 
