@@ -267,7 +267,7 @@ fn a_program_alone_makes_no_fmu_and_says_so() {
     for part in [
         "monorig_fmu",
         "is not in the folder of the program",
-        "archive of a release",
+        "archive and wheel of a release",
     ] {
         assert!(words(&err).contains(part), "{part} is not in {err}");
     }

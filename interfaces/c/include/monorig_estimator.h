@@ -147,8 +147,10 @@ typedef struct {
 /* A vehicle of which nothing is told yet: its size, NaN where that means "not told", and 0. Set the rest, or take that of
    a scenario: `monorig check SCENARIO --vehicle c`. */
 static inline monorig_vehicle monorig_vehicle_defaults(void) {
-  monorig_vehicle none = {0};
+  monorig_vehicle none;
+  unsigned char *byte = (unsigned char *)&none, *end = byte + sizeof none;
   double nan = 0.0;
+  while (byte < end) *byte++ = 0;
   nan /= nan;
   none.size = sizeof none;
   none.mass_guess_kg = none.accel_bias_sd_mps2 = none.gyro_bias_sd_radps = none.longitudinal_stiffness_npm = nan;

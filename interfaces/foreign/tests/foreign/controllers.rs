@@ -287,14 +287,9 @@ fn every_mistake_of_a_scenario_has_its_message() {
         "{fmu: ./pi.fmu, map: {measured_speed: 1}}",
         &[AT, "no name for measured_speed"],
     );
-    told(
-        "{fmu: ./pi.fmu, map: {measured_speed: reference_speed}}",
-        &[
-            AT,
-            "`measured_speed` is none of ours",
-            "`measured_speed: 0`",
-        ],
-    );
+    // an input that nothing feeds any more stays at its start
+    let held = "{fmu: ./pi.fmu, map: {measured_speed: reference_speed}}";
+    assert_eq!(of(&good, held), "[]");
     let without =
         |name: &str, instead: &str| good.replace(&format!("\"{name}\""), &format!("\"{instead}\""));
     has(

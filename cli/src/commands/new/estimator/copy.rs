@@ -36,7 +36,7 @@ impl Example {
 /// Name of the crate that is copied.
 const CRATE_NAME: &str = "own_estimator";
 const LOCK: &str = "Cargo.lock";
-/// What is said where there are no sources of the crates.
+/// Words for a new crate where there are no sources of ours.
 const RELEASED: &str = "its Cargo.toml names crates of crates.io; until they are there, name a checkout with --monorig\n";
 /// Between two packages of a lock file.
 const PACKAGE: &str = "\n[[package]]\n";
