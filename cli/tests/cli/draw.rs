@@ -52,7 +52,7 @@ fn bad_ranges_are_refused_with_their_place() {
             "  rail_fusion: {from: x.yaml}",
             "cannot name a parameter file",
         ),
-        ("dx80_176y.yaml", "dx81_176y.yaml", "there is no"),
+        ("dx80_176y.yaml", "dx81_176y.yaml", "does not exist"),
     ] {
         assert!(good.contains(from), "{from}");
         dir.write("ranges.yaml", good.replace(from, to).as_bytes());

@@ -97,7 +97,7 @@ fn checks_and_mistakes_have_their_exit_codes() {
     let (code, out, err) = dir.monorig(&["replay", "--map", &map, "--check"]);
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(
-        out.contains("|f|") && out.contains("nothing wrong was found"),
+        out.contains("|f|") && out.contains("found nothing wrong"),
         "{out}"
     );
     let in_g = "channels.specific_force.unit=g";

@@ -134,7 +134,7 @@ fn a_battery_without_a_valid_sample_fails() {
         let task = ["--only", "heavy", "--estimators", "late", "--set", late];
         let (code, out, err) = dir.monorig(&[&STRESS[..], &task, more].concat());
         assert_eq!(code, Some(1), "{out}{err}");
-        assert!(out.contains("FAILED: late has no valid sample"), "{out}");
+        assert!(out.contains("no run has a valid sample of late"), "{out}");
         assert!(!out.contains("held"), "{out}");
     }
 }
@@ -182,8 +182,8 @@ fn a_wrong_condition_is_refused_where_it_is_wrong() {
         (
             "version: 1\ncondition: ' '\ngroup: rail\n",
             2,
-            "says what it is",
-            "a line",
+            "needs a description",
+            "write a line",
         ),
         (
             "version: 1\ncondition: x\ngroup: rail\nset: {load.mas_kg: 1}\n",

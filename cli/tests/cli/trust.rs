@@ -428,7 +428,7 @@ fn every_scenario_of_a_folder_is_tested_once() {
     dir.write("more/good.yaml", text.as_bytes());
     let (code, out, err) = dir.monorig(&["test", "all"]);
     assert!(
-        code == Some(2) && words(&err).contains("have one name"),
+        code == Some(2) && words(&err).contains("have the same name"),
         "{out}{err}"
     );
 }
@@ -457,7 +457,7 @@ fn a_matrix_is_held_against_the_same_battery() {
     let (code, out, err) = dir.monorig(&[&stress[..], &["--json", "old.json"]].concat());
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(
-        words(&out).contains("not judged: idle changes nothing"),
+        words(&out).contains("not judged: idle changes no input"),
         "{out}"
     );
     let old: Value = serde_json::from_str(&dir.read("old.json")).unwrap();

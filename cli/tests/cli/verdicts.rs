@@ -169,7 +169,7 @@ fn an_error_is_not_bounded_without_its_availability() {
         let (code, _, err) = dir.monorig(&["test", "all"]);
         assert_eq!(code, Some(2), "{err}");
         for part in [
-            "nothing says how much of the time its slope must be valid",
+            "no availability says how much of the time its slope must be valid",
             "`availability: 0.9` in this expectation",
             "metric: slope_availability, at_least: 0.9",
             "`availability: {slope: 0.9}`",
@@ -332,7 +332,7 @@ fn a_known_failure_is_shown_and_not_red_until_it_is_worse_or_holds() {
         ),
         (
             "{estimator: attitude, metric: slope_mae_deg, no_worse_than: 30, why: ''}",
-            "says why",
+            "needs a reason",
         ),
     ] {
         let text = expect("1").replace("{estimator: attitude, metric: slope_mae_deg, no_worse_than: 30, why: a bias of the accelerometer}", known);

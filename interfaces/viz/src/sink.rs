@@ -172,5 +172,5 @@ impl Sink for RerunSink {
 }
 
 fn not_begun(path: &Path) -> Error {
-    Error::at(path)(std::io::Error::other("recording was not begun"))
+    Error::at(path)(std::io::Error::other("the recording was not started"))
 }

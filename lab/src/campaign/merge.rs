@@ -40,7 +40,7 @@ impl<R: CampaignRow> Shards<R> {
         let (Some(campaign), true) = (whole, numbers.eq((1..=of).map(|part| (part, of)))) else {
             let there = parts.iter().map(|(s, _)| format!("{}/{}", s.part, s.of));
             let there: Vec<String> = there.collect();
-            let message = format!("these shards are not complete: {}", there.join(", "));
+            let message = format!("these shards do not make a whole: {}", there.join(", "));
             let path = paths.first().map_or(Path::new(""), PathBuf::as_path);
             let help = "name every shard of the campaign once, 1/n to n/n";
             return Err(wrong(path, None, message, help));

@@ -314,7 +314,7 @@ pub fn measure_run(series: &ErrorSeries, metric: &str, after_s: f64, until_s: f6
     Some(over(&series.tracking, running, &window))
 }
 
-/// The unit of a metric of either kind; none if there is no such metric.
+/// Unit of a metric of either kind; `None` for an unknown metric.
 pub fn unit(metric: &str) -> Option<&'static str> {
     find(metric).map(|m| m.unit)
 }

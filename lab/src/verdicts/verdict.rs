@@ -636,7 +636,7 @@ mod tests {
         let mut invalid = run(1, Some(0.5), true, None);
         invalid.summary.as_mut().unwrap().never_valid = vec!["dffrls_aekf_robust".into()];
         let judged = ScenarioVerdict::new("hill", vec![invalid]);
-        assert!(reasons(&judged)[0].contains("dffrls_aekf_robust: its estimates were invalid"));
+        assert!(reasons(&judged)[0].contains("dffrls_aekf_robust: all its estimates were invalid"));
     }
 
     fn misleading(seed: u64, valid: u64, misleading: u64, error: f64) -> RunResult {
@@ -767,7 +767,7 @@ mod tests {
         let holds = known(&[0.5; 10]);
         assert!(!holds.held);
         assert!(
-            reasons(&holds)[0].contains("take it off"),
+            reasons(&holds)[0].contains("remove it from `known_failures`"),
             "{:?}",
             reasons(&holds)
         );

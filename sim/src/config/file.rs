@@ -65,13 +65,13 @@ pub fn regular(path: &Path) -> Result<std::fs::Metadata, Error> {
     let metadata = match std::fs::metadata(path) {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
             let help = suggest::beside(path);
-            return Err(wrong(path, None, "there is no such file", help));
+            return Err(wrong(path, None, "this file does not exist", help));
         }
         other => other.map_err(Error::at(path))?,
     };
     if metadata.is_dir() {
         let message = "this is a folder, not a file";
-        return Err(wrong(path, None, message, "name a file in it"));
+        return Err(wrong(path, None, message, "name a file in this folder"));
     }
     if !metadata.is_file() {
         let message = "this is not a regular file";
@@ -96,7 +96,7 @@ fn bounded(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
             path,
             None,
             format!(
-                "this file is {} MB long, far more than any file of ours",
+                "this file has {} MB, far more than any file of monorig",
                 length.max(most + 1).div_ceil(1 << 20)
             ),
             format!("at most {} MB are read", most >> 20),
@@ -111,14 +111,14 @@ fn text(path: &Path, bytes: &[u8]) -> Result<String, Error> {
         let start = good.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
         let line = 1 + good.iter().filter(|b| **b == b'\n').count();
         let column = 1 + String::from_utf8_lossy(&good[start..]).chars().count();
-        let help = "save the file as UTF-8; if it is not a text file, another one was meant";
+        let help = "save the file as UTF-8; if this is not a text file, name another file";
         let message = "this is not text in UTF-8";
         Error::input(path, Some((line, column)), "", message, help)
     })?;
     Ok(text.to_owned())
 }
 
-/// Checks that a file named by another one is there. The error is message and help, with the nearest name.
+/// Checks that a file that another file names exists. The error is message and help, with the nearest name.
 pub fn exists(path: &Path) -> Result<(), (String, String)> {
     if InputFiles::current().is_some_and(|files| files.contains(path)) {
         return Ok(());
@@ -170,8 +170,8 @@ pub fn name_of(path: &Path) -> Result<String, Error> {
         true => Err(wrong(
             path,
             None,
-            "this name cannot be that of a folder of results",
-            "a file name with a letter in it",
+            "this name cannot be the name of a folder for results",
+            "use a file name with a letter",
         )),
     }
 }

@@ -113,7 +113,7 @@ impl InputFiles {
         }
         if shared.sealed {
             let message = "this file was not among the inputs when the study began";
-            let help = "begin the study anew, in another folder";
+            let help = "start the study again in another folder";
             return Err(wrong(path, None, message, help));
         }
         let file = path.canonicalize().unwrap_or_else(|_| path.into());

@@ -205,7 +205,12 @@ pub fn sum(path: &Path) -> Result<String, Error> {
 }
 
 fn damaged(path: &Path, message: &str) -> Error {
-    wrong(path, None, message, "make it again with `monorig run`")
+    wrong(
+        path,
+        None,
+        message,
+        "make the result again with `monorig run`",
+    )
 }
 
 #[cfg(test)]

@@ -193,7 +193,7 @@ fn broken_write(path: &Path) -> impl FnOnce(ParquetError) -> Error {
 
 fn not_begun(path: &Path) -> Error {
     Error::at(path)(std::io::Error::other(
-        "recording was not begun, or is finished",
+        "the recording was not started, or is finished",
     ))
 }
 

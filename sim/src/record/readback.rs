@@ -46,7 +46,7 @@ impl Columns {
             wrong(
                 &self.file,
                 None,
-                format!("there is no column `{name}`"),
+                format!("the file has no column `{name}`"),
                 help,
             )
         })
@@ -164,7 +164,12 @@ fn open(path: &Path) -> Result<(Contents, ParquetRecordBatchReaderBuilder<File>)
 
 fn broken(path: &Path, what: impl ToString) -> Error {
     let message = format!("this file of channels cannot be read: {}", what.to_string());
-    wrong(path, None, message, "make it again with `monorig run`")
+    wrong(
+        path,
+        None,
+        message,
+        "make the result again with `monorig run`",
+    )
 }
 
 #[cfg(test)]

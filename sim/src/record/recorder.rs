@@ -90,7 +90,7 @@ impl<'a> Recorder<'a> {
         self
     }
 
-    /// Record at the full rate however long the run is.
+    /// Records at the full rate for any length of the run.
     pub fn full_rate(mut self) -> Self {
         self.thin_at = usize::MAX;
         self.thin_poses_at = usize::MAX;

@@ -139,7 +139,7 @@ fn mistakes_of_a_controller_have_messages() {
         all.iter_mut().for_each(|f| *f = renumbered(f, 77));
     }));
     assert!(
-        wrong.contains("answers step 86, and was given step 9"),
+        wrong.contains("answers step 86, but was given step 9"),
         "{wrong}"
     );
     let twice = Controller::breaks(at(9, |all| {

@@ -3,8 +3,9 @@
 //! Gyro, accelerometer and wheels have one parity relation, f = v̇ + g sin θ. When they contradict each other two
 //! pitches are left. Without the gyro it is the pitch by accelerometer and wheels over the last second; without
 //! accelerometer and wheels it is the pitch that the gyro has carried on from a time when all agreed. Beside them, the
-//! pitch without the vertical force has the bias along the body that the sheet allows. The reported deviation covers both, whichever is right: three times √P + δ reach as far as the largest separation and √P more,
-//! σ² = P + (σ_mount + δ)². As that of the mount it is added at the end only: a fault that may be is not the noise of a
+//! pitch without the vertical force has the bias along the body that the sheet allows. The reported deviation covers
+//! all of them, whichever is right: three times √P + δ reach as far as the largest separation and √P more, σ² = P +
+//! (σ_mount + δ)². As that of the mount it is added at the end only: a fault that may be is not the noise of a
 //! sample. Source: ours, after solution separation in satellite navigation (Brown & McBurney 1988, Brenner 1996); the
 //! pitches are those of running sums instead of filters of their own.
 

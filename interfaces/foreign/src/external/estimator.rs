@@ -289,7 +289,7 @@ mod tests {
         assert_eq!(words(Came::Part, false), "waiting");
         assert_eq!(words(answer(SEQUENCES - 1), true), "waiting");
         assert!(words(answer(SEQUENCES - 1), false).contains("twice"));
-        assert!(words(answer(7), true).contains("answers step 7, and was given step 0"));
+        assert!(words(answer(7), true).contains("answers step 7, but was given step 0"));
         assert!(words(Came::Incomplete(0), false).contains("without mass and grade"));
     }
 }

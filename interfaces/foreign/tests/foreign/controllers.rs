@@ -277,7 +277,11 @@ fn every_mistake_of_a_scenario_has_its_message() {
     );
     told(
         "{fmu: ./pi.fmu, map: {reference_sped: kp}}",
-        &[AT, "no input or output of a controller", "reference_speed"],
+        &[
+            AT,
+            "neither an input nor an output of a controller",
+            "reference_speed",
+        ],
     );
     told(
         "{fmu: ./pi.fmu, map: {measured_speed: kp}}",

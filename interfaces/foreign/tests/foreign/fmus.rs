@@ -188,7 +188,11 @@ fn every_mistake_of_a_scenario_has_its_message() {
     );
     has(
         &map("grad: theta"),
-        &[AT, "`grad`, which is no input or output", "effective_grade"],
+        &[
+            AT,
+            "`grad`, which is neither an input nor an output",
+            "effective_grade",
+        ],
     );
     has(
         &map("grade: ax"),
@@ -197,11 +201,11 @@ fn every_mistake_of_a_scenario_has_its_message() {
     has(&map("grade: ok"), &[AT, "`ok`, for grade, is not a number"]);
     has(
         &map("grade: theta, grade_valid: theta"),
-        &[AT, "is no Boolean"],
+        &[AT, "is not a Boolean"],
     );
     has(
         &map("total_mass: theta"),
-        &[AT, "`theta` is in grad, and total_mass in kg"],
+        &[AT, "`theta` is in grad, but total_mass is in kg"],
     );
     has(
         &map("grade: 3"),
@@ -219,7 +223,7 @@ fn every_mistake_of_a_scenario_has_its_message() {
         &map("grade: theta"),
         &[
             AT,
-            "`ax` is none of ours",
+            "`ax` is unknown",
             "map: {wheel_speed[1]: ax}",
             "`ax: 0`",
         ],
@@ -273,7 +277,7 @@ fn every_mistake_of_a_description_has_its_message() {
             &undefined.replace("unit=\"grad\"", "unit=\"deg\""),
             &mine(""),
         ),
-        &[AT, "`theta` is in deg, and grade in rad"],
+        &[AT, "`theta` is in deg, but grade is in rad"],
     );
     has(
         &of("CoSimulation", "ModelExchange"),
@@ -312,7 +316,7 @@ fn every_mistake_of_a_description_has_its_message() {
         &of("unit=\"grad\"", "unit=\"deg\""),
         &[
             AT,
-            "`theta` is in deg, and grade in rad",
+            "`theta` is in deg, but grade is in rad",
             "a variable in rad",
         ],
     );

@@ -55,7 +55,7 @@ fn every_mistake_of_a_library_has_its_message() {
     told(
         "WRONG_RANGE",
         plain,
-        &[at, "parameter 0 of `bad` cannot be", "least ≤ most"],
+        &[at, "parameter 0 of `bad` is not valid", "least ≤ most"],
     );
     told(
         "WILL_NOT",

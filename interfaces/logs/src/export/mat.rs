@@ -64,9 +64,10 @@ impl RowWriter for MatFile {
     fn finish(self: Box<Self>) -> Result<u64, Error> {
         let Self(path, run, tables) = *self;
         let mut file = [format!("{TEXT:116}").as_bytes(), VERSION].concat();
-        let (mut units, mut names) = (Fields::default(), Fields::default());
-        let mut add = |table: &str, mut fields: Fields, columns: Vec<MatColumn>| {
-            let (mut units_here, mut names_here) = (Fields::default(), Fields::default());
+        let (mut units, mut names) = (StructFields::default(), StructFields::default());
+        let mut add = |table: &str, mut fields: StructFields, columns: Vec<MatColumn>| {
+            let (mut units_here, mut names_here) =
+                (StructFields::default(), StructFields::default());
             for (name, unit, values) in columns {
                 units_here.text(&name, &unit);
                 names_here.text(&name, &name);
@@ -78,7 +79,7 @@ impl RowWriter for MatFile {
         };
         for all in tables.into_iter().filter(|t| !t.columns.is_empty()) {
             let seconds = all.arrivals_ns.iter().map(|ns| *ns as f64 / 1e9);
-            let mut times = Fields::default();
+            let mut times = StructFields::default();
             times.vector("t_s", (6, 9), seconds.map(f64::to_le_bytes));
             for (name, ns) in [("arrival_ns", all.arrivals_ns), ("stamp_ns", all.stamps_ns)] {
                 times.vector(name, (14, 12), ns.into_iter().map(i64::to_le_bytes));
@@ -89,7 +90,7 @@ impl RowWriter for MatFile {
             add(all.table.name, times, columns.collect())?;
         }
         if run.join(CHANNELS).is_file() {
-            add("channels", Fields::default(), channels(&run)?)?;
+            add("channels", StructFields::default(), channels(&run)?)?;
         }
         for (name, all) in [("units", units), ("names", names)] {
             variable(&mut file, all.made(name)).map_err(|e| failed(&path)(&e))?;
@@ -167,12 +168,12 @@ fn matrix(name: &str, class: u32, sizes: [usize; 2], rest: &[u8]) -> Vec<u8> {
 
 /// The fields of a struct.
 #[derive(Default)]
-struct Fields {
+struct StructFields {
     names: Vec<String>,
     data: Vec<u8>,
 }
 
-impl Fields {
+impl StructFields {
     /// A further field; its name is made one that MATLAB has, and that no other field has.
     fn add(&mut self, name: &str, field: impl FnOnce(&str) -> Vec<u8>) {
         let legal = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };

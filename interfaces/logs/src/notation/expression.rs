@@ -393,10 +393,10 @@ mod tests {
             ("(a", "`)` is missing"),
             ("a b", "operator is missing"),
             ("a % b", "`%` at character 3"),
-            ("sin(a)", "no function `sin`"),
+            ("sin(a)", "the function `sin`"),
             ("min(a)", "two values"),
             ("`a", "no end"),
-            ("1.2.3", "no number"),
+            ("1.2.3", "is not a number"),
             ("", "a value is missing"),
         ] {
             let told = Expression::parse(text).unwrap_err();

@@ -78,7 +78,7 @@ fn not_as_promised(path: &Path, format: &dyn LogReader) -> Error {
         path,
         None,
         format!(
-            "this is not a {} file: it does not begin with {}",
+            "this file is not in the format {}: it does not begin with {}",
             format.name(),
             magic.trim_end()
         ),

@@ -251,6 +251,6 @@ mod tests {
         assert!(told("t,m\n0,1\n").contains("no estimate"));
         assert!(told("t,mass_kg\n1,1\n0,1\n").contains("goes back in row"));
         let no_time = told("mass_kg,grade_deg\n1,0\n");
-        assert!(no_time.contains("called like a time"), "{no_time}");
+        assert!(no_time.contains("has the name of a time"), "{no_time}");
     }
 }

@@ -114,8 +114,7 @@ pub fn build(map: &Map, options: &ReplayOptions, registry: &Registry) -> Result<
     let all: Vec<Found> = found.iter().chain(&silent).cloned().collect();
     let scenario = scenario(map, options, estimators, &all)?;
     let recorded = recorded(map, &plan, drive, reference, first, scenario);
-    let how =
-        "`bias_sd` of the channels and `noise: from-log` or `noise: defaults` in the map say it";
+    let how = "set `bias_sd` of the channels and `noise: from-log` or `noise: defaults` in the map";
     Ok(Built {
         simulation: Simulation::recorded(recorded, &registry)?,
         found,

@@ -138,7 +138,7 @@ fn each_check_fires_on_a_log_broken_that_way_and_on_no_good_one() {
         (
             "torque in another unit",
             "mass by traction",
-            "cannot be",
+            "impossible",
             |r| r.torque *= 10.0,
         ),
         ("clipped", "specific force x", "clipped", |r| {

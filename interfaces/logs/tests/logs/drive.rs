@@ -270,7 +270,11 @@ fn mistakes_in_a_map_are_told_with_line_and_key() {
         (
             "unit: m/s",
             "unit: Nm",
-            &["x.map.yaml:6", "wheel_speed[0].unit", "no unit of a speed"],
+            &[
+                "x.map.yaml:6",
+                "wheel_speed[0].unit",
+                "is not a unit of a speed",
+            ],
         ),
         (
             "columns: [v]",
@@ -283,7 +287,11 @@ fn mistakes_in_a_map_are_told_with_line_and_key() {
             &["x.map.yaml:6", "no column `speed`"],
         ),
         ("columns: [v]", "columns: []", &["x.map.yaml:6", "0 wheels"]),
-        ("unit: m/s", "unit: m/s, sign: 2", &["sign", "2 is no sign"]),
+        (
+            "unit: m/s",
+            "unit: m/s, sign: 2",
+            &["sign", "2 is not a sign"],
+        ),
         (
             "unit: m/s",
             "unit: m/s, file: engine",

@@ -173,7 +173,7 @@ fn faults_of_a_log() {
         Plan::new(&map).map(|_| ()).unwrap_err().to_string()
     };
     let told = refused("{from_s: 0, channel: inclination, fault: stuck}");
-    assert!(told.contains("no such channel"), "{told}");
+    assert!(told.contains("does not have the channel"), "{told}");
     assert!(refused("{from_s: 0, channel: wheel_speed, fault: scale}").contains("size"));
     assert!(refused("{from_s: 0, channel: wheel_speed, fault: loss, size: 2}").contains("size"));
 }

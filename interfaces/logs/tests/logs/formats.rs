@@ -427,13 +427,23 @@ fn mistakes_are_told_with_file_and_place() {
             "d.csv",
             b"x,y\n0,1\n",
             &all,
-            &["d.csv:1", "called like a time"],
+            &["d.csv:1", "has the name of a time"],
         ),
         ("e.csv", b"t,x,x\n0,1,1\n", &all, &["e.csv:1", "twice"]),
         ("f.csv", b"", &all, &["f.csv", "empty"]),
-        ("g.mcap", b"t,x\n0,1\n", &all, &["g.mcap", "no MCAP"]),
+        (
+            "g.mcap",
+            b"t,x\n0,1\n",
+            &all,
+            &["g.mcap", "not in the format MCAP"],
+        ),
         ("h.mf4", b"PAR1", &all, &["h.mf4"]),
-        ("i.parquet", b"MDF", &all, &["i.parquet", "no Parquet"]),
+        (
+            "i.parquet",
+            b"MDF",
+            &all,
+            &["i.parquet", "not in the format Parquet"],
+        ),
         (
             "j.log",
             b"(1.0) can0 100#00\n(1.1) can0 100#0\n",
@@ -462,7 +472,7 @@ fn mistakes_are_told_with_file_and_place() {
             "m.csv",
             b"t,x\n0,1e999\n",
             &wanted("x"),
-            &["m.csv:2:3", "no number"],
+            &["m.csv:2:3", "is no number"],
         ),
     ] {
         let told = told(name, text, options);

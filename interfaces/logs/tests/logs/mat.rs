@@ -115,7 +115,7 @@ fn what_is_no_log_says_why() {
         ),
         (&[&big, &TIME], &all, &["is damaged", "-v7"]),
         (&[&old, &TIME], &all, &["-v7"]),
-        (&[b"no MAT"], &all, &["no MAT file", "MATLAB 5.0"]),
+        (&[b"no MAT"], &all, &["not in the format MAT", "MATLAB 5.0"]),
     ] {
         let told = told(bytes, options);
         assert!(words.iter().all(|w| told.contains(w)), "{words:?}: {told}");

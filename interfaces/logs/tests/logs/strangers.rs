@@ -306,7 +306,7 @@ fn json_that_is_none() {
     for options in [wanted(&["/gps.lat", "/wheels.v"]), ReadOptions::default()] {
         let refused = read(&broken, &options).unwrap_err();
         assert!(
-            refused.contains("a message of /gps is no JSON"),
+            refused.contains("a message of /gps is not JSON"),
             "{refused}"
         );
     }

@@ -242,7 +242,7 @@ fn what_only_looks_like_yaml_is_named() {
         ),
         (
             "version: 1\narcs:\n  - {radius_m: 1,0}\n",
-            "the number 0 stands where",
+            "the number 0 is in the place of",
             3,
         ),
         (

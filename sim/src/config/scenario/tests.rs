@@ -130,7 +130,7 @@ fn a_cycle_that_starts_over_is_by_time_whole_and_ends_as_it_began() {
         (format!("{{{points}, every_s: 8}}"), "later"),
         (
             "{speed: [{at_s: 0, mps: 0}, {at_s: 4, mps: 1}], every_s: 9}".into(),
-            "ends with 1 m/s",
+            "ends at 1 m/s",
         ),
         (
             "{speed: [{at_m: 0, mps: 1}], every_s: 9}".into(),

@@ -255,7 +255,11 @@ fn every_fault_of_a_tree_is_told_with_its_place() {
             "needs its limits",
             "joint `axle`",
         ),
-        (wheel("0 0 1", good, &off_axle), "off its axle", "link `w`"),
+        (
+            wheel("0 0 1", good, &off_axle),
+            "not centred on its axle",
+            "link `w`",
+        ),
     ];
     let folder = Folder::new("faults");
     for (text, message, place) in cases {

@@ -157,7 +157,7 @@ fn a_bad_element_is_named() {
         ),
         (
             "vertical: [{kind: grade, length_m: 3}, {kind: grade, length_m: 3, grade_deg: 2}]",
-            "vertical[1].grade_deg: 2° does not join",
+            "vertical[1].grade_deg: 2° does not fit",
         ),
         (
             "vertical: [{kind: grade, length_m: 3, grade_deg: 80}]",

@@ -306,7 +306,12 @@ fn faults_of_train_and_unit_files_are_told() {
             "name: drive_1,",
             "two units are named `drive_1`",
         ),
-        (train, "name: drive_2,", "name: a/b,", "no name for a unit"),
+        (
+            train,
+            "name: drive_2,",
+            "name: a/b,",
+            "is not a valid name for a unit",
+        ),
         (train, "under: beam", "under: boom", "no unit `boom`"),
         (train, "under: beam", "under: cab_front", "no link `hook_1`"),
         (
@@ -360,7 +365,7 @@ fn faults_of_train_and_unit_files_are_told() {
             drive,
             "efficiency_drive: 0.95",
             "efficiency_drive: 0",
-            "no power passes",
+            "transmits no power",
         ),
         (drive, "running_gear:", "walking_gear:", "walking_gear"),
         (drive, "drive_unit.urdf", "cab.urdf", "friction wheels is 0"),
