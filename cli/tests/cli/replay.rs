@@ -111,7 +111,7 @@ fn checks_and_mistakes_have_their_exit_codes() {
         "--set",
         "channels.specific_force.unit=Nm",
     ]);
-    assert!(told.contains("no unit of an acceleration"), "{told}");
+    assert!(told.contains("is not a unit of an acceleration"), "{told}");
     let told = dir.refused(&["replay", "--map", &map, "--estimators", "rail_fusoin"]);
     assert!(told.contains("rail_fusion"), "{told}");
     let told = dir.refused(&["replay", "nowhere", "--map", &map]);

@@ -92,7 +92,7 @@ fn threads_and_shards_change_no_byte() {
     dir.write(parts[0], &torn.as_bytes()[..torn.len() - 5]);
     let told = dir.refused(&merge(&parts));
     assert!(
-        told.contains("is not the result of run") && told.contains("it goes on"),
+        told.contains("is not the result of run") && told.contains("it continues"),
         "{told}"
     );
 }

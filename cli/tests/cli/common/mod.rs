@@ -317,6 +317,7 @@ const KINDS: &[(&str, &str)] = &[
     ("has no parameter", "unknown name"),
     ("is not among", "unknown name"),
     ("has no link", "unknown name"),
+    ("has no suitable link", "unknown name"),
     ("no sensor", "unknown name"),
     ("files cannot be used", "bad files"),
 ];

@@ -77,7 +77,7 @@ fn a_run_in_real_time_is_a_verdict_or_says_why_not() {
     let latency = metric("answer_latency_ms_p99");
     assert!(latency > 0.0 && latency < 2000.0, "{latency}");
     assert!(metric("answers_late_share") + metric("answers_lost_share") <= 1.0);
-    let told = words(&err).contains("missed its own deadlines: the run is no verdict on ecu");
+    let told = words(&err).contains("missed its own deadlines: the run does not judge ecu");
     match metric("rig_late_share") > 0.0 {
         true => assert!(code == Some(2) && told, "{out}{err}"),
         false => assert!(code == Some(0) && !told, "{out}{err}"),

@@ -150,7 +150,7 @@ fn mistakes_of_a_controller_have_messages() {
         all.splice(0..0, before);
     }));
     assert!(
-        twice.contains("answers step 8 twice: are there two of them"),
+        twice.contains("answers step 8 twice: two estimators may have"),
         "{twice}"
     );
     let half = Controller::breaks(at(9, |all| {

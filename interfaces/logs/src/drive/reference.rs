@@ -218,8 +218,8 @@ fn along(all: &[(i64, [f64; 3])], window_m: f64) -> Vec<(i64, [f64; 3])> {
 }
 
 /// Regression of the altitude over the distance within half a window to both sides, by the angle of a ratio: rise over
-/// way along the slope is its sine, over level way its tangent. Each piece of the way counts by its length, so that rows
-/// of a stop have no weight.
+/// way along the slope is its sine, over level way its tangent. Each piece of the way counts by its length, so rows of a
+/// stop have no weight.
 fn from_altitude(all: &[(i64, [f64; 3])], window_m: f64, angle: fn(f64) -> f64) -> Vec<(i64, f64)> {
     let half = 0.5 * window_m;
     let (mut from, mut to) = (0, 0);
@@ -277,8 +277,8 @@ mod tests {
 
     /// A climb to the north-east at 60° of latitude, where a degree of longitude is half of one of latitude: by the
     /// radii of curvature of the ellipsoid, another formula than that of the library, the slope is that of rise over
-    /// level way, at every row but those within half a window of the ends; a stop on the way, where the position wanders,
-    /// changes nothing that is seen.
+    /// level way, at every row but those within half a window of the ends. A stop on the way, where the position
+    /// wanders, changes nothing that is seen.
     #[test]
     fn altitude_over_positions_is_the_tangent() {
         let (a, e2) = (6_378_137.0_f64, 0.006_694_379_990_14_f64);

@@ -36,7 +36,7 @@ impl Seeds {
         let mut sorted = seeds.clone();
         sorted.sort_unstable();
         match sorted.windows(2).find(|w| w[0] == w[1]) {
-            Some(w) => Err(format!("seed {} is given twice; name each seed once", w[0])),
+            Some(w) => Err(format!("seed {} occurs twice; name each seed once", w[0])),
             None => Ok(Self(seeds)),
         }
     }
