@@ -218,7 +218,7 @@ fn along(all: &[(i64, [f64; 3])], window_m: f64) -> Vec<(i64, [f64; 3])> {
 }
 
 /// Regression of the altitude over the distance within half a window to both sides, by the angle of a ratio: rise over
-/// way along the slope is its sine, over level way its tangent. Each piece of the way counts by its length, so rows of a
+/// way along the slope is its sine, over level way its tangent. Each piece counts by its length, so rows of a
 /// stop have no weight.
 fn from_altitude(all: &[(i64, [f64; 3])], window_m: f64, angle: fn(f64) -> f64) -> Vec<(i64, f64)> {
     let half = 0.5 * window_m;

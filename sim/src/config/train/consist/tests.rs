@@ -326,7 +326,7 @@ fn faults_of_train_and_unit_files_are_told() {
             "max_load_kg: 19999",
             "rated for 19999 kg",
         ),
-        (train, "max_grade_deg: 30", "max_grade_deg: 90", "hoist"),
+        (train, "max_grade_deg: 30", "max_grade_deg: 90", "too steep"),
         (
             train,
             "running_wheel: 0.012",
@@ -391,7 +391,7 @@ fn faults_of_train_and_unit_files_are_told() {
             "units/load.yaml",
             "hook_1, ",
             "hook_9, ",
-            "no link `hook_9`",
+            "link `hook_9`",
         ),
         (
             "units/cab.yaml",
@@ -403,7 +403,7 @@ fn faults_of_train_and_unit_files_are_told() {
             "units/cab.yaml",
             "hanger_rear]",
             "hanger_middle]",
-            "no link `hanger_middle`",
+            "link `hanger_middle`",
         ),
         (
             "units/cab.yaml",
