@@ -118,7 +118,6 @@ impl Kept {
             emphasis: Emphasis {
                 in_loop: self.in_loop.as_deref(),
                 references: &references,
-                compared: None,
                 faults: &self.faults,
                 recorded: self.recorded,
             },
