@@ -391,18 +391,23 @@ impl Instance {
             let mut value = *number as T;
             let at = (&raw mut value).cast::<c_void>();
             let (x, n) = (at.cast(), at.cast());
-            // SAFETY: one reference, and one place or value of this type.
-            let code = unsafe { match &self.fmu.calls.differing {
-                Differing::Two { set_real, .. } if *of == 0 && set => set_real(h, r, 1, x),
-                Differing::Two { get_real, .. } if *of == 0 => get_real(h, r, 1, x),
-                Differing::Two { set_integer, .. } if set => set_integer(h, r, 1, n),
-                Differing::Two { get_integer, .. } => get_integer(h, r, 1, n),
+            let code = match &self.fmu.calls.differing {
+                // SAFETY: one reference, and one value of this type.
+                Differing::Two { set_real, .. } if *of == 0 && set => unsafe { set_real(h, r, 1, x) },
+                // SAFETY: one reference, and one place of this type.
+                Differing::Two { get_real, .. } if *of == 0 => unsafe { get_real(h, r, 1, x) },
+                // SAFETY: one reference, and one value of this type.
+                Differing::Two { set_integer, .. } if set => unsafe { set_integer(h, r, 1, n) },
+                // SAFETY: one reference, and one place of this type.
+                Differing::Two { get_integer, .. } => unsafe { get_integer(h, r, 1, n) },
                 Differing::Three { numbers, .. } => match numbers[*of] {
-                    Some((_, of_type)) if set => of_type(h, r, 1, at, 1),
-                    Some((of_type, _)) => of_type(h, r, 1, at, 1),
+                    // SAFETY: one reference, and one value of this type.
+                    Some((_, of_type)) if set => unsafe { of_type(h, r, 1, at, 1) },
+                    // SAFETY: one reference, and one place of this type.
+                    Some((of_type, _)) => unsafe { of_type(h, r, 1, at, 1) },
                     None => ERROR,
                 },
-            } };
+            };
             *number = value as f64;
             code
         })

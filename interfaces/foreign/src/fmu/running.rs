@@ -154,8 +154,8 @@ impl RunningFmu {
             .iter()
             .filter(|v| v.causality == "input");
         let fed = inputs.count() > open.len();
-        let lost = |v: &&&Variable| !given(v) && !(fed && v.start.is_some());
-        if let Some(v) = open.iter().find(lost) {
+        let held = |v: &&&Variable| given(v) || fed && v.start.is_some();
+        if let Some(v) = open.iter().find(|v| !held(v)) {
             let name = &v.name;
             let held = match v.kind {
                 Kind::Other => "texts and arrays cannot have another fixed value".to_owned(),

@@ -387,12 +387,7 @@ fn faults_of_train_and_unit_files_are_told() {
             "payload_link: hook_1",
             "cannot be the payload",
         ),
-        (
-            "units/load.yaml",
-            "hook_1, ",
-            "hook_9, ",
-            "link `hook_9`",
-        ),
+        ("units/load.yaml", "hook_1, ", "hook_9, ", "link `hook_9`"),
         (
             "units/cab.yaml",
             "carrier_trolley.yaml",
