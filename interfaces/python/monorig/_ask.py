@@ -9,8 +9,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from . import _monorig
+from ._data import place
 from ._study import in_threads, scenario_files
-from ._types import Controller, Estimators, Log, Path, Yaml, by_name, log_file, seed_of
+from ._types import Controller, Estimators, Log, Path, Scenario, Yaml, by_name, log_file, seed_of
 
 if TYPE_CHECKING:
     import pandas
@@ -36,7 +37,7 @@ class Stress(NamedTuple):
 
 
 def stress(
-    paths: Path | Iterable[Path] = "scenarios/stress",
+    paths: Scenario | Iterable[Scenario] = "scenarios/stress",
     estimators: Estimators | None = None,
     *,
     conditions: Path | Iterable[Path] = "assets/conditions",
@@ -57,7 +58,7 @@ def stress(
     changes = None if set is None else dict(set)
     files = [os.fspath(file) for file in scenario_files(paths)]
     given = [conditions] if isinstance(conditions, (str, os.PathLike)) else conditions
-    folders = [os.fspath(folder) for folder in given]
+    folders = [place(folder) for folder in given]
     series, left_out = _monorig.stress(files, folders, list(only), changes, by_name(estimators))
     text = series.result(in_threads(series.run, range(series.count), jobs, progress, "stress"))
     matrix = json.loads(text)
@@ -92,7 +93,7 @@ class Budget(NamedTuple):
 
 
 def explain(
-    path: Path,
+    path: Scenario,
     seeds: Iterable[int] | None = None,
     *,
     set: Mapping[str, object] | None = None,
@@ -113,8 +114,9 @@ def explain(
     """
     changes = None if set is None else dict(set)
     numbers = None if seeds is None else [seed_of(seed) for seed in seeds]
-    series = _monorig.explain(os.fspath(path), numbers, changes, by_name(estimators), controller, in_loop)
-    lines = in_threads(series.run, range(series.count), jobs, progress, f"explain {pathlib.Path(path).stem}")
+    file = place(path)
+    series = _monorig.explain(file, numbers, changes, by_name(estimators), controller, in_loop)
+    lines = in_threads(series.run, range(series.count), jobs, progress, f"explain {pathlib.Path(file).stem}")
     told = json.loads(series.result(lines))
     return Budget(told["sentence"], told["estimator"], told["budget"]["sources"], told["budget"]["errors"])
 

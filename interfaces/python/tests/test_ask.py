@@ -21,9 +21,9 @@ HUSKY = ROOT / "tests/data/real/husky"
 SHORTER = {"stop.after_s": 12.0}
 
 
-def program_json(program: str, folder: pathlib.Path, *words: str) -> Any:
+def program_json(program: str, folder: pathlib.Path, *words: str, at: pathlib.Path | None = None) -> Any:
     file = folder / "theirs.json"
-    subprocess.run([program, *words, "--json", str(file)], cwd=folder, capture_output=True, check=True)
+    subprocess.run([program, *words, "--json", str(file)], cwd=at or folder, capture_output=True, check=True)
     return json.loads(file.read_text())
 
 
@@ -31,8 +31,9 @@ def test_stress_is_that_of_the_program(program: str, scenarios: pathlib.Path, tm
     scenario, conditions = scenarios / "minimal.yaml", ROOT / "assets/conditions"
     only = ["accel_bias", "accel_sign"]
     ours = monorig.stress(scenario, ["rail_fusion"], conditions=conditions, only=only, set=dict(SHORTER), jobs=2)
-    words = ["stress", str(scenario), "--estimators", "rail_fusion", "--conditions", str(conditions)]
-    theirs = program_json(program, tmp_path, *words, "--only", ",".join(only), "--set", "stop.after_s=12.0")
+    words = ["stress", str(scenario), "--estimators", "rail_fusion", "--only", ",".join(only), "--out", str(tmp_path)]
+    # its own conditions are those of the checkout there
+    theirs = program_json(program, tmp_path, *words, "--set", "stop.after_s=12.0", at=ROOT)
     assert ours.cells == theirs["cells"] and ours.rows == theirs["rows"]
     assert len(ours.to_pandas()) == len(ours.cells) == 3
     own = monorig.stress(scenario, {"mine": TwoState}, conditions=conditions, only=only, set=dict(SHORTER))

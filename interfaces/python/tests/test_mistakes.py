@@ -131,7 +131,7 @@ def test_arrays_of_another_shape_order_or_kind(ours: monorig.Estimator, minimal:
     with pytest.raises(monorig.InputError, match="2 axes"):
         ours.run(T.reshape(5, 2))
     assert "whole numbers" in e.value.help
-    with pytest.raises(monorig.InputError, match="nothing measures `speed`"):
+    with pytest.raises(monorig.InputError, match="no measurement is called `speed`"):
         ours.run(T, speed=np.zeros(10))  # type: ignore[call-arg]
     with pytest.raises(monorig.InputError, match="the samples have no column `arrival_ns`"):
         ours.run_samples(monorig.run(minimal, set={"stop.after_s": 1.0}))
@@ -157,7 +157,7 @@ def test_a_folder_that_is_no_run(tmp_path: pathlib.Path, minimal: pathlib.Path) 
     folder = monorig.run(minimal, set={"stop.after_s": 3.0}).save(tmp_path, recording=False)
     channels = folder / "channels.parquet"
     channels.write_bytes(channels.read_bytes()[:-100])
-    with pytest.raises(monorig.InputError, match="not as the run left it"):
+    with pytest.raises(monorig.InputError, match="was changed after the run"):
         monorig.load(folder)
     (tmp_path / "none.parquet").write_bytes(b"PAR1 but no more")
     with pytest.raises(monorig.InputError, match="none.parquet"):

@@ -17,6 +17,7 @@ PACKAGE = pathlib.Path(__file__).resolve().parents[1] / "monorig"
 PAGE = PACKAGE.parents[2] / "docs/src/python_api.md"
 CHAPTERS = [
     ("Runs", "_run.py"),
+    ("Scenarios", "_data.py"),
     ("Many runs", "_study.py"),
     ("Questions", "_ask.py"),
     ("Files", "_program.py"),
