@@ -23,7 +23,7 @@ const VERSION_7_3: &[u8] = b"MATLAB 7.3 MAT-file";
 const MAX_BYTES: usize = 4 << 30;
 /// Deepest struct within structs.
 const MAX_DEPTH: usize = 32;
-/// What holds no vectors of numbers, by its class.
+/// Describes a variable without vectors of numbers, by its class.
 const CLASSES: &str = "nothing|a cell array|an array of structs|an object|text|a sparse matrix";
 const BROKEN: &str = "it breaks off, is damaged or takes more than 4 GB";
 const SAVED: &str = "a whole file, as `save('x.mat', '-v7')` writes it";
