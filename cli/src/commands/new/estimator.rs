@@ -53,7 +53,7 @@ const PYTHON: Example = Example {
     folder: "interfaces/python/examples",
     files: &["climb.yaml", "test_climb.py", "two_state.py"],
     estimator: "two_state.py",
-    next: "pip install {way}interfaces/python && python test_climb.py",
+    next: "{install}python test_climb.py",
 };
 
 const SIMULINK: Example = Example {

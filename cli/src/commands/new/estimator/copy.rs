@@ -17,7 +17,7 @@ pub(in crate::commands::new) struct Example {
     pub files: &'static [&'static str],
     /// The file with the estimator.
     pub estimator: &'static str,
-    /// Shell command to run next in the new folder; `{way}` is the path to monorig's sources.
+    /// Shell command to run next in the new folder; `{way}` is the path to monorig's sources, `{install}` installs from them.
     pub next: &'static str,
 }
 
@@ -71,9 +71,13 @@ pub(super) fn make(
         return Err(e);
     }
     let at = folder.strip_prefix(&here).unwrap_or(&folder).display();
-    let (released, next) = match example.is_crate() && !has_crates(&sources) {
-        true => (RELEASED, "cargo test --release".to_owned()),
-        false => ("", example.next.replace("{way}", &way)),
+    // what comes with an installed program is installed itself
+    let install = "pip install {way}interfaces/python && ";
+    let next = example.next.replace("{install}", install);
+    let (released, next) = match has_crates(&sources) {
+        true => ("", next.replace("{way}", &way)),
+        false if example.is_crate() => (RELEASED, "cargo test --release".to_owned()),
+        false => ("", example.next.replace("{install}", "")),
     };
     Ok(format!(
         "made {at}: {} files; the estimator `mine` is in {}\n\
