@@ -17,7 +17,8 @@ pub(in crate::commands::new) struct Example {
     pub files: &'static [&'static str],
     /// The file with the estimator.
     pub estimator: &'static str,
-    /// Shell command to run next in the new folder; `{way}` is the path to monorig's sources, `{install}` installs from them.
+    /// Shell command to run next in the new folder; `{way}` is the path to monorig's sources, `{install}` a command for
+    /// Python.
     pub next: &'static str,
 }
 
