@@ -262,7 +262,9 @@ impl Estimator for Outside {
     }
 
     fn internal_values(&self, values: &mut [Real]) {
-        values.copy_from_slice(&self.again.map(|n| n as f64));
+        for (value, count) in values.iter_mut().zip(self.again) {
+            *value = count as f64;
+        }
     }
 }
 

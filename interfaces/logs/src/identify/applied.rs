@@ -31,7 +31,7 @@ const NOISE_OF_WHEELS: &str = "noise of the wheel speed";
 const SEEN_SDS: f64 = 2.0;
 
 /// Keys for a map, with the values found from its log that differ from the map by more than two standard deviations.
-/// What the map says already is in what was found: values add up.
+/// Adds the found values to the values of the map: what the map says already is not found again.
 pub fn apply(map: &Map, found: &[Parameter]) -> Vec<Applied> {
     let file = &map.file;
     let vehicle = Plan::new(map).map(|plan| plan.vehicle);
