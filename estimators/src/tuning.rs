@@ -130,7 +130,7 @@ groups! {
         /// Memory of the lead of the wheels over the accelerometer, s. Chosen.
         time_memory_s: Real = 1.0,
         /// Largest lead, s: clocks that are further apart are set differently. Chosen.
-        max_ahead_s: Real = 0.5,
+        max_ahead_s: Real = 1.0,
         /// Unknown change of the acceleration, m/s³. Chosen: the jerk of a start.
         jerk_mps3: Real = 0.5,
     }

@@ -140,10 +140,16 @@ impl Quantity {
         }
     }
 
+    /// Its protection level, in the unit of [`Quantity::error`]: the reported one, else k standard deviations.
+    pub(crate) fn protection(self, x: &ErrorSample, k: f64) -> f64 {
+        let level = x.protection[self as usize];
+        if level > 0.0 { level } else { k * self.sd(x) }
+    }
+
     /// True for a sample that can be used: marked valid, with a protection level that is credited. Without a reference
     /// of the mass its level is not known.
     pub(crate) fn is_available(self, x: &ErrorSample, k: f64) -> bool {
-        let told = k * self.sd(x) <= self.max_protection();
+        let told = self.protection(x, k) <= self.max_protection();
         self.is_valid(x) && (told || self == Self::Mass && !self.has_reference(x))
     }
 
@@ -152,31 +158,32 @@ impl Quantity {
         self.is_valid(x) && self.has_reference(x) && self.error(x).is_finite()
     }
 
+    /// Standard deviation of the reference, in the unit of [`Quantity::error`].
+    fn reference_sd(self, x: &ErrorSample) -> f64 {
+        let [mass, slope] = x.reference_sd;
+        if self == Self::Mass { mass } else { slope }
+    }
+
     /// True where k standard deviations of the reference exceed the alert limit: such a reference can show that an
     /// estimate is wrong, and not that it is right.
     pub(crate) fn is_coarse(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
-        let [mass, slope] = x.reference_sd;
-        let sd = match self {
-            Self::Mass => mass,
-            _ => slope,
-        };
+        let sd = self.reference_sd(x);
         sd.is_nan() || limits.k * sd > self.alert(limits)
     }
 
-    /// True for an overconfident sample: marked valid, and its error exceeds k standard deviations (with that of the
-    /// reference), for any size; also without a standard deviation.
+    /// True for an overconfident sample: marked valid, and its error exceeds the protection level (with k standard
+    /// deviations of the reference), for any size; also without a standard deviation.
     pub(crate) fn is_overconfident(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
-        let nees = self.nees(x);
-        self.is_judged(x) && (nees.is_nan() || nees > limits.k * limits.k)
+        let k = limits.k;
+        let level = self.protection(x, k).hypot(k * self.reference_sd(x));
+        self.is_judged(x) && (self.sd(x).is_nan() || self.error(x).abs() > level)
     }
 
-    /// True for a misleading sample: marked valid, and its error exceeds both the protection level and the alert limit.
-    /// The protection level is k standard deviations, at most [`Quantity::max_protection`]; there is none without a
-    /// standard deviation.
+    /// True for a misleading sample: marked valid, and its error exceeds both the protection level, at most
+    /// [`Quantity::max_protection`], and the alert limit; there is no protection without a standard deviation.
     pub(crate) fn is_misleading(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
-        let (error, nees) = (self.error(x).abs(), self.nees(x));
-        let unprotected =
-            nees.is_nan() || nees > limits.k * limits.k || error > self.max_protection();
+        let error = self.error(x).abs();
+        let unprotected = self.is_overconfident(x, limits) || error > self.max_protection();
         self.is_judged(x) && unprotected && error > self.alert(limits)
     }
 }

@@ -30,6 +30,8 @@ pub struct SoundImu {
     pub stuck: bool,
     /// True if the accelerometer jumps: an outlier, or a rail joint.
     pub shock: bool,
+    /// Scale error of the accelerometer by |f| while it is out of use for it; else 0.
+    pub scale: Real,
 }
 
 /// Health of accelerometer and gyro: freshness by the front end, stuck detectors, and the length of the specific force.
@@ -109,7 +111,11 @@ impl ImuHealth {
                 self.check_norm(force, yaw_rate * speed_mps, dt / (lag_s + dt));
             }
             self.out_s = (self.out_s - dt).max(0.0);
-            imu.force_mps2 = Some(force).filter(|_| !(stuck || self.gate && self.out_s > 0.0));
+            let out = self.gate && self.out_s > 0.0;
+            if out {
+                imu.scale = self.norm_error_mps2 / GRAVITY;
+            }
+            imu.force_mps2 = Some(force).filter(|_| !(stuck || out));
         }
         imu
     }

@@ -227,13 +227,13 @@ impl AttitudeFilter {
         self.aid_by_force(&imu, dt);
         self.aid_by_standstill(&imu, ballot.used > 0, dt);
         self.limit(z, dt)?;
-        self.separate(&rates, imu.force_mps2.is_some(), &ballot, dt);
+        self.separate(&rates, &imu, &ballot, dt);
         self.find((z, &imu), &rates, &ballot, dt);
         Some(self.found)
     }
 
     /// Compares the belief after a step with single instruments.
-    fn separate(&mut self, rates: &AttitudeRates, force: bool, wheels: &Ballot, dt: Real) {
+    fn separate(&mut self, rates: &AttitudeRates, imu: &SoundImu, wheels: &Ballot, dt: Real) {
         if self.starts {
             self.separation = Separation::default();
         }
@@ -244,7 +244,8 @@ impl AttitudeFilter {
             angles: [x[THETA], x[PHI]],
             sd: [sd(THETA), sd(GYRO_Y)],
             body_radps: rates.body_radps,
-            acceleration_mps2: force.then_some(rates.v_dot),
+            acceleration_mps2: imu.force_mps2.map(|_| rates.v_dot),
+            scale: imu.scale,
             wheels_mps: (wheels.used + wheels.rejected > 0).then_some(wheels.speed_mps),
             speed_mps: x[V],
             angle_walk: sqrt(walk * walk + self.turn_walk * yaw_rate * yaw_rate),

@@ -37,6 +37,8 @@ pub struct Compared {
     /// Bias of the accelerometer along the body as found, and its reported standard deviation before any sample, as
     /// pitches, rad.
     pub bias_rad: [Real; 2],
+    /// Scale error of the accelerometer by the length of its vector while it is out of use for it; else 0.
+    pub scale: Real,
 }
 
 /// Pitch and roll by the gyro alone, started from the filter at an earlier time.
@@ -110,6 +112,11 @@ pub struct Separation {
     without_gyro: Real,
     /// Pitches by the gyro alone: one that is kept while it is apart, and one that is begun anew in turn.
     carried: Option<[Carried; 2]>,
+    /// Separation from the pitch of a gyro with the scale of the accelerometer, rad; 0 while the accelerometer is in
+    /// use.
+    by_scale: Real,
+    /// Pitch of the filter in the last step, rad.
+    last_rad: Real,
     open_rad: Real,
 }
 
@@ -131,7 +138,13 @@ impl Separation {
         self.carried = carried;
         let known = carried.iter().flatten().filter(|one| is_known(one));
         let others = known.map(|one| one.from(z).abs());
-        let largest = others.fold(self.without_gyro.abs(), Real::max);
+        let [pitch, _] = z.angles;
+        self.by_scale = match z.scale == 0.0 {
+            true => 0.0,
+            false => self.by_scale + z.scale * (pitch - self.last_rad),
+        };
+        self.last_rad = pitch;
+        let largest = others.fold(self.without_gyro.abs().max(self.by_scale.abs()), Real::max);
         let [bias, bias_sd] = z.bias_rad;
         let beyond = (largest - 2.0 * own).max(bias.abs() - 2.0 * bias_sd);
         self.open_rad = beyond.max(0.0) / 3.0;
@@ -218,7 +231,7 @@ impl Blank for Carried {
 }
 
 state!(Carried { angles, bias_sd, variance, age_s, range, apart; });
-state!(Separation { low, waited_s, heard_s, without_gyro, carried, open_rad; });
+state!(Separation { low, waited_s, heard_s, without_gyro, carried, by_scale, last_rad, open_rad; });
 
 #[cfg(test)]
 mod tests {

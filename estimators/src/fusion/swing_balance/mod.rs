@@ -314,6 +314,12 @@ impl SwingMass {
         [self.mass_kg(), self.sd_kg(self.found.mass_variance)]
     }
 
+    /// Protection level of the total mass, kg, for so many standard deviations.
+    pub fn protection_kg(&self, sd: Real) -> Real {
+        let gain_kg = self.gain_sd * self.mass_kg();
+        self.bank.protection_kg(self.found.x[MASS], gain_kg, sd)
+    }
+
     /// The train on its rail.
     pub fn train(&self) -> &TrainOnRail {
         &self.train
