@@ -5,7 +5,8 @@
 //! 1. it is initialised: its filter has had a measurement, and its foundations are there (a mass, an observable grade,
 //!    wheels that do not slip)
 //! 2. its inputs are fresh ([`SampleHold`](crate::preprocess::sample_hold::SampleHold))
-//! 3. its standard deviation is below the limit of its quantity (`mass_sd_max`, `grade_sd_max_deg`, `speed_sd_max_mps`)
+//! 3. its standard deviation is below the limit of its quantity (`mass_sd_max`, `grade_sd_max_deg`, `speed_sd_max_mps`);
+//!    for a mass the protection level over `protection_sd`, too
 //! 4. no clamp acts on it: range of the mass, steepest grade
 //! 5. the windowed NIS of each of its sources, on the noise given or learnt and not on the noise adapted, is within its
 //!    χ² limit ([`NisMonitor`])
@@ -42,7 +43,7 @@ params! {
         plausibility [flag] = true, "No value is valid while instruments contradict gravity, the geometry of tracks or each other: wrong unit, sign or axis.";
         lag_s ["s"] = 0.5, 0.01 => 60.0, "Settling time of a grade: its change within this time counts as uncertain.";
         lag_share ["-"] = 0.5, 0.0 => 10.0, "Share of a grade's change in its settling time that is added to its standard deviation; 0: none.";
-        protection_sd ["-"] = 3.89, 1.0 => 10.0, "Protection level over standard deviation; 3.89: exceeded by one sample in 10 000 of a normal error.";
+        protection_sd ["-"] = 3.89, 1.0 => 5.0, "Protection level over standard deviation; 3.89: exceeded by one sample in 10 000 of a normal error.";
         standing_load_s ["s"] = 5.0, 0.1 => 1e6, "Standstill after which another load may hang on the train: the mass is reopened, and is not valid until the force balance has confirmed it.";
         mass_sd_max ["-"] = 0.1, 1e-3 => 1.0, "Largest standard deviation of a valid mass, as a share of the mass.";
         grade_sd_max_deg ["deg"] = 3.0, 0.01 => 30.0, "Largest standard deviation of a valid grade angle.";

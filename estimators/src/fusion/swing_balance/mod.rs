@@ -236,7 +236,7 @@ impl SwingMass {
         let moving = Real::from(block.speed_mps).abs() > tuning::MOTION.moves_mps;
         self.settle_s = match moving {
             true => (self.settle_s - block.length_s()).max(0.0),
-            false => tuning::QUEUE.settle_s,
+            false => tuning::TIMES.brief_s,
         };
         (self.refusal(block, &means), means)
     }
