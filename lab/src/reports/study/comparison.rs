@@ -9,6 +9,7 @@ use crate::reports::plot::boxes::Boxes;
 use crate::reports::plot::theme::Ink;
 use crate::reports::plot::{Figure, ValueGroup};
 use crate::reports::study::runs;
+use crate::reports::study::values::is_main;
 use crate::reports::table::{Cell, Table};
 use crate::text::{number, with_unit};
 use crate::verdicts::compare::{
@@ -230,11 +231,15 @@ fn inks(all: &Comparison) -> impl Iterator<Item = (&str, Ink)> {
     names.map(|name| (name, Ink::of_estimator(name)))
 }
 
+/// Values of an estimator; those of an estimator that is not judged do not set the axis.
+fn group(all: &Comparison, (name, ink): (&str, Ink), values: Vec<Option<f64>>) -> ValueGroup<f64> {
+    let main = is_main(&all.runs, name);
+    ValueGroup::new(name, ink, values.into_iter().flatten().collect()).aside(!main)
+}
+
 fn distribution(all: &Comparison, metric: &str) -> Figure {
-    let groups = inks(all).map(|(name, ink)| {
-        let values = values(&all.runs, name, metric);
-        ValueGroup::new(name, ink, values.into_iter().flatten().collect())
-    });
+    let groups =
+        inks(all).map(|(name, ink)| group(all, (name, ink), values(&all.runs, name, metric)));
     let groups = groups.filter(|g| !g.values.is_empty());
     let y = Axis::linear(with_unit(metric, unit(metric)));
     let mut boxes = Boxes::new("Over the runs", y, groups);
@@ -253,7 +258,7 @@ fn differences(all: &Comparison, metric: &str) -> Figure {
     let others = inks(all).filter(|(name, _)| *name != all.reference);
     let groups = others.map(|(name, ink)| {
         let both = run_by_run(&all.runs, name, metric, &all.reference);
-        ValueGroup::new(name, ink, both.into_iter().flatten().collect())
+        group(all, (name, ink), both)
     });
     let groups = groups.filter(|g| !g.values.is_empty());
     let title = format!("Run by run, minus {}", all.reference);
