@@ -14,7 +14,6 @@ pub mod theme;
 pub(crate) mod thin;
 
 use crate::reports::html::escape;
-use crate::text::number;
 use maud::{Markup, PreEscaped, html};
 use theme::Ink;
 
