@@ -223,7 +223,7 @@ fn a_page_is_well_formed_self_contained_and_always_the_same() {
     assert_eq!(html, page().to_html());
     let (elements, text) = parse(&html);
     let figures = elements.iter().filter(|e| *e == "figure").count();
-    assert_eq!(figures, 9);
+    assert_eq!(figures, 8);
     assert!(!text.contains("no data"), "a plot is missing");
     for part in [
         "Gallery <of> \"plots\" & more",
