@@ -233,7 +233,7 @@ fn errors_axis(
     lines: &[(&PlottedSeries, f64)],
     [least, most]: [f64; 2],
 ) -> (Option<[f64; 2]>, Option<String>) {
-    let (errors, spreads): (Vec<_>, Vec<_>) =
+    let (errors, spreads): (Vec<&(&PlottedSeries, f64)>, Vec<_>) =
         lines.iter().partition(|(s, _)| s.is_estimators_error());
     let largest = errors.iter().map(|e| e.1).fold(f64::NAN, f64::max);
     if largest.is_nan() || largest == 0.0 {
