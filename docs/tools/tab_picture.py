@@ -3,7 +3,7 @@
 
     pip install rerun-sdk==0.36.3 websocket-client            # the version in Cargo.toml
     apt-get install chromium
-    python docs/tools/tab_picture.py runs/hill/1/run.rrd docs/picture.png Filters [--tabs Overview,Forces,Sensors,Filters]
+    python docs/tools/tab_picture.py runs/hill/1/run.rrd docs/picture.png Filters [--tabs Overview,Values,Forces,Sensors,Estimators,Filters]
 
 The tabs stand in the order of --tabs. The native viewer (screenshot.py) draws only the tab that is open at first.
 """
@@ -79,7 +79,7 @@ def main() -> int:
     parser.add_argument("recording", type=Path)
     parser.add_argument("picture", type=Path)
     parser.add_argument("tab")
-    parser.add_argument("--tabs", default="Overview,Forces,Sensors,Filters")
+    parser.add_argument("--tabs", default="Overview,Values,Forces,Sensors,Estimators,Filters")
     parser.add_argument("--wait", type=float, default=110.0, help="seconds to let the page load and draw")
     args = parser.parse_args()
     viewer, browser = shutil.which("rerun"), shutil.which("chromium")

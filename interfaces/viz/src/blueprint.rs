@@ -348,7 +348,7 @@ mod tests {
     use monorig_sim::record::{Channel, Emphasis};
     use re_sdk_types::external::uuid::Uuid;
 
-    /// The axis follows the errors and near standard deviations, up to the cap; an error beyond is named with its value.
+    /// The axis follows errors and near standard deviations, up to the cap; an error beyond is named with its value.
     #[test]
     fn axes_of_errors_follow_the_data_and_name_what_leaves_them() {
         let channels = [
