@@ -89,7 +89,7 @@ use ui::terminal::TerminalArgs;
 use ui::{errors, note, output};
 
 const AFTER_HELP: &str = "\
-More commands: merge, ecu, dbc, completions, man. Options: monorig COMMAND -h;
+More commands: merge, ecu, dbc, completions. Options: monorig COMMAND -h;
 every command has -q (quiet), -v (verbose), --color WHEN; -V is the version.
 Exit codes: 0 all held, 1 an expectation failed, 2 could not run (bad input).";
 /// The program's own help: one screen.

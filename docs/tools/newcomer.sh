@@ -3,7 +3,7 @@
 #     docs/tools/newcomer.sh rust|c|python [TARGET [here]]
 # Clones the repository that the script is in, builds, runs the README's scenario, makes an own estimator with `monorig new estimator`, tests
 # it and compares it with ours. TARGET is the target folder of an earlier build; without it everything is built. With `here` the repository is
-# not cloned, so that nothing of it is built anew. `python` needs the package `monorig` (`pip install ./python`). Prints the seconds of each
+# not cloned, so that nothing of it is built anew. `python` needs the package `monorig` (`pip install ./interfaces/python`). Prints the seconds of each
 # step and the last line that it printed.
 set -euo pipefail
 language=$1 repository=$(realpath "$(dirname "$0")/../..") work=$(mktemp -d)

@@ -12,8 +12,8 @@ picture() { # scenario, picture, seconds to wait
   ran "$1"
   python3 docs/tools/screenshot.py "$out/$1/1/run.rrd" "$images/$2" --wait "$3"
 }
-picture liu2023_section1 run.png 45
-picture liu2023_vehicle_test overview.png 60
+picture liu2023_section1 run.png 60
+picture liu2023_vehicle_test overview.png 100
 picture guo2024_5_turning car.png 25
 python3 docs/tools/tab_picture.py "$out/liu2023_vehicle_test/1/run.rrd" "$images/filters.png" Filters
 "$monorig" report "$out/liu2023_section1/1"

@@ -6,6 +6,10 @@ cd "$(dirname "$0")/../.."
 built=$1
 python=${2:-python3}
 data=interfaces/python/monorig._monorig.data
+if ! ls "$built"/*monorig_c.* >/dev/null 2>&1; then
+  echo "error: $built has no library for C; help: cargo build --release" >&2
+  exit 1
+fi
 rm -rf "$data"
 mkdir -p "$data/scripts" "$data/data/share"
 for program in "$built/monorig" "$built/monorig.exe"; do

@@ -244,7 +244,7 @@ fn numbers_flags_and_words_are_tuned() {
              parameters:\n  mass_kg: {{choices: [10000, {truth}, 60000]}}\n  doubled: {{choices: [true, false]}}\n  \
              extra: {{choices: [tonne, nothing]}}\n\
              tuning: [{{scenario: scenario.yaml, seeds: [1]}}]\nvalidation: [{{scenario: scenario.yaml, seeds: [2]}}]\n\
-             objective: {{metrics: [{{metric: mass_rmse_kg}}]}}\noptimiser: grid\nbudget: 13\nsensitivity: {{curve: 3, map: 2}}\n"
+             objective: {{metrics: [{{metric: mass_rmse_kg}}]}}\noptimiser: grid\nbudget: 13\nsensitivity: {{curve: 3}}\n"
         );
         let path = folder.path().join("study.yaml");
         std::fs::write(&path, text).expect("written");

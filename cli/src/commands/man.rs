@@ -1,33 +1,12 @@
-//! `monorig man`: pages for `man`.
+//! Pages for `man`, which `monorig completions --man` writes.
 
-use crate::command::{Command, CommandOutcome, Program};
 use crate::ui::errors::CliError;
-use crate::ui::note::note;
 use crate::ui::output;
 use monorig_sim::error::Error;
-use std::path::{Path, PathBuf};
-
-/// Write man pages.
-#[derive(Debug, clap::Parser)]
-#[command(
-    name = "man",
-    after_help = "Examples:\n  monorig man ~/.local/share/man/man1      then `man monorig-run`"
-)]
-pub struct ManArgs {
-    /// Folder for the pages
-    folder: PathBuf,
-}
-
-impl Command for ManArgs {
-    fn run(&self, program: &Program<'_>) -> Result<CommandOutcome, CliError> {
-        let pages = write_all(&self.folder, program.command_line)?;
-        note(&format!("{pages} pages in {}", self.folder.display()));
-        Ok(CommandOutcome::Held)
-    }
-}
+use std::path::Path;
 
 /// Writes a page for the program and a page for each command; returns the number of pages.
-fn write_all(folder: &Path, command_line: &clap::Command) -> Result<usize, CliError> {
+pub(super) fn write_all(folder: &Path, command_line: &clap::Command) -> Result<usize, CliError> {
     let program = command_line.get_name().to_owned();
     write(folder, &program, command_line.clone())?;
     let mut pages = 1;

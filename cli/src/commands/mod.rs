@@ -48,16 +48,16 @@ pub(crate) const COMMANDS: &[CommandEntry] = &[
     CommandEntry::of::<ecu::EcuArgs>().unlisted(),
     CommandEntry::of::<dbc::DbcArgs>().unlisted(),
     CommandEntry::of::<completions::CompletionsArgs>().unlisted(),
-    CommandEntry::of::<man::ManArgs>().unlisted(),
 ];
 
 /// Names of commands before version 0.1, each with the words that replace it now.
-const OLD_NAMES: [(&str, &[&str]); 10] = [
+const OLD_NAMES: [(&str, &[&str]); 11] = [
     ("calibrate", &["log", "calibrate"]),
     ("draw", &["new", "courses"]),
     ("export", &["log", "export"]),
     ("inspect", &["log", "info"]),
     ("judge", &["replay"]),
+    ("man", &["completions", "--man"]),
     ("map", &["log", "track"]),
     ("new-estimator", &["new", "estimator"]),
     ("runs", &["list", "runs"]),

@@ -20,7 +20,7 @@ use std::path::PathBuf;
 
 const STUDY_EXAMPLES: &str = "\
 Examples:
-  monorig study scenarios/minimal.yaml --vary load.mass_kg=5000..40000:8
+  monorig study scenarios/minimal.yaml --vary load.mass_kg=5000..20000:4
       eight loads over the seeds of the scenario, as a table; two `--vary` make
       a grid; `drive.speed[1].mps=0.5,1,2` is a list
   monorig study scenarios/studies/vehicle_test_spread.yaml
@@ -80,7 +80,7 @@ const MOST: usize = 10_000;
 /// Reads values of a key, as `PATH=FROM..TO:COUNT` or `PATH=A,B,C`.
 fn values(text: &str) -> Result<(String, Vec<Value>), String> {
     let wrong = || {
-        "write PATH=FROM..TO:COUNT or a list, such as load.mass_kg=5000..40000:8 or physics.dt_ms=1,2".to_owned()
+        "write PATH=FROM..TO:COUNT or a list, such as load.mass_kg=5000..20000:4 or physics.dt_ms=1,2".to_owned()
     };
     let (path, written) = assignment(text).map_err(|_| wrong())?;
     let Some((from, rest)) = written.split_once("..") else {

@@ -65,7 +65,8 @@ fn over_grid(points: &[GridPoint], swept: &[String]) -> String {
     let mut groups: Vec<(String, Vec<Vec<String>>)> = Vec::new();
     for point in points {
         let place = point.values.values().map(|value| match value.as_f64() {
-            Some(x) => x.to_string(),
+            // six significant digits, without zeros behind them
+            Some(x) => format!("{x:.5e}").parse().unwrap_or(x).to_string(),
             None => value.to_string(),
         });
         let place = place.collect::<Vec<_>>().join(", ");

@@ -53,7 +53,7 @@ validation:
 objective: {metrics: [{metric: slope_rmse_deg, after_s: 20}]}
 optimiser: random
 budget: 4
-sensitivity: {curve: 0, map: 0}
+sensitivity: {curve: 0}
 ";
 
 fn dir() -> TestFolder {

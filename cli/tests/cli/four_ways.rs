@@ -248,7 +248,7 @@ tuning: [{{scenario: climb.yaml, set: &beside {{drive.controller.feedforward: no
 validation: [{{scenario: climb.yaml, set: *beside, seeds: 101..102}}]
 objective: {{metrics: [{{metric: slope_rmse_deg, after_s: 10}}]}}
 budget: 6
-sensitivity: {{curve: 0, map: 0}}
+sensitivity: {{curve: 0}}
 "
         );
         dir.write("study.yaml", text.as_bytes());

@@ -203,7 +203,7 @@ fn other_commands_end_with_their_result() {
              validation: [{{scenario: good.yaml, set: {{expect: []}}, seeds: 7..8}}]\n\
              objective: {{metrics: [{{metric: slope_rmse_deg, after_s: 5}}]}}\n\
              constraints: [{{metric: slope_availability, at_least: {least}}}]\n\
-             optimiser: grid\nbudget: 4\nsensitivity: {{curve: 0, map: 0}}\n"
+             optimiser: grid\nbudget: 4\nsensitivity: {{curve: 0}}\n"
         );
         dir.write("search.yaml", search.as_bytes());
         check(&["tune", "search.yaml", "--restart"], held, failed);

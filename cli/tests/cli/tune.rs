@@ -29,7 +29,7 @@ constraints:
   - {metric: slope_availability, at_least: 0.1}
 optimiser: cma_es
 budget: 14
-sensitivity: {curve: 3, map: 2, map_parameters: 2}
+sensitivity: {curve: 3}
 ";
 
 fn dir() -> TestFolder {

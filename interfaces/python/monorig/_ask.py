@@ -53,7 +53,7 @@ def stress(
         estimators: The estimators to try, as for `run`; None takes those of the scenarios.
         conditions: Folders of condition files.
         only: Only conditions with one of these texts in the name, or of a group of this name.
-        jobs: Runs at the same time; None is one for each processor. Estimators in Python wait for each other.
+        jobs: Runs at the same time; None is one for each processor.
     """
     changes = None if set is None else dict(set)
     files = [os.fspath(file) for file in scenario_files(paths)]
@@ -110,7 +110,7 @@ def explain(
 
     Args:
         seeds: The seeds; None takes five from the first of the scenario on.
-        jobs: Runs at the same time; None is one for each processor. Estimators in Python wait for each other.
+        jobs: Runs at the same time; None is one for each processor.
     """
     changes = None if set is None else dict(set)
     numbers = None if seeds is None else [seed_of(seed) for seed in seeds]

@@ -207,7 +207,7 @@ def study(
     Args:
         seeds: The seeds; None takes those of the scenario.
         shard: ``(k, n)`` makes every n-th run from the k-th on, for one of n machines; `Study.joined` joins them.
-        jobs: Runs at the same time; None is one for each processor that this process may use.
+        jobs: Runs at the same time; None is one for each processor.
         progress: Show a bar on the terminal and in notebooks.
     """
     return _study(path, seeds, set, estimators, controller, in_loop, None, jobs, progress, shard)

@@ -29,8 +29,17 @@ CHAPTERS = [
 ]
 HEAD = """# Python: every function and class
 
-This page is made from the docstrings of the package by `interfaces/python/tools/api_page.py`. [In Python](python.md) shows them at work.
+Here you find the docstrings of the package (by `interfaces/python/tools/api_page.py`). [In Python](python.md) shows them at work.
+A mistake in a file or an argument raises `InputError`. These arguments mean the same everywhere:
+
+- `seeds`: None takes those of the scenario.
+- `jobs`: Runs at the same time; None is one for each processor.
+- `progress`: Show a bar on the terminal and in notebooks.
 """
+# what the head of the page says once
+COMMON = re.compile(
+    r"^- `(seeds`: The seeds; None takes those of the scenario\.|jobs`: .*|progress`: .*|InputError`: .*)\n", re.M
+)
 Item = ast.FunctionDef | ast.ClassDef
 
 
@@ -56,7 +65,10 @@ def text_of(docstring: str) -> str:
         elif re.match(r" {4}\S", line):
             line = line.strip()
         lines.append(line)
-    return re.sub(r"``([^`]+)``", r"`\1`", "\n".join(lines)).strip()
+    text = COMMON.sub("", "\n".join(lines) + "\n")
+    # a title without a list, as the list was said before
+    text = re.sub(r"^(Arguments|Raises):\n\n(?!-)", "", text, flags=re.M)
+    return re.sub(r"``([^`]+)``", r"`\1`", text).strip()
 
 
 def signature(of: ast.FunctionDef) -> str:
@@ -89,7 +101,7 @@ def entry(of: Item) -> str:
     listed = "\n".join(f"- `{name}`: {told}" for name, told in members(of) if told)
     # what has no words has them among the arguments, or needs none
     bare = ", ".join(f"`{name}`" for name, told in members(of) if not told and f"`{name}`:" not in about)
-    parts = [about, f"Members:\n\n{listed}" if listed else "", f"Also {bare}." if bare else ""]
+    parts = [about, f"Members:\n\n{listed}" if listed and "\n- " in about else listed, f"Also {bare}." if bare else ""]
     return f"### {of.name}\n\n" + "\n\n".join(filter(None, parts)) + "\n"
 
 

@@ -233,13 +233,15 @@ fn errors_axis(
     lines: &[(&PlottedSeries, f64)],
     [least, most]: [f64; 2],
 ) -> (Option<[f64; 2]>, Option<String>) {
-    let errors = lines.iter().filter(|(s, _)| s.is_estimators_error());
-    let errors: Vec<&(&PlottedSeries, f64)> = errors.collect();
+    let (errors, spreads): (Vec<&(&PlottedSeries, f64)>, Vec<_>) =
+        lines.iter().partition(|(s, _)| s.is_estimators_error());
     let largest = errors.iter().map(|e| e.1).fold(f64::NAN, f64::max);
     if largest.is_nan() || largest == 0.0 {
         return (None, None);
     }
-    let end = (ROOM * largest).clamp(least, most);
+    let spread = spreads.iter().map(|s| s.1).fold(0.0, f64::max);
+    let end = ROOM * largest.max(spread.min(SPREAD * largest));
+    let end = end.clamp(least, most);
     let mut beyond: Vec<_> = errors.iter().filter(|e| e.1 > end).collect();
     beyond.sort_by(|a, b| b.1.total_cmp(&a.1));
     let named = beyond.iter().take(NAMED_OFF_SCALE).map(|(s, x)| {
@@ -254,6 +256,8 @@ fn errors_axis(
     (Some([-end, end]), told)
 }
 
+/// Largest reach of an axis for the standard deviations, as a multiple of the largest error.
+const SPREAD: f64 = 2.0;
 /// An axis ends so much beyond the largest error.
 const ROOM: f64 = 1.1;
 /// Largest number of estimators beyond the axis that the title names; the others are counted.
@@ -344,7 +348,7 @@ mod tests {
     use monorig_sim::record::{Channel, Emphasis};
     use re_sdk_types::external::uuid::Uuid;
 
-    /// The axis is that of the errors, up to the cap; what is beyond it is named with its value.
+    /// The axis follows errors and near standard deviations, up to the cap; an error beyond is named with its value.
     #[test]
     fn axes_of_errors_follow_the_data_and_name_what_leaves_them() {
         let channels = [
@@ -357,24 +361,25 @@ mod tests {
             unit,
         });
         let series = plan(&channels, &Emphasis::default());
-        let axis = |good: f64, bad: f64| {
+        let axis = |good: f64, bad: f64, spread: f64| {
             let of = |s: &PlottedSeries| match (s.is_estimators_error(), s.estimator()) {
                 (true, Some("good")) => good,
                 (true, Some("bad")) => bad,
-                // what is no error does not count
-                _ => 1e6,
+                _ => spread,
             };
             let lines: Vec<_> = series.iter().map(|s| (s, of(s))).collect();
             errors_axis(&lines, [2.0, 40.0])
         };
-        assert_eq!(axis(0.5, 1.0), (Some([-2.0, 2.0]), None));
-        let near = |axis: Option<[f64; 2]>| axis.is_some_and(|[_, end]| (end - 11.0).abs() < 1e-9);
-        let (ten, told) = axis(0.5, 10.0);
-        assert!(near(ten) && told.is_none());
-        let (capped, told) = axis(0.5, 103.0);
+        assert_eq!(axis(0.5, 1.0, 0.7), (Some([-2.0, 2.0]), None));
+        for (spread, expected) in [(8.0, 11.0), (15.0, 16.5), (1e6, 22.0)] {
+            let (ends, told) = axis(0.5, 10.0, spread);
+            let near = |[_, end]: [f64; 2]| (end - expected).abs() < 1e-9;
+            assert!(ends.is_some_and(near) && told.is_none());
+        }
+        let (capped, told) = axis(0.5, 103.0, 1e6);
         assert_eq!(capped, Some([-40.0, 40.0]));
         assert_eq!(told.as_deref(), Some("bad to 103 %"));
-        assert_eq!(axis(0.0, 0.0), (None, None));
+        assert_eq!(axis(0.0, 0.0, 1.0), (None, None));
     }
 
     /// Titles of the plots of a tab, each with the number of its entities that are hidden at first.

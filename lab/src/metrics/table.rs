@@ -101,7 +101,7 @@ table! {
             = mean(|x: &ErrorSample| x.protection[0]);
         Mass "mass_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the mass; 1 when consistent"
             = mean(|x: &ErrorSample| x.mass_nees);
-        Mass "mass_nees_in_band" ["1", InBand] "share of samples with a NEES of the mass within the 95 % band of χ²₁ (below 3.84); 0.95 when consistent, more when cautious"
+        Mass "mass_nees_in_band" ["1", InBand] "share of samples with a NEES of the mass within the 95 % band of χ²₁; 0.95 when consistent"
             = share_in_band(|x: &ErrorSample| x.mass_nees);
         Mass "mass_rmse_over_bound" ["1", Least] "root mean square relative error of the total mass over its Cramér-Rao bound, from the first valid sample on"
             = rms_over(|x: &ErrorSample| [x.mass_rel, x.mass_bound], |x: &ErrorSample| x.mass_valid);
@@ -127,7 +127,7 @@ table! {
             = mean(|x: &ErrorSample| x.protection[1]);
         Slope "slope_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the slope; 1 when consistent"
             = mean(|x: &ErrorSample| x.slope_nees);
-        Slope "slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the slope within the 95 % band of χ²₁"
+        Slope "slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the slope within the 95 % band of χ²₁; 0.95 when consistent"
             = share_in_band(|x: &ErrorSample| x.slope_nees);
         Slope "slope_rmse_over_bound" ["1", Least] "root mean square error of the slope over its Cramér-Rao bound, from the first valid sample on"
             = rms_over(|x: &ErrorSample| [x.slope, x.slope_bound], |x: &ErrorSample| x.slope_valid);
@@ -155,7 +155,7 @@ table! {
             = mean(|x: &ErrorSample| x.protection[2]);
         EffectiveSlope "effective_slope_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the effective slope; 1 when consistent"
             = mean(|x: &ErrorSample| x.effective_nees);
-        EffectiveSlope "effective_slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the effective slope within the 95 % band of χ²₁"
+        EffectiveSlope "effective_slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the effective slope within the 95 % band of χ²₁; 0.95 when consistent"
             = share_in_band(|x: &ErrorSample| x.effective_nees);
         EffectiveSlope "effective_slope_rmse_over_bound" ["1", Least] "root mean square error of the effective slope over its Cramér-Rao bound, from the first valid sample on"
             = rms_over(|x: &ErrorSample| [x.slope_effective, x.effective_bound], |x: &ErrorSample| x.effective_valid);
@@ -170,11 +170,11 @@ table! {
         Mass Availability "mass_availability" ["1", One]
             "availability: share of samples whose mass is valid and credited";
         Mass Integrity "mass_misleading_share" ["1", Least]
-            "integrity: share of the valid samples with a reference whose error of the mass exceeds protection level and alert limit";
+            "integrity: share of the valid samples whose error of the mass exceeds protection level and alert limit";
         Mass Overconfidence "mass_overconfident_share" ["1", Least]
-            "overconfidence: share of the valid samples with a reference whose error of the mass exceeds the protection level, for any size of the error";
+            "overconfidence: share of the valid samples whose error of the mass exceeds the protection level, for any size of the error";
         Mass BeyondLimit "mass_beyond_limit_share" ["1", Least]
-            "share of the valid samples with a reference whose error of the mass exceeds the alert limit, for any standard deviation";
+            "share of the valid samples whose error of the mass exceeds the alert limit, for any standard deviation";
         Mass Convergence "mass_convergence_s" ["s", Least]
             "convergence: time of the first valid mass from which on every valid mass is within 2 % until the end; the value at the start does not count";
         Mass Recovery "mass_recovered_s" ["s", Least]
@@ -186,11 +186,11 @@ table! {
         Slope Availability "slope_availability" ["1", One]
             "availability: share of samples whose slope is valid and credited";
         Slope Integrity "slope_misleading_share" ["1", Least]
-            "integrity: share of the valid samples with a reference whose error of the slope exceeds protection level and alert limit";
+            "integrity: share of the valid samples whose error of the slope exceeds protection level and alert limit";
         Slope Overconfidence "slope_overconfident_share" ["1", Least]
-            "overconfidence: share of the valid samples with a reference whose error of the slope exceeds the protection level, for any size of the error";
+            "overconfidence: share of the valid samples whose error of the slope exceeds the protection level, for any size of the error";
         Slope BeyondLimit "slope_beyond_limit_share" ["1", Least]
-            "share of the valid samples with a reference whose error of the slope exceeds the alert limit, for any standard deviation";
+            "share of the valid samples whose error of the slope exceeds the alert limit, for any standard deviation";
         Slope Recovery "slope_recovered_s" ["s", Least]
             "recovery: time of the first valid slope after which no slope misleads";
         Slope Continuity "slope_losses_per_h" ["1/h", Least]
@@ -200,11 +200,11 @@ table! {
         EffectiveSlope Availability "effective_slope_availability" ["1", One]
             "availability: share of samples whose effective slope is valid and credited";
         EffectiveSlope Integrity "effective_slope_misleading_share" ["1", Least]
-            "integrity: share of the valid samples with a reference whose error of the effective slope exceeds protection level and alert limit";
+            "integrity: share of the valid samples whose error of the effective slope exceeds protection level and alert limit";
         EffectiveSlope Overconfidence "effective_slope_overconfident_share" ["1", Least]
-            "overconfidence: share of the valid samples with a reference whose error of the effective slope exceeds the protection level, for any size of the error";
+            "overconfidence: share of the valid samples whose error of the effective slope exceeds the protection level, for any size of the error";
         EffectiveSlope BeyondLimit "effective_slope_beyond_limit_share" ["1", Least]
-            "share of the valid samples with a reference whose error of the effective slope exceeds the alert limit, for any standard deviation";
+            "share of the valid samples whose error of the effective slope exceeds the alert limit, for any standard deviation";
         EffectiveSlope Recovery "effective_slope_recovered_s" ["s", Least]
             "recovery: time of the first valid effective slope after which no effective slope misleads";
         EffectiveSlope Continuity "effective_slope_losses_per_h" ["1/h", Least]

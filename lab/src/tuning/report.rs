@@ -4,7 +4,6 @@ use crate::metrics::series::ErrorSample;
 use crate::reports::page::{Page, Section};
 use crate::reports::plot::Figure;
 use crate::reports::plot::axis::Axis;
-use crate::reports::plot::heat::HeatMap;
 use crate::reports::plot::history::History;
 use crate::reports::plot::line::{Line, LineChart};
 use crate::reports::plot::pareto::Pareto;
@@ -12,7 +11,7 @@ use crate::reports::plot::theme::Ink;
 use crate::reports::table::{Cell, Table};
 use crate::text::number;
 use crate::tuning::result::{Trace, TuningResult};
-use crate::tuning::sensitivity::{Curve, Map};
+use crate::tuning::sensitivity::Curve;
 use crate::tuning::study::as_number;
 use crate::tuning::study::{Combine, Scale, TuningStudy};
 use crate::tuning::trial_store::Trial;
@@ -58,16 +57,10 @@ pub(crate) fn page(study: &TuningStudy, result: &TuningResult) -> String {
         .curves
         .iter()
         .map(|c| curve(&space, c, marks(&c.parameter)));
-    let maps = result
-        .sensitivity
-        .maps
-        .iter()
-        .map(|m| map(&space, m, result));
     page.sections.push(
         Section::new("Sensitivity")
-            .text("The loss over the tuning runs around the winner: one parameter at a time, then two. A gap is a trial that fails or breaks a constraint.")
-            .figures(curves)
-            .figures(maps),
+            .text("The loss over the tuning runs around the winner: one parameter at a time. A gap is a trial that fails or breaks a constraint.")
+            .figures(curves),
     );
     let traces = result.traces.iter().flat_map(trace);
     page.sections.push(
@@ -202,47 +195,6 @@ fn curve(space: &ParameterAxes<'_>, c: &Curve, marks: Vec<(String, f64)>) -> Fig
         .map(|((name, at), ink)| (name, at, ink))
         .collect();
     chart.figure()
-}
-
-fn map(space: &ParameterAxes<'_>, m: &Map, result: &TuningResult) -> Figure {
-    let at = |i: usize, j: usize| {
-        m.losses
-            .get(j)
-            .and_then(|row| row.get(i).copied().flatten())
-    };
-    let shown = |name: &str, list: &[ParameterValue]| {
-        list.iter()
-            .map(|x| space.shown(name, x))
-            .collect::<Vec<_>>()
-    };
-    let place = |t: &Trial| {
-        let of = |name: &String| Some(space.shown(name, t.parameters.get(name)?));
-        Some((of(&m.x)?, of(&m.y)?))
-    };
-    let mark = |name: &str, t: Option<&Trial>| Some((name.to_owned(), place(t?)?));
-    HeatMap {
-        title: format!("{} and {}", m.x, m.y),
-        score: LOSS.into(),
-        x: space.axis(&m.x),
-        y: space.axis(&m.y),
-        xs: shown(&m.x, &m.xs),
-        ys: shown(&m.y, &m.ys),
-        scores: (0..m.xs.len())
-            .map(|i| {
-                (0..m.ys.len())
-                    .map(|j| at(i, j).unwrap_or(f64::NAN))
-                    .collect()
-            })
-            .collect(),
-        marks: [
-            mark("winner", result.best()),
-            mark("default", result.search.trials.first()),
-        ]
-        .into_iter()
-        .flatten()
-        .collect(),
-    }
-    .figure()
 }
 
 fn trace(t: &Trace) -> [Figure; 2] {

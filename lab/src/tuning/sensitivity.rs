@@ -1,4 +1,4 @@
-//! Sensitivity of the loss around the winner: curves over one parameter, maps over two.
+//! Sensitivity of the loss around the winner: a curve over each parameter.
 
 use crate::tuning::baseline::Baseline;
 use crate::tuning::evaluate::Evaluator;
@@ -8,13 +8,11 @@ use crate::tuning::study::{TuningFile, TuningStudy, Values, as_number};
 use monorig_sim::config::scenario::ParameterValue;
 use serde::Serialize;
 
-/// Curves and maps.
+/// Curves of the loss.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Sensitivity {
     /// Curves, one for each parameter.
     pub(crate) curves: Vec<Curve>,
-    /// Maps, one for each pair of the most important parameters.
-    pub(crate) maps: Vec<Map>,
 }
 
 /// Loss over one parameter, with the others at the winner's values.
@@ -26,33 +24,13 @@ pub(crate) struct Curve {
     pub(crate) losses: Vec<Option<f64>>,
 }
 
-/// Loss over two parameters, with the others at the winner's values.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Map {
-    /// Parameter to the right.
-    pub(crate) x: String,
-    /// Parameter upwards.
-    pub(crate) y: String,
-    /// Values to the right.
-    pub(crate) xs: Vec<ParameterValue>,
-    /// Values upwards.
-    pub(crate) ys: Vec<ParameterValue>,
-    /// Loss, row by row from the lowest `y`; none if the trial fails or breaks a constraint.
-    pub(crate) losses: Vec<Vec<Option<f64>>>,
-}
-
-/// Trials that the neighbourhood of a winner takes: a curve for each parameter, with winner and defaults in it, and a
-/// map for each pair of those that matter most.
+/// Trials that the neighbourhood of a winner takes: a curve for each parameter, with winner and defaults in it.
 pub(crate) fn trials(file: &TuningFile) -> u64 {
-    let points = &file.sensitivity;
     let parameters = file.parameters.len() as u64;
-    let mapped = parameters.min(u64::from(points.map_parameters));
-    let curves = parameters.saturating_mul(u64::from(points.curve) + 2);
-    let maps = mapped * mapped.saturating_sub(1) / 2;
-    curves.saturating_add(maps.saturating_mul(u64::from(points.map).saturating_pow(2)))
+    parameters.saturating_mul(u64::from(file.sensitivity.curve) + 2)
 }
 
-/// Map the neighbourhood of the winner over the tuning runs. `None` if `progress` stopped it.
+/// Losses around the winner over the tuning runs. `None` if `progress` stopped it.
 pub(crate) fn sensitivity(
     study: &TuningStudy,
     evaluator: &Evaluator<'_>,
@@ -62,15 +40,10 @@ pub(crate) fn sensitivity(
 ) -> Option<Sensitivity> {
     let space = Space::new(&study.file.parameters);
     let names: Vec<String> = space.names().map(str::to_owned).collect();
-    let points = study.file.sensitivity;
-    let pairs = {
-        let n = names.len().min(points.map_parameters as usize);
-        n * n.saturating_sub(1) / 2
-    };
+    let points = study.file.sensitivity.curve;
     let defaults = study.defaults();
     let marked = [winner, &defaults];
-    let curve = points.curve as usize + marked.len();
-    let all = names.len() * curve + pairs * (points.map as usize).pow(2);
+    let all = trials(&study.file);
     let mut done = 0;
     let mut loss = |values: &Values| {
         done += 1;
@@ -85,11 +58,13 @@ pub(crate) fn sensitivity(
 
     let mut found = Sensitivity::default();
     for name in &names {
-        let mut values = axis(&space, winner, name, points.curve);
+        let mut values = axis(&space, winner, name, points);
         with_marked(&mut values, marked.iter().filter_map(|m| m.get(name)));
         let mut losses = Vec::new();
         for x in &values {
-            losses.push(loss(&with(winner, &[(name, x)]))?);
+            let mut changed = winner.clone();
+            changed.insert(name.clone(), x.clone());
+            losses.push(loss(&changed)?);
         }
         found.curves.push(Curve {
             parameter: name.clone(),
@@ -97,53 +72,7 @@ pub(crate) fn sensitivity(
             losses,
         });
     }
-    let mut ranked: Vec<&Curve> = found.curves.iter().collect();
-    ranked.sort_by(|a, b| b.swing().total_cmp(&a.swing()));
-    ranked.truncate(points.map_parameters as usize);
-    let mut maps = Vec::new();
-    for (i, a) in ranked.iter().enumerate() {
-        for b in ranked.iter().skip(i + 1) {
-            let (x, y) = (&a.parameter, &b.parameter);
-            let (xs, ys) = (
-                axis(&space, winner, x, points.map),
-                axis(&space, winner, y, points.map),
-            );
-            let mut rows = Vec::new();
-            for vy in &ys {
-                let mut row = Vec::new();
-                for vx in &xs {
-                    row.push(loss(&with(winner, &[(x, vx), (y, vy)]))?);
-                }
-                rows.push(row);
-            }
-            maps.push(Map {
-                x: x.clone(),
-                y: y.clone(),
-                xs,
-                ys,
-                losses: rows,
-            });
-        }
-    }
-    found.maps = maps;
     Some(found)
-}
-
-impl Curve {
-    /// Swing of the loss along the curve; a failure counts as a swing of one.
-    pub(crate) fn swing(&self) -> f64 {
-        let known = || self.losses.iter().flatten().copied();
-        let (low, high) = (
-            known().fold(f64::INFINITY, f64::min),
-            known().fold(f64::NEG_INFINITY, f64::max),
-        );
-        let failures = if known().count() < self.losses.len() {
-            1.0
-        } else {
-            0.0
-        };
-        (high - low).max(0.0) + failures
-    }
 }
 
 /// Values of a parameter from end to end of its range, without repetition.
@@ -189,14 +118,6 @@ fn with_marked<'a>(
     }
     let order = |value: &ParameterValue| as_number(value).unwrap_or(f64::NAN);
     values.sort_by(|a, b| order(a).total_cmp(&order(b)));
-}
-
-fn with(winner: &Values, changes: &[(&String, &ParameterValue)]) -> Values {
-    let mut values = winner.clone();
-    for (name, x) in changes {
-        values.insert((*name).clone(), (*x).clone());
-    }
-    values
 }
 
 #[cfg(test)]

@@ -74,7 +74,7 @@ pub struct TuningFile {
     /// Method of running a trial.
     #[serde(default)]
     pub(crate) evaluation: Evaluation,
-    /// Resolution of the map around the winner.
+    /// Resolution of the curves around the winner.
     #[serde(default)]
     pub(crate) sensitivity: SensitivityPoints,
 }
@@ -245,25 +245,17 @@ pub(crate) enum Evaluation {
     ClosedLoop,
 }
 
-/// Resolution of the map around the winner.
+/// Resolution of the curves around the winner.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct SensitivityPoints {
     /// Points of each curve; 0 = no curves.
     pub(crate) curve: u32,
-    /// Points along each edge of a map; 0 = no maps.
-    pub(crate) map: u32,
-    /// Parameters whose maps are drawn, in pairs: those that matter most.
-    pub(crate) map_parameters: u32,
 }
 
 impl Default for SensitivityPoints {
     fn default() -> Self {
-        Self {
-            curve: 9,
-            map: 7,
-            map_parameters: 3,
-        }
+        Self { curve: 9 }
     }
 }
 

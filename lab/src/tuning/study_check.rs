@@ -55,10 +55,11 @@ fn check(study: &TuningStudy) -> Result<(), Error> {
     }
     let trials = sensitivity::trials(file);
     if trials > MAX_SENSITIVITY_TRIALS {
-        return Err(study.wrong("sensitivity", format!("the map around the winner would need {trials} trials"),
-                format!(
-                    "use smaller `curve`, `map` and `map_parameters`, for at most {MAX_SENSITIVITY_TRIALS} trials"
-                )));
+        return Err(study.wrong(
+            "sensitivity",
+            format!("the curves around the winner would need {trials} trials"),
+            format!("use a smaller `curve`, for at most {MAX_SENSITIVITY_TRIALS} trials"),
+        ));
     }
     let pareto = file.objective.combine == Combine::Pareto;
     let many = matches!(

@@ -19,17 +19,6 @@ pub struct Interval {
 /// Resamples of a bootstrap.
 const RESAMPLES: usize = 4000;
 
-/// Cohen's d of paired differences: their mean in standard deviations (0.2 small, 0.5 medium, 0.8 large; Cohen 1988,
-/// 2.5.3). Significance grows with the number of runs, this does not. None of fewer than two values, or without
-/// spread.
-pub(crate) fn effect_size(differences: &[f64]) -> Option<f64> {
-    let n = differences.len() as f64;
-    let mean = differences.iter().sum::<f64>() / n;
-    let squares: f64 = differences.iter().map(|x| (x - mean).powi(2)).sum();
-    let sd = (squares / (n - 1.0)).sqrt();
-    (sd > 0.0 && sd.is_finite()).then(|| mean / sd)
-}
-
 impl Interval {
     /// Interval after Student, for independent and roughly normal values. Of a single value the ends are infinite, of
     /// none nothing is a number.
@@ -121,15 +110,6 @@ fn student(freedom: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// 1, 2, 3: mean 2, standard deviation 1.
-    #[test]
-    fn the_effect_size_is_mean_over_spread() {
-        assert_eq!(effect_size(&[1.0, 2.0, 3.0]), Some(2.0));
-        assert_eq!(effect_size(&[1.0, 1.0]), None);
-        assert_eq!(effect_size(&[1.0]), None);
-        assert_eq!(effect_size(&[]), None);
-    }
 
     /// Tabulated values, two-sided 95 % (Abramowitz and Stegun 1964, table 26.10, and its successors).
     #[test]

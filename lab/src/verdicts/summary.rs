@@ -179,6 +179,12 @@ impl Summary {
         of.any(|i| i.at_most.is_none())
     }
 
+    /// True for an estimator that is judged; all count as judged, if none is.
+    pub(crate) fn is_main(&self, estimator: &str) -> bool {
+        let reference = |name: &str| self.is_for_reference(name);
+        !reference(estimator) || self.estimators.keys().all(|name| reference(name))
+    }
+
     /// Misleading share of an estimator's valid samples in a few words, such as `slope 55 %, known`: that of the
     /// quantity that is worst. A dash if nothing is valid.
     pub fn misleading(&self, estimator: &str) -> String {

@@ -5,7 +5,6 @@ use monorig_lab::reports::plot::axis::Axis;
 use monorig_lab::reports::plot::boxes::Boxes;
 use monorig_lab::reports::plot::cdf::Cdf;
 use monorig_lab::reports::plot::consistency::Consistency;
-use monorig_lab::reports::plot::heat::HeatMap;
 use monorig_lab::reports::plot::history::History;
 use monorig_lab::reports::plot::line::{Band, Line, LineChart};
 use monorig_lab::reports::plot::pareto::Pareto;
@@ -111,10 +110,6 @@ fn run_plots() -> Section {
 
 fn search_plots() -> Section {
     let bowl = |x: f64, y: f64| (x - 0.97).powi(2) * 400.0 + (y.log10() + 2.0).powi(2) + 0.1;
-    let xs: Vec<f64> = (0..21).map(|i| 0.9 + 0.005 * i as f64).collect();
-    let ys: Vec<f64> = (0..15)
-        .map(|i| 10f64.powf(-4.0 + 0.25 * i as f64))
-        .collect();
     let candidates: Vec<(Vec<f64>, f64)> = (0..300)
         .map(|i| {
             let (x, y) = (
@@ -147,25 +142,6 @@ fn search_plots() -> Section {
             .figure(),
         )
         .figure(scatter.figure())
-        .figure(
-            HeatMap {
-                title: "Map".into(),
-                score: "slope RMSE, °".into(),
-                x: Axis::linear("λ₀"),
-                y: Axis::log("q_slope"),
-                scores: xs
-                    .iter()
-                    .map(|&x| ys.iter().map(|&y| bowl(x, y)).collect())
-                    .collect(),
-                xs,
-                ys,
-                marks: vec![
-                    ("winner".into(), (0.97, 0.01)),
-                    ("published".into(), (0.98, 0.05)),
-                ],
-            }
-            .figure(),
-        )
         .figure(
             Pareto {
                 title: "Two scores".into(),
@@ -247,7 +223,7 @@ fn a_page_is_well_formed_self_contained_and_always_the_same() {
     assert_eq!(html, page().to_html());
     let (elements, text) = parse(&html);
     let figures = elements.iter().filter(|e| *e == "figure").count();
-    assert_eq!(figures, 9);
+    assert_eq!(figures, 8);
     assert!(!text.contains("no data"), "a plot is missing");
     for part in [
         "Gallery <of> \"plots\" & more",
@@ -314,17 +290,6 @@ fn a_plot_without_numbers_says_so() {
             y: axis(),
             candidates: vec![(f64::NAN, 1.0)],
             named: vec![],
-        }
-        .figure(),
-        HeatMap {
-            title: "t".into(),
-            score: "s".into(),
-            x: axis(),
-            y: axis(),
-            xs: vec![1.0],
-            ys: vec![1.0],
-            scores: vec![nan.clone()],
-            marks: vec![],
         }
         .figure(),
     ];

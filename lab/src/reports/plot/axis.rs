@@ -247,9 +247,36 @@ pub(crate) fn common_range(ranges: &[(f64, f64)]) -> Option<((f64, f64), bool)> 
     })
 }
 
+/// Largest reach of values that the axes need not show, as a multiple of the reach of the others.
+const ASIDE: f64 = 2.0;
+
+/// Values that set the range of an axis: `main`, and the other values as far as the main ones stay readable.
+pub(crate) fn with_asides(
+    main: impl Iterator<Item = f64>,
+    asides: impl Iterator<Item = f64>,
+) -> Vec<f64> {
+    let mut all: Vec<f64> = main.filter(|x| x.is_finite()).collect();
+    let limit = match ASIDE * all.iter().fold(0.0, |reach: f64, x| reach.max(x.abs())) {
+        0.0 => f64::INFINITY,
+        limit => limit,
+    };
+    let asides = asides.filter(|x| x.is_finite());
+    all.extend(asides.map(|x| x.clamp(-limit, limit)));
+    all
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_not_judged_does_not_set_the_axis() {
+        let of =
+            |main: [f64; 2], asides: [f64; 2]| with_asides(main.into_iter(), asides.into_iter());
+        assert_eq!(of([-0.5, 1.0], [-0.7, 1.5]), [-0.5, 1.0, -0.7, 1.5]);
+        assert_eq!(of([-0.5, 1.0], [-90.0, f64::NAN]), [-0.5, 1.0, -2.0]);
+        assert_eq!(of([0.0, 0.0], [0.1, 0.7]), [0.0, 0.0, 0.1, 0.7]);
+    }
 
     #[test]
     fn ticks_are_round_and_inside() {

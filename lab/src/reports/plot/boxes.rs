@@ -1,6 +1,6 @@
 //! Box plots: median, quartiles, 5th and 95th percentile of several kinds of values side by side.
 
-use crate::reports::plot::axis::{Axis, common_range};
+use crate::reports::plot::axis::{Axis, common_range, with_asides};
 use crate::reports::plot::canvas;
 use crate::reports::plot::theme::Ink;
 use crate::reports::plot::{Figure, LegendEntry, Look, ValueGroup};
@@ -12,7 +12,7 @@ pub struct Boxes {
     pub title: String,
     /// Axis of the values.
     pub y: Axis,
-    /// Values of each kind.
+    /// Values of each kind; the axis follows those that are not aside, if there are any.
     pub groups: Vec<ValueGroup<f64>>,
     /// Values to compare with, such as published ones: name, number of the group, value.
     pub references: Vec<(String, usize, f64)>,
@@ -22,6 +22,8 @@ pub struct Boxes {
 
 /// Largest number of values of a group that is shown as dots.
 const FEW: usize = 200;
+/// Note on values beyond the axis.
+const BEYOND: &str = " ▲▼ at the edge: values continue beyond the axis.";
 /// Largest bound that is drawn, as a multiple of the largest value.
 const FARTHEST: f64 = 3.0;
 
@@ -54,32 +56,35 @@ impl Boxes {
             })
             .collect();
         let few = |v: &[f64]| v.len() <= FEW;
-        let shown = sorted.iter().flat_map(|v| {
-            let (low, high) = if few(v) { (0.0, 1.0) } else { (0.05, 0.95) };
-            [quantile(v, low), quantile(v, high)]
-        });
-        let reach = sorted
-            .iter()
-            .flatten()
-            .fold(0.0, |a: f64, x| a.max(x.abs()));
+        let ends = |v: &[f64]| {
+            let low = if few(v) { 0.0 } else { 0.05 };
+            (quantile(v, low), quantile(v, 1.0 - low))
+        };
+        let all_aside = self.groups.iter().all(|g| g.aside);
+        let kinds = sorted.iter().zip(&self.groups);
+        let kinds = kinds.filter(|(v, _)| !v.is_empty());
+        let (main, asides): (Vec<_>, Vec<_>) = kinds.partition(|(_, g)| all_aside || !g.aside);
+        let reach = main.iter().flat_map(|(v, _)| v.iter());
+        let reach = reach.fold(0.0, |a: f64, x| a.max(x.abs()));
         let near = |b: &&(usize, f64)| b.1.abs() <= FARTHEST * reach;
         let bounds: Vec<(usize, f64)> = self.bounds.iter().filter(near).copied().collect();
         let references = self.references.iter().map(|r| r.2);
         let references = references.chain(bounds.iter().map(|b| b.1));
-        let each = sorted.iter().filter(|v| !v.is_empty());
-        let each = each.map(|v| (quantile(v, 0.05), quantile(v, 0.95)));
-        let common = common_range(&each.collect::<Vec<_>>()).filter(|c| c.1 && !self.y.is_log());
-        let y = match common {
-            Some(((low, high), _)) => {
-                let (low, high) = references.fold((low, high), |(a, b), x| (a.min(x), b.max(x)));
-                let room = 0.06 * (high - low);
-                self.y
-                    .clone()
-                    .between(low - room, high + room)
-                    .fix([low, high].into_iter(), 0.0)
-            }
-            None => self.y.fix(shown.chain(references), 0.06),
+        let flat = |all: Vec<(f64, f64)>| all.into_iter().flat_map(|r| [r.0, r.1]);
+        let usual = main.iter().map(|(v, _)| v);
+        let usual = usual.map(|v| (quantile(v, 0.05), quantile(v, 0.95)));
+        let shown = match common_range(&usual.collect::<Vec<_>>()) {
+            Some((range, true)) => vec![range],
+            _ => main.iter().map(|(v, _)| ends(v)).collect(),
         };
+        let asides = asides.iter().map(|(v, _)| ends(v)).collect();
+        let shown = with_asides(flat(shown), flat(asides));
+        let y = self.y.fix(shown.into_iter().chain(references), 0.06);
+        let is_out = |v: &[f64]| {
+            let (low, high) = ends(v);
+            y.as_ref().is_some_and(|y| low < y.low || high > y.high)
+        };
+        let cut = sorted.iter().any(|v| is_out(v));
         // names would overlap here: they stand in the legend
         let numbers = (1..=self.groups.len()).map(|i| i.to_string()).collect();
         let x = Axis::names("", numbers).fix([0.0].into_iter(), 0.0);
@@ -98,19 +103,15 @@ impl Boxes {
                 for (a, b) in [(q[0], q[1]), (q[3], q[4])] {
                     c.line(&[(at, a), (at, b)], ink, 3, 1.0);
                 }
-                for (y, half) in [(q[0], 0.12), (q[4], 0.12)] {
-                    c.line(&[(at - half, y), (at + half, y)], ink, 3, 1.0);
+                for (y, half, width) in [(q[0], 0.12, 3), (q[4], 0.12, 3), (q[2], 0.28, 7)] {
+                    c.level(y, (at - half, at + half), ink, width);
                 }
-                c.line(&[(at - 0.28, q[2]), (at + 0.28, q[2])], ink, 7, 1.0);
+                let (low, high) = ends(values);
+                c.beyond(&[(at, low), (at, high)], ink);
             }
             for (group, bound) in &bounds {
                 let at = *group as f64;
-                c.line(
-                    &[(at - 0.42, *bound), (at + 0.42, *bound)],
-                    Ink::Bad,
-                    4,
-                    1.0,
-                );
+                c.level(*bound, (at - 0.42, at + 0.42), Ink::Bad, 4);
             }
             for (_, group, value) in &self.references {
                 c.cross((*group as f64, *value), Ink::Text);
@@ -125,12 +126,8 @@ impl Boxes {
         let references = named.into_iter();
         let references = references.map(|n| LegendEntry::new(n, Look::Cross(Ink::Text)));
         let keys = groups.chain(bound).chain(references);
-        let note = match common {
-            Some(_) => {
-                "Thick line: median; box: quartiles; whiskers: 5 % and 95 %. They are cut at the end of the axis."
-            }
-            None => "Thick line: median; box: quartiles; whiskers: 5 % and 95 %.",
-        };
+        let beyond = if cut { BEYOND } else { "" };
+        let note = format!("Thick line: median; box: quartiles; whiskers: 5 % and 95 %.{beyond}");
         Figure::new(self.title, note, svg, keys)
     }
 }
@@ -169,6 +166,19 @@ mod tests {
         assert_eq!(lines(vec![]), (0, 1));
         assert_eq!(lines(vec![(0, 4.0)]), (1, 2));
         assert_eq!(lines(vec![(0, 40.0)]), (0, 1));
+    }
+
+    #[test]
+    fn values_that_are_not_judged_do_not_set_the_axis_and_are_marked() {
+        let figure = |aside: bool| {
+            let judged = ValueGroup::new("a", Ink::Series(0), vec![1.0, 2.0, 3.0]);
+            let other = ValueGroup::new("b", Ink::Series(1), vec![9.0, 10.0, 11.0]).aside(aside);
+            Boxes::new("t", Axis::linear("y"), [judged, other]).figure()
+        };
+        let (all, judged) = (figure(false), figure(true));
+        assert!(!all.note.contains('▲') && judged.note.contains('▲'));
+        let has = |figure: &Figure, label: &str| figure.svg.as_ref().unwrap().contains(label);
+        assert!(has(&all, ">\n10\n<") && !has(&judged, ">\n10\n<"));
     }
 
     #[test]

@@ -175,6 +175,12 @@ impl<'a> Canvas<'a> {
         self.leavers(&short, ink);
     }
 
+    /// A triangle at the edge for points above or below the axis.
+    pub(crate) fn beyond(&mut self, points: &[(f64, f64)], ink: Ink) {
+        let points: Vec<_> = points.iter().map(|p| self.scaled(*p)).collect();
+        self.leavers(&points, ink);
+    }
+
     /// A triangle at the edge for each stretch in which a line is above or below the axis.
     fn leavers(&mut self, points: &[(f64, f64)], ink: Ink) {
         let [x_low, x_high, low, high] = self.bounds();
@@ -183,7 +189,7 @@ impl<'a> Canvas<'a> {
             let is_out = |y: f64| if tip < 0 { y > edge } else { y < edge };
             let mut last = f64::NEG_INFINITY;
             for (x, _) in points.iter().filter(|p| is_out(p.1)) {
-                if (x_low..=x_high).contains(x) && x - last > apart {
+                if (x_low..=x_high).contains(x) && (x - last).abs() > apart {
                     let corners = vec![(-9, -16 * tip), (9, -16 * tip), (0, 0)];
                     let style = ink.rgb().filled();
                     self.draw(&(EmptyElement::at((*x, edge)) + Polygon::new(corners, style)));

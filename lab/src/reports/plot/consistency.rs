@@ -36,7 +36,10 @@ impl Consistency {
         chart.happenings = self.happenings;
         let mut shares = Vec::new();
         let mut top = high;
-        for ValueGroup { name, ink, values } in self.groups {
+        for ValueGroup {
+            name, ink, values, ..
+        } in self.groups
+        {
             let drawn = means_of(&values, n);
             let means = || drawn.iter().filter(|m| m.1.is_finite());
             let count = means().count();

@@ -5,7 +5,6 @@ pub mod boxes;
 pub(crate) mod canvas;
 pub mod cdf;
 pub mod consistency;
-pub mod heat;
 pub mod history;
 pub mod line;
 pub mod pareto;
@@ -15,7 +14,6 @@ pub mod theme;
 pub(crate) mod thin;
 
 use crate::reports::html::escape;
-use crate::text::number;
 use maud::{Markup, PreEscaped, html};
 use theme::Ink;
 
@@ -48,6 +46,8 @@ pub struct ValueGroup<T> {
     pub(crate) ink: Ink,
     /// Values.
     pub values: Vec<T>,
+    /// True for values that the axes need not show, such as values of an estimator that is not judged.
+    pub(crate) aside: bool,
 }
 
 impl<T> ValueGroup<T> {
@@ -57,7 +57,13 @@ impl<T> ValueGroup<T> {
             name: name.into(),
             ink,
             values,
+            aside: false,
         }
+    }
+
+    /// The same, as values that the axes need not show.
+    pub(crate) fn aside(self, aside: bool) -> Self {
+        Self { aside, ..self }
     }
 }
 
@@ -72,8 +78,6 @@ pub(crate) enum Look {
     Dot(Ink),
     /// A cross.
     Cross(Ink),
-    /// The colour scale from one value to another.
-    Scale(f64, f64),
 }
 
 /// An entry of the legend for each group.
@@ -108,13 +112,6 @@ impl LegendEntry {
             Look::Cross(ink) => key(html! {
                 path d="M8 1L18 11M18 1L8 11" stroke-width="2.5" stroke=(ink.css()) stroke-dasharray=[ink.dashes()] {}
             }),
-            Look::Scale(from, to) => html! {
-                li {
-                    (self.name) ": " (number(from))
-                    span style={ "width:8em;height:0.8em;background:" (theme::gradient()) } {}
-                    (number(to))
-                }
-            },
         }
     }
 }

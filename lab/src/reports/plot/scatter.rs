@@ -1,6 +1,6 @@
 //! Points in a plane: one quantity against another.
 
-use crate::reports::plot::axis::Axis;
+use crate::reports::plot::axis::{Axis, with_asides};
 use crate::reports::plot::canvas;
 use crate::reports::plot::{Figure, Look, ValueGroup, legend};
 
@@ -14,7 +14,7 @@ pub struct Scatter {
     pub(crate) x: Axis,
     /// Vertical axis.
     pub(crate) y: Axis,
-    /// Points.
+    /// Points; the vertical axis follows those that are not aside, if there are any.
     pub groups: Vec<ValueGroup<(f64, f64)>>,
     /// Lines over them.
     pub(crate) lines: Vec<ValueGroup<(f64, f64)>>,
@@ -43,7 +43,15 @@ impl Scatter {
         };
         let seen = || all().filter(|p| p.0.is_finite() && p.1.is_finite());
         let x = self.x.fix(seen().map(|p| p.0), 0.05);
-        let y = self.y.fix(seen().map(|p| p.1), 0.06);
+        let all_aside = self.groups.iter().all(|g| g.aside);
+        let of = |main: bool| {
+            let groups = self.groups.iter();
+            let groups = groups.filter(move |g| (all_aside || !g.aside) == main);
+            groups.flat_map(|g| &g.values).map(|p| p.1)
+        };
+        let y = self
+            .y
+            .fix(with_asides(of(true), of(false)).into_iter(), 0.06);
         let dots = seen().count();
         let (radius, opacity) = match dots {
             n if n > 2000 => (4, 0.35),
@@ -53,6 +61,7 @@ impl Scatter {
         let svg = canvas::draw(x, y, |c| {
             for ValueGroup { ink, values, .. } in &self.groups {
                 c.dots(values, *ink, radius, opacity);
+                c.beyond(values, *ink);
             }
             for ValueGroup { ink, values, .. } in &self.lines {
                 c.line(values, *ink, 4, 1.0);

@@ -24,8 +24,6 @@ pub enum Ink {
     Bad,
     /// One of several things of a kind: 0, 1, 2 …
     Series(u8),
-    /// A share 0 … 255 of the colour scale for values.
-    Value(u8),
 }
 
 /// First numbers of the roles; series are counted from `FIRST_SERIES`.
@@ -39,16 +37,6 @@ const ROLES: [(Ink, &str); 5] = [
 ];
 const FIRST_SERIES: u8 = 16;
 
-/// Every fifth of the cividis colour map (Nuñez, Anderton and Renslow 2018): even steps for every eye.
-const CIVIDIS: [[u8; 3]; 6] = [
-    [0, 34, 78],
-    [57, 72, 107],
-    [107, 109, 115],
-    [149, 143, 120],
-    [200, 182, 101],
-    [254, 232, 56],
-];
-
 impl Ink {
     /// Colour of series number `i`, for any number of series.
     pub fn series(i: usize) -> Self {
@@ -60,23 +48,9 @@ impl Ink {
         Self::series(palette::place(name))
     }
 
-    /// The colour of `x` on the scale from `from` to `to`.
-    pub(crate) fn value(x: f64, from: f64, to: f64) -> Self {
-        let share = if to > from {
-            (x - from) / (to - from)
-        } else {
-            0.5
-        };
-        Self::Value((share.clamp(0.0, 1.0) * 255.0) as u8)
-    }
-
     pub(super) fn rgb(self) -> RGBColor {
         match self {
             Self::Series(i) => RGBColor(MARK.0, MARK.1, FIRST_SERIES.saturating_add(i)),
-            Self::Value(v) => {
-                let [r, g, b] = cividis(v);
-                RGBColor(r, g, b)
-            }
             role => {
                 let i = ROLES.iter().position(|r| r.0 == role).unwrap_or(0);
                 RGBColor(MARK.0, MARK.1, i as u8)
@@ -88,10 +62,6 @@ impl Ink {
     pub(super) fn css(self) -> String {
         match self {
             Self::Series(i) => format!("var(--s{})", i % SERIES),
-            Self::Value(v) => {
-                let [r, g, b] = cividis(v);
-                format!("rgb({r},{g},{b})")
-            }
             role => ROLES
                 .iter()
                 .find(|r| r.0 == role)
@@ -117,25 +87,6 @@ impl Ink {
         let dashes = self.dashes().map(|d| format!(" stroke-dasharray=\"{d}\""));
         format!("stroke=\"{}\"{}", self.css(), dashes.unwrap_or_default())
     }
-}
-
-fn cividis(v: u8) -> [u8; 3] {
-    let at = f64::from(v) / 255.0 * (CIVIDIS.len() - 1) as f64;
-    let i = (at as usize).min(CIVIDIS.len() - 2);
-    let share = at - i as f64;
-    std::array::from_fn(|k| {
-        let (a, b) = (f64::from(CIVIDIS[i][k]), f64::from(CIVIDIS[i + 1][k]));
-        (a + share * (b - a)).round() as u8
-    })
-}
-
-/// The colour scale as a CSS background.
-pub(super) fn gradient() -> String {
-    let stops: Vec<String> = CIVIDIS
-        .iter()
-        .map(|[r, g, b]| format!("rgb({r},{g},{b})"))
-        .collect();
-    format!("linear-gradient(90deg,{})", stops.join(","))
 }
 
 /// A finished drawing with the style sheet's colours, which fits any width.
@@ -210,12 +161,5 @@ mod tests {
             "<svg viewBox=\"0 0 9 9\"><line stroke=\"var(--s1)\" stroke-dasharray=\"14 7\" x1=\"0\"/>\
              <rect fill=\"var(--s1)\"/></svg>"
         );
-    }
-
-    #[test]
-    fn the_scale_runs_from_dark_to_bright() {
-        let light = |v: u8| cividis(v).iter().map(|&c| u32::from(c)).sum::<u32>();
-        assert!((0..255).all(|v| light(v) <= light(v + 1) + 3));
-        assert_eq!((cividis(0), cividis(255)), (CIVIDIS[0], CIVIDIS[5]));
     }
 }

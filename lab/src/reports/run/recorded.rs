@@ -147,12 +147,10 @@ impl Recorded {
     /// True for an estimator that is never folded: one that is judged, one of ours, or the one in the loop. All are, if
     /// none is judged.
     pub(crate) fn is_main(&self, name: &str) -> bool {
-        let judged = |name: &str| !self.summary.is_for_reference(name);
         let settings = self.estimator_settings();
         let is = settings.get(name).map_or(name, |of| of.type_name(name));
         let ours = matches!(kind(is), Some(Kind::Ours | Kind::Supervised));
-        let none = || !self.summary.estimators.keys().any(|name| judged(name));
-        judged(name) || ours || self.in_loop() == Some(name) || none()
+        self.summary.is_main(name) || ours || self.in_loop() == Some(name)
     }
 
     /// A section with the figures of the estimators that are never folded, and the folded figures of the others.

@@ -9,13 +9,14 @@ use crate::reports::plot::boxes::Boxes;
 use crate::reports::plot::theme::Ink;
 use crate::reports::plot::{Figure, ValueGroup};
 use crate::reports::study::runs;
+use crate::reports::study::values::is_main;
 use crate::reports::table::{Cell, Table};
 use crate::text::{number, with_unit};
 use crate::verdicts::compare::{
     ComparedMetric, Comparison, OnSamples, differences as run_by_run, sentences, values,
 };
 use crate::verdicts::findings;
-use crate::verdicts::interval::{Interval, effect_size};
+use crate::verdicts::interval::Interval;
 use crate::verdicts::judgement::Grade;
 use std::collections::BTreeSet;
 
@@ -82,46 +83,36 @@ fn unit(metric: &str) -> &'static str {
     metrics::unit(metric).unwrap_or("1")
 }
 
-/// Means in one table, each with the published figure beside it.
+/// Means in one table, a row for each metric; below an error the share of valid samples and the published figure.
 fn overview(all: &Comparison) -> Section {
-    let published = |metric: &str| {
-        let of_metric = all.table.iter().filter(|c| c.metric == metric);
-        of_metric.into_iter().any(|c| c.published.is_some())
-    };
-    let is_error = |metric: &str| {
-        all.table
-            .iter()
-            .any(|c| c.metric == metric && c.valid.is_some())
-    };
-    let mut table = Table::new(&["estimator"], &[]);
-    table.caption =
-        "Means over the runs, all samples; the share of valid samples stands beside an error"
-            .into();
-    let shown = names(all, |c| &c.metric);
-    for metric in &shown {
-        table.columns.push((with_unit(metric, unit(metric)), true));
-        if is_error(metric) {
-            table.columns.push(("valid".into(), true));
-        }
-        if published(metric) {
-            table.columns.push(("published".into(), true));
-        }
-    }
-    for estimator in names(all, |c| &c.estimator) {
-        let mut row = vec![Cell::from(estimator)];
-        for metric in &shown {
+    let estimators = names(all, |c| &c.estimator);
+    let mut table = Table::new(&["mean over the runs, all samples"], &estimators);
+    for metric in names(all, |c| &c.metric) {
+        let of = |estimator: &str| {
             let mut of_both = all.table.iter();
-            let figures = of_both.find(|c| c.estimator == estimator && c.metric == *metric);
-            let mean = figures.and_then(|c| c.mean);
-            row.push(Cell::number(mean.map(|i| i.mean)));
-            if is_error(metric) {
-                row.push(on_samples(figures.and_then(|c| c.valid.as_ref()))[1].clone());
-            }
-            if published(metric) {
-                row.push(figures.map_or(Cell::number(None), theirs));
-            }
+            of_both.find(|c| c.estimator == estimator && c.metric == metric)
+        };
+        let mut row = |title: String, cell: &dyn Fn(&ComparedMetric) -> Cell| {
+            let cells = estimators.iter();
+            let cells = cells.map(|e| of(e).map_or(Cell::number(None), cell));
+            table.row(std::iter::once(title.into()).chain(cells));
+        };
+        let any = |has: fn(&ComparedMetric) -> bool| {
+            let mut of_metric = all.table.iter().filter(|c| c.metric == metric);
+            of_metric.any(has)
+        };
+        row(with_unit(metric, unit(metric)), &|c| {
+            Cell::number(c.mean.map(|i| i.mean))
+        });
+        if any(|c| c.valid.is_some()) {
+            row("… valid".into(), &|c| {
+                let [_, share] = on_samples(c.valid.as_ref());
+                share
+            });
         }
-        table.row(row);
+        if any(|c| c.published.is_some()) {
+            row("… published".into(), &theirs);
+        }
     }
     let sources: BTreeSet<&str> = all
         .table
@@ -160,7 +151,7 @@ fn section(all: &Comparison, metric: &str) -> Section {
     if published {
         numbers.insert(0, "published");
     }
-    numbers.extend([against.as_str(), "95 % interval", "effect size", "measured"]);
+    numbers.extend([against.as_str(), "95 % interval", "measured"]);
     let mut table = Table::new(&["estimator"], &numbers);
     for c in rows() {
         let mut row = vec![Cell::from(c.estimator.as_str())];
@@ -178,7 +169,6 @@ fn section(all: &Comparison, metric: &str) -> Section {
                 Cell::difference(metric, i.mean, i.low, i.high)
             }),
             words(c.difference)[1].clone(),
-            Cell::number(effect(all, &c.estimator, metric)),
             format!("{} of {}", c.measured, c.runs).into(),
         ]);
         table.row(row);
@@ -199,13 +189,6 @@ fn on_samples(of: Option<&OnSamples>) -> [Cell; 2] {
         mean,
         share.map_or(Cell::number(None), |s| format!("{:.1} %", 100.0 * s).into()),
     ]
-}
-
-/// Effect size of the differences to the reference; NaN if there is none.
-fn effect(all: &Comparison, estimator: &str, metric: &str) -> Option<f64> {
-    let differences = run_by_run(&all.runs, estimator, metric, &all.reference);
-    let both: Vec<f64> = differences.into_iter().flatten().collect();
-    effect_size(&both).filter(|_| estimator != all.reference)
 }
 
 fn words(interval: Option<Interval>) -> [Cell; 2] {
@@ -230,11 +213,15 @@ fn inks(all: &Comparison) -> impl Iterator<Item = (&str, Ink)> {
     names.map(|name| (name, Ink::of_estimator(name)))
 }
 
+/// Values of an estimator; those of an estimator that is not judged do not set the axis.
+fn group(all: &Comparison, (name, ink): (&str, Ink), values: Vec<Option<f64>>) -> ValueGroup<f64> {
+    let main = is_main(&all.runs, name);
+    ValueGroup::new(name, ink, values.into_iter().flatten().collect()).aside(!main)
+}
+
 fn distribution(all: &Comparison, metric: &str) -> Figure {
-    let groups = inks(all).map(|(name, ink)| {
-        let values = values(&all.runs, name, metric);
-        ValueGroup::new(name, ink, values.into_iter().flatten().collect())
-    });
+    let groups =
+        inks(all).map(|(name, ink)| group(all, (name, ink), values(&all.runs, name, metric)));
     let groups = groups.filter(|g| !g.values.is_empty());
     let y = Axis::linear(with_unit(metric, unit(metric)));
     let mut boxes = Boxes::new("Over the runs", y, groups);
@@ -253,7 +240,7 @@ fn differences(all: &Comparison, metric: &str) -> Figure {
     let others = inks(all).filter(|(name, _)| *name != all.reference);
     let groups = others.map(|(name, ink)| {
         let both = run_by_run(&all.runs, name, metric, &all.reference);
-        ValueGroup::new(name, ink, both.into_iter().flatten().collect())
+        group(all, (name, ink), both)
     });
     let groups = groups.filter(|g| !g.values.is_empty());
     let title = format!("Run by run, minus {}", all.reference);

@@ -7,7 +7,7 @@ use crate::reports::plot::scatter::Scatter;
 use crate::reports::plot::theme::Ink;
 use crate::reports::plot::{Figure, ValueGroup};
 use crate::reports::study::ranks;
-use crate::reports::study::values::{estimators, value};
+use crate::reports::study::values::{estimators, is_main, value};
 use crate::text::with_unit;
 use crate::verdicts::run_result::RunResult;
 use crate::verdicts::summary::MAIN;
@@ -68,7 +68,8 @@ fn plot(runs: &[RunResult], name: &str, metric: &Metric, medians: bool) -> Figur
     for estimator in estimators(runs) {
         let points = runs.iter();
         let points = points.filter_map(|r| Some((place(r)?, value(r, Some(&estimator), metric)?)));
-        let group = ValueGroup::new(&estimator, Ink::of_estimator(&estimator), points.collect());
+        let group = ValueGroup::new(&estimator, Ink::of_estimator(&estimator), points.collect())
+            .aside(!is_main(runs, &estimator));
         if medians {
             let lines = ValueGroup::new("", group.ink, medians_of(&group.values));
             scatter.lines.push(lines);

@@ -8,7 +8,7 @@ use crate::reports::plot::boxes::Boxes;
 use crate::reports::plot::theme::Ink;
 use crate::reports::plot::{Figure, ValueGroup};
 use crate::reports::study::expected;
-use crate::reports::study::values::{MetricValues, estimators};
+use crate::reports::study::values::{MetricValues, estimators, is_main};
 use crate::reports::table::{Cell, Table};
 use crate::text::with_unit;
 use crate::verdicts::run_result::RunResult;
@@ -69,8 +69,8 @@ fn checks(checks: &[Check]) -> Table {
 fn distribution(runs: &[RunResult], metric: &str, unit: &str) -> Figure {
     let groups = estimators(runs).into_iter().map(|name| {
         let values = MetricValues::of(runs, Some(&name), metric).measured;
-        let ink = Ink::of_estimator(&name);
-        ValueGroup::new(name, ink, values)
+        let (ink, main) = (Ink::of_estimator(&name), is_main(runs, &name));
+        ValueGroup::new(name, ink, values).aside(!main)
     });
     let y = Axis::linear(with_unit(metric, unit));
     let groups = groups.filter(|g| !g.values.is_empty());

@@ -63,6 +63,12 @@ pub(crate) fn value(run: &RunResult, estimator: Option<&str>, metric: &str) -> O
     value.filter(|x| x.is_finite())
 }
 
+/// True for an estimator that the axes must show: one that is judged; all are, if none is judged.
+pub(crate) fn is_main(runs: &[RunResult], estimator: &str) -> bool {
+    let mut summaries = runs.iter().filter_map(|r| r.summary.as_ref());
+    summaries.next().is_none_or(|s| s.is_main(estimator))
+}
+
 /// Estimators of these runs.
 pub(crate) fn estimators(runs: &[RunResult]) -> Vec<String> {
     let names = runs.iter().filter_map(|r| r.summary.as_ref());
