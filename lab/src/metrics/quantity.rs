@@ -146,10 +146,10 @@ impl Quantity {
         if level > 0.0 { level } else { k * self.sd(x) }
     }
 
-    /// True for a sample that can be used: marked valid, with a protection level that is credited. Without a reference
-    /// of the mass its level is not known.
+    /// True for a sample that can be used: marked valid, with k standard deviations that are credited. Without a
+    /// reference of the mass its standard deviation as a share of the mass is not known.
     pub(crate) fn is_available(self, x: &ErrorSample, k: f64) -> bool {
-        let told = self.protection(x, k) <= self.max_protection();
+        let told = k * self.sd(x) <= self.max_protection();
         self.is_valid(x) && (told || self == Self::Mass && !self.has_reference(x))
     }
 
