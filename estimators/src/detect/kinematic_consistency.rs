@@ -300,9 +300,7 @@ impl KinematicConsistency {
             return;
         }
         self.cross = [gain, variance];
-        if gain.abs()
-            > tuning::CONSISTENCY.tolerance
-                + tuning::STATISTICS.same_sd * sqrt(variance)
+        if gain.abs() > tuning::CONSISTENCY.tolerance + tuning::STATISTICS.same_sd * sqrt(variance)
         {
             self.swapped = true;
         } else if gain.abs() + sqrt(variance) < tuning::CONSISTENCY.tolerance {

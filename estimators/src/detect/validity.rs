@@ -5,8 +5,7 @@
 //! 1. it is initialised: its filter has had a measurement, and its foundations are there (a mass, an observable grade,
 //!    wheels that do not slip)
 //! 2. its inputs are fresh ([`SampleHold`](crate::preprocess::sample_hold::SampleHold))
-//! 3. its standard deviation is below the limit of its quantity (`mass_sd_max`, `grade_sd_max_deg`, `speed_sd_max_mps`);
-//!    for a mass also its protection level (`mass_protection_max`)
+//! 3. its standard deviation is below the limit of its quantity (`mass_sd_max`, `grade_sd_max_deg`, `speed_sd_max_mps`)
 //! 4. no clamp acts on it: range of the mass, steepest grade
 //! 5. the windowed NIS of each of its sources, on the noise given or learnt and not on the noise adapted, is within its
 //!    χ² limit ([`NisMonitor`])
@@ -46,7 +45,6 @@ params! {
         protection_sd ["-"] = 3.89, 1.0 => 5.0, "Protection level over standard deviation; 3.89: exceeded by one sample in 10 000 of a normal error.";
         standing_load_s ["s"] = 5.0, 0.1 => 1e6, "Standstill after which another load may hang on the train: the mass is reopened, and is not valid until the force balance has confirmed it.";
         mass_sd_max ["-"] = 0.1, 1e-3 => 1.0, "Largest standard deviation of a valid mass, as a share of the mass.";
-        mass_protection_max ["-"] = 0.6, 0.01 => 10.0, "Largest protection level of a valid mass, as a share of the mass.";
         grade_sd_max_deg ["deg"] = 3.0, 0.01 => 30.0, "Largest standard deviation of a valid grade angle.";
         speed_sd_max_mps ["m/s"] = 0.3, 1e-3 => 10.0, "Largest standard deviation of a valid speed.";
     }
@@ -187,9 +185,6 @@ impl Validity {
             grade_rad: level(marked.grade_rad),
             effective_grade_rad: level(marked.effective_grade_rad),
         };
-        let most = self.params.mass_protection_max;
-        let mass_kg = &mut marked.total_mass_kg;
-        mass_kg.valid &= marked.protection.total_mass_kg < most * mass_kg.value;
         if !self.params.validity_gate {
             marked.total_mass_kg.valid |= mass;
             marked.grade_rad.valid = true;

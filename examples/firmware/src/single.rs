@@ -1,6 +1,8 @@
 //! An estimator in single precision behind signals in double precision, which are rounded on the way in.
 
-use monorig_estimators::api::signals::{Command, Estimate, Flags, Measurements, Protection, Slot, Value};
+use monorig_estimators::api::signals::{
+    Command, Estimate, Flags, Measurements, Protection, Slot, Value,
+};
 use monorig_estimators::{Error, Estimator, Real, SnapshotError, Vehicle};
 use monorig_estimators_f32 as single;
 use single::api::{mass_layout::MassLayout, signals};

@@ -126,7 +126,9 @@ impl ScalarSource {
                 valid,
             } => two(&|i| {
                 let level = level.map(|level| at(level, i)).filter(|x| x.is_finite());
-                let ends = level.unwrap_or(2.0 * at(*sd, i)) * scale.of(at(*truth, i)).abs() * mask(valid, i);
+                let ends = level.unwrap_or(2.0 * at(*sd, i))
+                    * scale.of(at(*truth, i)).abs()
+                    * mask(valid, i);
                 [-ends, ends]
             }),
             Self::Limit(limit) => vec![*limit; rows],

@@ -140,12 +140,6 @@ impl Quantity {
         }
     }
 
-    /// Its protection level, in the unit of [`Quantity::error`]: the reported one, else k standard deviations.
-    pub(crate) fn protection(self, x: &ErrorSample, k: f64) -> f64 {
-        let level = x.protection[self as usize];
-        if level > 0.0 { level } else { k * self.sd(x) }
-    }
-
     /// True for a sample that can be used: marked valid, with k standard deviations that are credited. Without a
     /// reference of the mass its standard deviation as a share of the mass is not known.
     pub(crate) fn is_available(self, x: &ErrorSample, k: f64) -> bool {
@@ -171,12 +165,15 @@ impl Quantity {
         sd.is_nan() || limits.k * sd > self.alert(limits)
     }
 
-    /// True for an overconfident sample: marked valid, and its error exceeds the protection level (with k standard
-    /// deviations of the reference), for any size; also without a standard deviation.
+    /// True for an overconfident sample: marked valid, and its error exceeds the protection level of the estimator or, if
+    /// it has none, k standard deviations (with that of the reference), for any size; also without a standard deviation.
     pub(crate) fn is_overconfident(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
-        let k = limits.k;
-        let level = self.protection(x, k).hypot(k * self.reference_sd(x));
-        self.is_judged(x) && (self.sd(x).is_nan() || self.error(x).abs() > level)
+        let (level, nees, k) = (x.protection[self as usize], self.nees(x), limits.k);
+        let beyond = match level > 0.0 {
+            true => self.error(x).abs() > level.hypot(k * self.reference_sd(x)),
+            false => nees.is_nan() || nees > k * k,
+        };
+        self.is_judged(x) && beyond
     }
 
     /// True for a misleading sample: marked valid, and its error exceeds both the protection level, at most
@@ -236,6 +233,36 @@ mod tests {
             } else {
                 assert_eq!(is, error > limits.k * sd, "{told}");
             }
+        }
+    }
+
+    /// A reported protection level decides in place of k standard deviations, with those of the reference, up to the
+    /// largest that is credited.
+    #[test]
+    fn a_reported_level_takes_the_place_of_standard_deviations() {
+        let limits = IntegrityLimits::default();
+        for quantity in Quantity::ALL {
+            let (alert, most) = (quantity.alert(&limits), quantity.max_protection());
+            let is = |error: f64, level: f64, reference_sd: f64| {
+                let x = ErrorSample {
+                    protection: [level; 3],
+                    reference_sd: [reference_sd; 2],
+                    mass_rel: error,
+                    slope: error * DEGREE,
+                    slope_effective: error * DEGREE,
+                    mass_valid: true,
+                    slope_valid: true,
+                    effective_valid: true,
+                    ..Default::default()
+                };
+                quantity.is_misleading(&x, &limits)
+            };
+            assert!(is(2.01 * alert, 2.0 * alert, 0.0));
+            assert!(!is(1.99 * alert, 2.0 * alert, 0.0));
+            assert!(!is(0.99 * alert, 0.5 * alert, 0.0));
+            let together = alert.hypot(3.0 * alert);
+            assert!(is(1.01 * together, alert, alert) && !is(0.99 * together, alert, alert));
+            assert!(is(1.01 * most, 2.0 * most, 0.0));
         }
     }
 

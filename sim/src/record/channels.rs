@@ -347,7 +347,11 @@ fn finite(x: f64) -> f64 {
 }
 
 fn level(protection: f64) -> f64 {
-    if protection > 0.0 { protection } else { f64::NAN }
+    if protection > 0.0 {
+        protection
+    } else {
+        f64::NAN
+    }
 }
 
 fn flag(b: bool) -> f64 {

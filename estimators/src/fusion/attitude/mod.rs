@@ -370,9 +370,7 @@ impl AttitudeFilter {
         };
         let wheels = match wheels {
             Control::Held if z.wheels_stuck => Control::Out(AidOutcome::Rejected(Rejection::Stuck)),
-            Control::Held if self.coast_s > tuning::TIMES.lost_s => {
-                Control::Out(AidOutcome::Stale)
-            }
+            Control::Held if self.coast_s > tuning::TIMES.lost_s => Control::Out(AidOutcome::Stale),
             wheels => wheels,
         };
         let [status, ..] = &mut self.status;

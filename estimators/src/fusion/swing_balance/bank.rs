@@ -83,7 +83,11 @@ impl LoadBank {
         let level = |h: &Hypothesis| {
             let ([load, variance], k) = (h.load(), sd * sd + 2.0 * ln(h.weight));
             let own = sqrt(k.max(0.0) * (variance + gain_kg * gain_kg));
-            if k > 0.0 { (load - load_kg).abs() + own } else { 0.0 }
+            if k > 0.0 {
+                (load - load_kg).abs() + own
+            } else {
+                0.0
+            }
         };
         self.hypotheses().iter().map(level).fold(0.0, Real::max)
     }

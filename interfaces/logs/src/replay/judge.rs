@@ -76,10 +76,7 @@ const QUANTITIES: [EstimatedQuantity; 4] = [
 /// Protection levels: the columns they may be in, and their places.
 const LEVELS: [EstimatedLevel; 3] = [
     (
-        &[
-            ("mass_protection_kg", 1.0),
-            ("total_mass_protection", 1.0),
-        ],
+        &[("mass_protection_kg", 1.0), ("total_mass_protection", 1.0)],
         |p| &mut p.total_mass_kg,
     ),
     (

@@ -41,8 +41,7 @@ impl Stanford {
         let end = (1.05 * largest).clamp(REACH.0 * self.alert, REACH.1 * self.alert);
         let axis = |title: String| Axis::linear(title).between(0.0, end);
         let x = axis(format!("|error|, {}", self.unit)).fix([0.0, end].into_iter(), 0.0);
-        let y =
-            axis(format!("protection level, {}", self.unit)).fix([0.0, end].into_iter(), 0.0);
+        let y = axis(format!("protection level, {}", self.unit)).fix([0.0, end].into_iter(), 0.0);
         let a = self.alert;
         let cells = |beyond: bool| {
             let samples = finite.iter().filter(|(e, p)| (e.max(*p) > end) == beyond);

@@ -62,7 +62,11 @@ pub fn bits(e: &Estimate) -> Vec<u64> {
     let flags = [e.flags.moving, e.flags.excited, e.flags.saturated].map(u64::from);
     let rest = [e.innovation.to_bits(), e.nis.to_bits(), e.t.ns() as u64];
     let levels = &e.protection;
-    let levels = [levels.total_mass_kg, levels.grade_rad, levels.effective_grade_rad];
+    let levels = [
+        levels.total_mass_kg,
+        levels.grade_rad,
+        levels.effective_grade_rad,
+    ];
     let levels = levels.map(f64::to_bits);
     values.chain(rest).chain(flags).chain(levels).collect()
 }
