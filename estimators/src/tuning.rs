@@ -65,8 +65,8 @@ groups! {
         /// Transient of drive, brake or body that filters let pass, s: low-pass of torques, brake and gains, quiet time
         /// before a standstill or a block counts, time after which a learnt noise counts. Chosen.
         brief_s: Real = 0.3,
-        /// Time without a sample after which an instrument is lost, without a new value after which it is stuck, and for
-        /// which a test rests or smooths, s. Chosen.
+        /// Time without a sample after which an instrument is lost, without a new value after which it is stuck, and
+        /// for which a test rests or smooths, s. Chosen.
         lost_s: Real = 0.5,
         /// Memory of a mean that decides, s: mean specific force, lead of the wheels, contradiction of a start; also
         /// the largest age of a used sample, and the step back of a clock that was set. Chosen.

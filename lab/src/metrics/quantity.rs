@@ -165,10 +165,12 @@ impl Quantity {
         sd.is_nan() || limits.k * sd > self.alert(limits)
     }
 
-    /// True for an overconfident sample: marked valid, and its error exceeds the protection level of the estimator or, if
-    /// it has none, k standard deviations (with that of the reference), for any size; also without a standard deviation.
+    /// True for an overconfident sample: marked valid, and its error exceeds the protection level of the estimator or,
+    /// if it has none, k standard deviations (with that of the reference), for any size; also without a standard
+    /// deviation.
     pub(crate) fn is_overconfident(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
-        let (level, nees, k) = (x.protection[self as usize], self.nees(x), limits.k);
+        let level = x.protection[self as usize] * limits.of_reported();
+        let (nees, k) = (self.nees(x), limits.k);
         let beyond = match level > 0.0 {
             true => self.error(x).abs() > level.hypot(k * self.reference_sd(x)),
             false => nees.is_nan() || nees > k * k,

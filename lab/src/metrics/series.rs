@@ -3,7 +3,6 @@
 use crate::bound::{BoundSample, RunningBound};
 use crate::metrics::Pace;
 use crate::metrics::lagged::GradeAtMiddle;
-use crate::metrics::of_estimator::DEGREE;
 use monorig_estimators::api::signals::Estimate;
 use monorig_sim::closed_loop::estimators::RunningEstimator;
 use monorig_sim::closed_loop::run::{Observer, StepFrame};
@@ -71,8 +70,8 @@ pub struct ErrorSample {
     pub(crate) mass_sd_kg: f64,
     /// Reported standard deviation over truth, total mass.
     pub(crate) mass_sd_rel: f64,
-    /// Protection levels, in the order of [`Quantity::ALL`](super::Quantity::ALL) and the units of its errors; NaN where
-    /// the estimator has none.
+    /// Protection levels, in the order of [`Quantity::ALL`](super::Quantity::ALL) and the units of its errors; NaN
+    /// where the estimator has none.
     pub(crate) protection: [f64; 3],
     /// Normalised square of the error: (error / standard deviation)².
     pub mass_nees: f64,
@@ -150,8 +149,8 @@ impl ErrorSample {
             effective_sd: e.effective_grade_rad.sd,
             protection: [
                 p.total_mass_kg / t.total_mass_kg,
-                p.grade_rad / DEGREE,
-                p.effective_grade_rad / DEGREE,
+                p.grade_rad.to_degrees(),
+                p.effective_grade_rad.to_degrees(),
             ]
             .map(|level| if level > 0.0 { level } else { f64::NAN }),
             mass_nees: normalised(mass, e.total_mass_kg.sd, t.mass_sd_kg),

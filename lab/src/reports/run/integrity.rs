@@ -55,7 +55,7 @@ fn diagram(
     let samples = rows.filter(|(_, (_, v))| **v == 1.0);
     let samples = samples.map(|(i, (((x, t), sd), _))| {
         let own = own.and_then(|own| own.get(i)).filter(|own| **own > 0.0);
-        let level = own.copied().unwrap_or(limits.k * sd);
+        let level = own.map_or(limits.k * sd, |own| own * limits.of_reported());
         let unit = match quantity {
             Quantity::Mass => 100.0 / t,
             _ => DEGREES,
