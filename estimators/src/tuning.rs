@@ -42,8 +42,6 @@ groups! {
         /// rad/m. Derived: half of a curvature of 0.1/m; on drawn courses no sample misled
         /// (`docs/notes/rail_fusion.md`, "Wanted and measured").
         blind_rad_per_m: Real = 0.05,
-        /// Distance gone back unseen above which it no longer counts, m. Chosen.
-        max_blind_m: Real = 10.0,
         /// Distance over which the last correction by the force fades on unread rail, m. Chosen
         /// (`docs/notes/rail_fusion.md`).
         fade_m: Real = 10.0,
@@ -62,6 +60,25 @@ groups! {
         /// Sharpest curvature of any track or road, 1/m. Chosen: a radius of 2 m.
         max_track_per_m: Real = 0.5,
     }
+    /// Times that several tests and means have in common.
+    TIMES: Times {
+        /// Transient of drive, brake or body that filters let pass, s: low-pass of torques, brake and gains, quiet time
+        /// before a standstill or a block counts, time after which a learnt noise counts. Chosen.
+        brief_s: Real = 0.3,
+        /// Time without a sample after which an instrument is lost, without a new value after which it is stuck, and
+        /// for which a test rests or smooths, s. Chosen.
+        lost_s: Real = 0.5,
+        /// Memory of a mean that decides, s: mean specific force, lead of the wheels, contradiction of a start; also
+        /// the largest age of a used sample, and the step back of a clock that was set. Chosen.
+        mean_s: Real = 1.0,
+        /// Pause after which a filter starts again, and memory of what was before a step or a turn, s. Chosen.
+        pause_s: Real = 2.0,
+        /// Memory of noise and ages; time after which a gyro counts as missing, s. Chosen.
+        memory_s: Real = 5.0,
+        /// Time after a start in which a filter must show that it is right; memory of the scales of the wheels, s.
+        /// Chosen.
+        young_s: Real = 20.0,
+    }
     /// Motion of a train.
     MOTION: Motion {
         /// Speed from which a train moves, m/s: a change of its grade is one by way, a bend and a vertical curvature
@@ -73,6 +90,8 @@ groups! {
         /// Number of standard deviations beyond which a difference is more than noise: an innovation is deweighted and
         /// counts linearly (Huber 1964), a gain is wrong. Chosen: 99.7 % of a normal variable is within.
         noise_sd: Real = 3.0,
+        /// Number of standard deviations within which two values may be the same. Chosen.
+        same_sd: Real = 2.0,
         /// Standard deviations within which wheels agree. Chosen.
         agree_sd: Real = 7.0,
         /// Limit of the NIS of one innovation: a bump of one or two samples is for the gate, does not end validity and
@@ -104,8 +123,6 @@ groups! {
         noise: Real = 3e-4,
         /// Share of the standstill speed below which the vehicle stands. Chosen.
         speed_share: Real = 0.4,
-        /// Time at standstill after which the gyro's reading counts as its bias, s. Chosen.
-        quiet_s: Real = 0.3,
         /// Length of a window of the gyro's mean, s. Chosen.
         window_s: Real = 0.25,
         /// Number of consecutive windows that must be alike. Chosen.
@@ -121,16 +138,10 @@ groups! {
         spread: Real = 0.004,
         /// Number of wheels whose agreement excludes equal slip. Chosen.
         min_agreed: usize = 3,
-        /// Memory of the scale of one wheel against the mean of all, s. Chosen.
-        scale_memory_s: Real = 20.0,
         /// Speed from which the scale of a wheel is learnt, m/s. Chosen.
         scale_mps: Real = 0.2,
         /// Largest scale error of one wheel against the mean. Chosen.
         max_scale: Real = 0.2,
-        /// Memory of the lead of the wheels over the accelerometer, s. Chosen.
-        time_memory_s: Real = 1.0,
-        /// Largest lead, s: clocks that are further apart are set differently. Chosen.
-        max_ahead_s: Real = 0.5,
         /// Unknown change of the acceleration, m/s³. Chosen: the jerk of a start.
         jerk_mps3: Real = 0.5,
     }
@@ -146,8 +157,6 @@ groups! {
     }
     /// Gravity check of an accelerometer.
     GRAVITY_CHECK: GravityCheck {
-        /// Time constant of the mean of the specific force, and time after which it counts, s. Chosen.
-        window_s: Real = 1.0,
         /// Least and largest mean specific force over g while the vehicle stands. Chosen.
         standing: [Real; 2] = [0.95, 1.05],
         /// The least and the largest mean specific force over g while it moves. Derived: braking at 5 m/s² makes 1.12.
@@ -157,8 +166,6 @@ groups! {
     }
     /// Largest rates that a vehicle can have.
     GYRO_RANGE: GyroRange {
-        /// Time constant of the mean rate, s: a load that swings turns its unit to and fro. Chosen.
-        window_s: Real = 0.5,
         /// Largest acceleration in a bend, m/s². Chosen: 1 g.
         max_acceleration_mps2: Real = 10.0,
         /// Largest bias of an uncalibrated gyro, rad/s. Chosen: 9 °/s.
@@ -171,15 +178,10 @@ groups! {
     }
     /// Kinematic consistency of accelerometer, gyro and wheels.
     CONSISTENCY: Consistency {
-        /// Time constant of the low-pass of the band, s. Chosen.
-        low_pass_s: Real = 0.3,
         /// Time constant of the high-pass of the band, s. Chosen.
         high_pass_s: Real = 4.0,
         /// Time constant of a second high-pass, which removes the bias of the gyro, s. Chosen.
         leak_s: Real = 16.0,
-        /// Settling time of the low-pass after a gap in its signals, s; the high-pass then starts from its output.
-        /// Chosen.
-        settle_s: Real = 1.0,
         /// Rate of the regression, 1/s. Chosen.
         rate_hz: Real = 5.0,
         /// Noise of a sample, m/s²: vibration behind the low-pass, the road under the wheels, a nod of the body by one
@@ -203,13 +205,9 @@ groups! {
         cross_high_pass_s: Real = 1.5,
         /// Noise of a sample of the left axis, without forces from the road, m/s². Chosen.
         cross_noise_mps2: Real = 0.05,
-        /// Number of standard deviations that the gain of the left axis must exceed. Chosen.
-        cross_significant_sd: Real = 2.0,
         /// Share of noise in the regressors in the regression of the gyro: a slip, or a nod, is shorter than a ramp and
         /// must not decide. Chosen.
         turn_noise: Real = 0.6,
-        /// Memory of the speed before a step, s. Chosen.
-        before_s: Real = 2.0,
         /// Largest pitch rate of any track, rad/s: a gyro that reads more is itself in doubt, and the wheels are not.
         /// Chosen.
         max_pitch_radps: Real = 0.3,
@@ -230,8 +228,6 @@ groups! {
     }
     /// Arrivals of the samples of a channel.
     ARRIVALS: Arrivals {
-        /// Time without a sample after which an older stamp means a clock that was set back, s. Chosen.
-        clock_set_back_s: Real = 1.0,
         /// Number of mean gaps after which the last sample is stale. Chosen.
         timeout_gaps: Real = 3.0,
         /// Number of mean deviations of the gaps added to this time. Derived: the factor of Jacobson (1988).
@@ -242,30 +238,15 @@ groups! {
         /// Number of gaps in their mean and deviation. Chosen.
         gap_memory: Real = 16.0,
     }
-    /// Noise learnt from the samples of a channel.
-    NOISE: Noise {
-        /// Memory of the running mean, s. Chosen.
-        memory_s: Real = 5.0,
-        /// Time after which the mean counts, s. Chosen.
-        known_s: Real = 0.3,
-    }
     /// Spike gate.
     SPIKE_GATE: SpikeGate {
         /// Number of samples in the usual jump. Chosen.
         memory: Real = 64.0,
     }
-    /// Slip detector of the regressions.
-    SLIP: Slip {
-        /// Ratio of adapted to nominal standard deviation of wheel speed above which the wheels count as slipping.
-        /// Chosen.
-        max_sd_ratio: Real = 3.0,
-    }
     /// Detection of another load after a standstill.
     STANDING_LOAD: StandingLoad {
         /// Number of samples of the force balance after driving off that confirm the mass. Chosen.
         confirming: u32 = 10,
-        /// Number of standard deviations by which a new mass may differ from the old mass and count as equal. Chosen.
-        same_sd: Real = 2.0,
         /// Number of standard deviations above which a new mass counts as different. Chosen.
         other_sd: Real = 4.0,
         /// Largest sum of the difference and twice its standard deviation for an equal mass, as a share of the mass.
@@ -277,8 +258,6 @@ groups! {
     STUCK: Stuck {
         /// Number of consecutive repetitions above which a noisy channel is stuck. Chosen.
         max_repeats: u32 = 20,
-        /// Time without a new value after which a noisy channel is stuck, s. Chosen.
-        max_hold_s: Real = 0.5,
         /// Number of changes per legitimate repetition, and without one, above which an instrument counts as noisy.
         /// Chosen.
         min_changes_per_repeat: u32 = 100,
@@ -302,8 +281,6 @@ groups! {
         /// Share of the largest recent square that counts as a variance. Derived: an error that comes and goes with
         /// each transition peaks at twice its root mean square.
         peak: Real = 0.25,
-        /// Standard deviation of the pitch up to which the arm's error is measured, rad. Chosen.
-        max_sd_rad: Real = 0.003,
     }
     /// Uncalibrated instruments.
     CALIBRATION: Calibration {
@@ -328,8 +305,6 @@ groups! {
     }
     /// Gyro monitor: a lasting innovation of wheels that agree.
     GYRO_MONITOR: GyroMonitor {
-        /// Memory of the mean innovation τ, s. Chosen.
-        memory_s: Real = 0.3,
         /// Threshold of the square of the mean over its variance. Chosen.
         threshold: Real = 30.0,
         /// Largest excess over the threshold that is used. Chosen.
@@ -361,8 +336,6 @@ groups! {
         norm_lag_s: Real = 0.4,
         /// Deviation of |f| from g after this low-pass above which the accelerometer is out of use, m/s². Chosen.
         norm_gate_mps2: Real = 0.35,
-        /// Time for which the gyro monitor rests after a shock, s. Chosen.
-        rest_s: Real = 0.5,
         /// Time for which a shock rings, s. Chosen.
         ring_s: Real = 0.03,
         /// Largest jump of the gyro that is not a spike, rad/s. Chosen.
@@ -379,24 +352,10 @@ groups! {
         /// Times without a wheel after which the variance of the speed grows by `coast`, and after which it grows by
         /// `reopen`, s. Chosen.
         coast_s: [Real; 2] = [1.0, 8.0],
-        /// Time without a sample after which wheels count as lost, s. Chosen.
-        lost_s: Real = 0.5,
-        /// Largest age of a used sample, s: clocks that are further apart are set differently. Also the largest lag of
-        /// a torque that counts. Chosen.
-        max_age_s: Real = 1.0,
-        /// Time without any sample of accelerometer and wheels after which the filter starts again, s. Chosen.
-        pause_s: Real = 2.0,
         /// Time after a start in motion in which wheels may slip unseen, s. Chosen.
         opening_s: Real = 3.0,
         /// Standard deviation of the pitch due to this slip, rad/√s. Chosen.
         opening_rad: Real = 0.06,
-        /// Time after a start in motion in which agreeing wheels without slip that contradict the speed prove the
-        /// filter wrong, s. Later it has shown that it is right. Chosen.
-        young_s: Real = 20.0,
-        /// Time for which wheels must contradict the speed, s. Chosen.
-        contradicted_s: Real = 1.0,
-        /// Time without samples after which the gyro counts as missing, s. Chosen.
-        no_gyro_s: Real = 5.0,
         /// Growth of the variance of the speed without wheels, m²/s² per s. Chosen.
         coast: Real = 4e-4,
         /// Growth of the variance of the speed after `reopen`, m²/s² per s. Chosen.
@@ -407,8 +366,6 @@ groups! {
         lateral_sd_mps2: [Real; 2] = [0.05, 5.0],
         /// Coupling of turns of a road vehicle, rad. Chosen.
         road_coupling_rad: Real = 0.01,
-        /// Correlation time of this coupling, s. Chosen.
-        turn_memory_s: Real = 2.0,
         /// Standard deviation of v̇ at the first sample, m/s²: of a vehicle that stands, of one that runs on a rail,
         /// and on a road. Chosen.
         first_acceleration_sd_mps2: [Real; 3] = [0.02, 1.0, 2.5],
@@ -475,8 +432,6 @@ groups! {
     QUEUE: Queue {
         /// Blocks kept that wait for rail; a capacity. Chosen.
         blocks: usize = 26,
-        /// Time after standing after which a block is used, s. Chosen.
-        settle_s: Real = 0.3,
         /// Number of standard deviations by which the force may jump between blocks. Chosen.
         jump_sd: Real = 8.0,
         /// Number of blocks after a jump until its cause is known. Chosen.
@@ -520,8 +475,6 @@ groups! {
     TORQUE: Torque {
         /// Speed of the rim over which the gear's efficiency reverses, m/s. Chosen.
         blend_mps: Real = 0.0085,
-        /// Low-pass before torques are compared, s. Chosen.
-        lag_s: Real = 0.3,
         /// Number of standard deviations above which a drive differs from the others, and the mean from the command.
         /// Chosen.
         gate_sd: Real = 6.0,
@@ -532,8 +485,6 @@ groups! {
         motor_lag_s: Real = 0.1,
         /// Memory of the lag, s. Chosen.
         lag_memory_s: Real = 30.0,
-        /// Memory of the mean age of samples, s. Chosen.
-        age_memory_s: Real = 5.0,
         /// Largest unequal share of the torque between drives, beyond noise and gain. Chosen.
         unequal: Real = 0.02,
     }
@@ -550,8 +501,6 @@ groups! {
         read_sum_sd: Real = 0.02,
         /// Standard deviation of the speed up to which the rail is read, m/s. Chosen.
         max_speed_sd_mps: Real = 0.1,
-        /// Lag of the brake, s. Chosen.
-        brake_lag_s: Real = 0.3,
     }
     /// The remembered rail.
     MEMORY: RailMemorySteps {

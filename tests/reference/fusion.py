@@ -135,7 +135,7 @@ class Health:
     def __init__(self, events):
         self.last_force, self.ring, self.shock = None, 0.0, False
         self.used = self.held = None
-        self.jump, self.norm, self.out = 0.0, 0.0, 0.0
+        self.jump, self.norm, self.out, self.scale = 0.0, 0.0, 0.0, 0.0
         self.stuck = {"force": [None, 0, 0, 0], "rate": [None, 0, 0, 0]}
         self.events = events
 
@@ -188,6 +188,7 @@ class Health:
         if abs(self.norm) > 0.35:
             self.out = 0.5
         self.out = max(self.out - DT, 0.0)
+        self.scale = self.norm / G if self.out > 0.0 else 0.0
         if self.out > 0.0:
             self.events.add("|f| is not g")
             return None, rate
@@ -219,12 +220,13 @@ class Carried:
 
 
 class Separation:
-    """Separation of the pitch from that without the gyro, from those by the gyro alone, and from that without f_z."""
+    """Separation of the pitch from those without the gyro, by the gyro alone, without f_z, and by a gyro of another scale."""
 
     def __init__(self):
+        self.by_scale, self.last = 0.0, 0.0
         self.low, self.waited, self.heard, self.without_gyro, self.pair = None, 0.0, 0.0, 0.0, None
 
-    def step(self, b, body, acceleration, wheels, turn_walk, sheet_bias):
+    def step(self, b, body, acceleration, wheels, turn_walk, sheet_bias, scale):
         self.waited, self.heard = self.waited + DT, self.heard + DT
         if acceleration is None:
             self.low, self.heard, self.waited = None, 0.0, 0.0
@@ -246,8 +248,10 @@ class Separation:
         if self.pair:
             self.renew(own, anew)
         apart = [abs(one.angles[0] - theta) for one in self.pair or () if one.sd() < 0.02]
+        self.by_scale = self.by_scale + scale * (theta - self.last) if scale else 0.0
+        self.last = theta
         without_up = (abs(b.x[BX]) - 2.0 * sheet_bias) / G
-        return SHEET["mount"] + max(max([abs(self.without_gyro), *apart]) - 2.0 * own, without_up, 0.0) / 3.0
+        return SHEET["mount"] + max(max([abs(self.without_gyro), abs(self.by_scale), *apart]) - 2.0 * own, without_up, 0.0) / 3.0
 
     def renew(self, own, anew):
         kept, young = self.pair
@@ -439,7 +443,7 @@ class Attitude:
         elif abs(self.v) > 0.06:
             way = abs(self.v) * DT / 0.05
             self.curvature = clip(self.curvature + way / (1.0 + way) * (pitch / self.v - self.curvature), -0.13, 0.13)
-        self.pitch_sd, self.mount_sd = math.sqrt(b.P[TH, TH]), self.separation.step(b, body, None if force is None else self.v_dot, self.voted, self.turn_walk, SHEET["bias"])
+        self.pitch_sd, self.mount_sd = math.sqrt(b.P[TH, TH]), self.separation.step(b, body, None if force is None else self.v_dot, self.voted, self.turn_walk, SHEET["bias"], self.health.scale)
         self.arm_error(self.v * DT, math.sqrt(b.P[TH, TH]) < 0.003)
         _, q, r = body if body is not None else (0.0, 0.0, 0.0)
         self.yaw = (q * math.sin(b.x[PH]) + r * math.cos(b.x[PH])) / math.cos(b.x[TH])

@@ -35,8 +35,8 @@ channels.parquet, metrics.json and, with the viewer built in, run.rrd; `monorig
 report` makes a page of them. `monorig log info LOG` proposes a map, `monorig
 check --schema map` prints every key. The table of estimates has a time (of the
 run or of the log's clock) and at least one of mass_kg, slope_deg,
-effective_slope_deg, speed_mps; beside each …_sd_… (mass_sd_kg, slope_sd_deg)
-and …_valid (0 or 1) are optional.";
+effective_slope_deg, speed_mps; beside each …_sd_… (mass_sd_kg, slope_sd_deg),
+…_protection_… (mass_protection_kg) and …_valid (0 or 1) are optional.";
 
 /// Run estimators over a recorded log, or judge estimates of another program.
 #[derive(Debug, clap::Parser)]

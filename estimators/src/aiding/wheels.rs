@@ -205,7 +205,7 @@ impl WheelGate {
     fn learn_scales(&mut self, new_mps: &[Option<Real>; MAX_DRIVES], mean: Real, dt: Real) {
         for (scale, sample) in self.scale.iter_mut().zip(new_mps) {
             if let Some(v) = sample {
-                *scale += dt / tuning::WHEELS.scale_memory_s * (v / mean - 1.0 - *scale);
+                *scale += dt / tuning::TIMES.young_s * (v / mean - 1.0 - *scale);
                 *scale = scale.clamp(-tuning::WHEELS.max_scale, tuning::WHEELS.max_scale);
             }
         }

@@ -32,6 +32,19 @@ pub struct Value {
     pub valid: bool,
 }
 
+/// Protection levels of an estimate: an error exceeds its level no more often than the risk that the estimator is built
+/// for, also while one instrument is wrong. 0 where an estimator has no level of its own: the rig then takes k standard
+/// deviations.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Protection {
+    /// Level of the total mass, kg.
+    pub total_mass_kg: Real,
+    /// Level of the grade at the IMU, rad.
+    pub grade_rad: Real,
+    /// Level of the effective grade, rad.
+    pub effective_grade_rad: Real,
+}
+
 /// Status of an estimator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Flags {
@@ -57,6 +70,8 @@ pub struct Estimate {
     pub effective_grade_rad: Value,
     /// Speed along the rail, m/s.
     pub speed_mps: Value,
+    /// Protection levels.
+    pub protection: Protection,
     /// Innovation of the slope filter's last measurement (m/s for wheel speed).
     pub innovation: Real,
     /// Normalised innovation squared of the same, dimensionless, 1 on average when consistent.
@@ -82,9 +97,12 @@ impl Estimate {
             self.effective_grade_rad,
             self.speed_mps,
         ];
+        let of = &self.protection;
+        let levels = [of.total_mass_kg, of.grade_rad, of.effective_grade_rad];
         values
             .iter()
             .all(|v| v.value.is_finite() && v.sd.is_finite())
+            && levels.iter().all(|level| level.is_finite())
             && self.innovation.is_finite()
             && self.nis.is_finite()
     }

@@ -26,11 +26,11 @@ impl GravityCheck {
             self.mean = Some(force_mps2);
             return;
         };
-        let share = self.share.of(dt, tuning::GRAVITY_CHECK.window_s);
+        let share = self.share.of(dt, tuning::TIMES.mean_s);
         for (mean, now) in mean.iter_mut().zip(force_mps2) {
             *mean += share * (now - *mean);
         }
-        self.seen_s = (self.seen_s + dt).min(tuning::GRAVITY_CHECK.window_s);
+        self.seen_s = (self.seen_s + dt).min(tuning::TIMES.mean_s);
         let [x, y, z] = *mean;
         let size = sqrt(x * x + y * y + z * z) / GRAVITY;
         let [least, most] = if standing {
@@ -44,7 +44,7 @@ impl GravityCheck {
 
     /// Returns true if the accelerometer seems to be upright and in m/s²; also in the first second.
     pub fn plausible(&self) -> bool {
-        self.plausible || self.seen_s < tuning::GRAVITY_CHECK.window_s
+        self.plausible || self.seen_s < tuning::TIMES.mean_s
     }
 }
 

@@ -57,12 +57,12 @@ struct Shares {
 impl Shares {
     fn of(dt_s: Real) -> Self {
         Self {
-            low: lag(dt_s, tuning::CONSISTENCY.low_pass_s),
+            low: lag(dt_s, tuning::TIMES.brief_s),
             high: lag(dt_s, tuning::CONSISTENCY.high_pass_s),
             leak: lag(dt_s, tuning::CONSISTENCY.leak_s),
             cross: lag(dt_s, tuning::CONSISTENCY.cross_high_pass_s),
-            step: lag(dt_s, 2.0 * tuning::CONSISTENCY.low_pass_s),
-            before: lag(dt_s, tuning::CONSISTENCY.before_s),
+            step: lag(dt_s, 2.0 * tuning::TIMES.brief_s),
+            before: lag(dt_s, tuning::TIMES.pause_s),
         }
     }
 }
@@ -173,8 +173,8 @@ impl KinematicConsistency {
         dt: Real,
     ) {
         let shares = self.shares.of(dt, Shares::of);
-        let settled = self.heard_s >= tuning::CONSISTENCY.settle_s;
-        self.heard_s = (self.heard_s + dt).min(tuning::CONSISTENCY.settle_s);
+        let settled = self.heard_s >= tuning::TIMES.mean_s;
+        self.heard_s = (self.heard_s + dt).min(tuning::TIMES.mean_s);
         let rate = pitch_rate_radps.unwrap_or(0.0);
         let first = [force_mps2, speed_mps, across_mps2];
         let [force, speed, across] = self.low.unwrap_or(first);
@@ -300,9 +300,7 @@ impl KinematicConsistency {
             return;
         }
         self.cross = [gain, variance];
-        if gain.abs()
-            > tuning::CONSISTENCY.tolerance
-                + tuning::CONSISTENCY.cross_significant_sd * sqrt(variance)
+        if gain.abs() > tuning::CONSISTENCY.tolerance + tuning::STATISTICS.same_sd * sqrt(variance)
         {
             self.swapped = true;
         } else if gain.abs() + sqrt(variance) < tuning::CONSISTENCY.tolerance {

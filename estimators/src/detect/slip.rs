@@ -22,7 +22,7 @@ impl SlipDetector {
     /// Returns true if wheel speed follows the force balance about as closely as its noise allows, by the ratio of
     /// adapted to un-adapted standard deviation.
     pub fn wheel_speed_consistent(&self, adapted_ratio: Real) -> bool {
-        !self.on || adapted_ratio < tuning::SLIP.max_sd_ratio
+        !self.on || adapted_ratio < tuning::STATISTICS.noise_sd
     }
 }
 

@@ -90,7 +90,7 @@ impl KeptMass {
         if off > tuning::STANDING_LOAD.other_sd * sd {
             self.kept = None;
         }
-        let same = off < tuning::STANDING_LOAD.same_sd * sd
+        let same = off < tuning::STATISTICS.same_sd * sd
             && off + 2.0 * sd < tuning::STANDING_LOAD.same_share * mass;
         same.then(|| self.kept.take()).flatten()
     }

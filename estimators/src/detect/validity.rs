@@ -23,7 +23,7 @@
 use crate::Real;
 use crate::api::params::params;
 use crate::api::real::{PI, sqrt};
-use crate::api::signals::{Estimate, Value};
+use crate::api::signals::{Estimate, Protection, Value};
 use crate::api::snapshot::state;
 use crate::detect::dynamic_lag::DynamicLag;
 use crate::detect::nis_monitor::NisMonitor;
@@ -42,6 +42,7 @@ params! {
         plausibility [flag] = true, "No value is valid while instruments contradict gravity, the geometry of tracks or each other: wrong unit, sign or axis.";
         lag_s ["s"] = 0.5, 0.01 => 60.0, "Settling time of a grade: its change within this time counts as uncertain.";
         lag_share ["-"] = 0.5, 0.0 => 10.0, "Share of a grade's change in its settling time that is added to its standard deviation; 0: none.";
+        protection_sd ["-"] = 3.89, 1.0 => 5.0, "Protection level over standard deviation; 3.89: exceeded by one sample in 10 000 of a normal error.";
         standing_load_s ["s"] = 5.0, 0.1 => 1e6, "Standstill after which another load may hang on the train: the mass is reopened, and is not valid until the force balance has confirmed it.";
         mass_sd_max ["-"] = 0.1, 1e-3 => 1.0, "Largest standard deviation of a valid mass, as a share of the mass.";
         grade_sd_max_deg ["deg"] = 3.0, 0.01 => 30.0, "Largest standard deviation of a valid grade angle.";
@@ -174,6 +175,16 @@ impl Validity {
             speed_mps: self.speed(widened(estimate.speed_mps, speed)),
             ..estimate
         };
+        let level = |value: Value| self.params.protection_sd * value.sd;
+        let own = marked.protection.total_mass_kg;
+        marked.protection = Protection {
+            total_mass_kg: match mass {
+                true if own == 0.0 => level(marked.total_mass_kg),
+                _ => own,
+            },
+            grade_rad: level(marked.grade_rad),
+            effective_grade_rad: level(marked.effective_grade_rad),
+        };
         if !self.params.validity_gate {
             marked.total_mass_kg.valid |= mass;
             marked.grade_rad.valid = true;
@@ -248,6 +259,32 @@ mod tests {
         assert_eq!(marks(&rule, now), [false, false, true, true]);
         now.speed_mps.sd = 0.31;
         assert_eq!(marks(&rule, now), [false, false, true, false]);
+    }
+
+    /// Every published standard deviation has its protection level; that of a mass may be the pipeline's own, and
+    /// there is none where no mass is estimated.
+    #[test]
+    fn each_quantity_has_its_protection_level() {
+        let params = Integrity {
+            protection_sd: 4.0,
+            ..Integrity::default()
+        };
+        let mut rule = validity(params);
+        let published = rule.publish(estimate(), true);
+        let of = |e: &Estimate| {
+            let p = e.protection;
+            [p.total_mass_kg, p.grade_rad, p.effective_grade_rad]
+        };
+        let sd = [
+            published.total_mass_kg.sd,
+            published.grade_rad.sd,
+            published.effective_grade_rad.sd,
+        ];
+        assert_eq!(of(&published), sd.map(|sd| 4.0 * sd));
+        let mut own = estimate();
+        own.protection.total_mass_kg = 7_000.0;
+        assert_eq!(of(&rule.publish(own, true))[0], 7_000.0);
+        assert_eq!(of(&rule.publish(estimate(), false))[0], 0.0);
     }
 
     #[test]

@@ -141,6 +141,7 @@ impl Pipeline for AttitudePipeline {
                 excited: false,
                 saturated: false,
             },
+            ..Estimate::default()
         };
         self.validity.publish(estimate, false)
     }

@@ -91,7 +91,7 @@ impl EffectiveGrade {
         let behind = mass.behind(&means);
         if self.back_m > 0.0 {
             self.blind_m = match mass.behind_variance(&means) > least_unread() {
-                true => (self.blind_m + self.back_m).min(tuning::RAIL.max_blind_m),
+                true => (self.blind_m + self.back_m).min(tuning::RAIL.fade_m),
                 false => 0.0,
             };
             self.back_m = 0.0;

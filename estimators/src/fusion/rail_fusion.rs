@@ -17,7 +17,7 @@ use crate::api::estimator::Internal;
 use crate::api::params::param_groups;
 use crate::api::reading::Reading;
 use crate::api::real::{GRAVITY, PI, sqrt};
-use crate::api::signals::{Estimate, Flags, Value, Vehicle};
+use crate::api::signals::{Estimate, Flags, Protection, Value, Vehicle};
 use crate::api::snapshot::{Archive, State, state};
 use crate::detect::validity::Integrity;
 use crate::fusion::attitude::params::{AttitudeParams, AttitudeSupervision};
@@ -50,6 +50,7 @@ pub struct RailFusion {
     core: TrainCore,
     nominal: Nominal,
     force_fusion: bool,
+    protection_sd: Real,
     mass: SwingMass,
     effective: EffectiveGrade,
     /// Grade with a fixed lag in distance, of the last step.
@@ -76,6 +77,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
         core: TrainCore::new(vehicle, train.span_m(), params.integrity),
         nominal,
         force_fusion: params.balance_supervision.force_fusion,
+        protection_sd: params.integrity.protection_sd,
         mass: SwingMass::new(
             nominal,
             train,
@@ -123,6 +125,10 @@ impl RailFusion {
         let estimate = Estimate {
             total_mass_kg,
             effective_grade_rad: self.effective.value(self.core.is_placed(input)),
+            protection: Protection {
+                total_mass_kg: self.mass.protection_kg(self.protection_sd),
+                ..Protection::default()
+            },
             flags: Flags {
                 moving: input.moving,
                 excited: self.mass.is_known(),
@@ -226,4 +232,4 @@ impl Pipeline for RailFusion {
     }
 }
 
-state!(RailFusion { source, core, mass, effective, lagged; nominal, force_fusion });
+state!(RailFusion { source, core, mass, effective, lagged; nominal, force_fusion, protection_sd });

@@ -200,7 +200,7 @@ impl TrainSource {
             let kept = self.read_sd * exp(-v.abs() * dt / tuning::SOURCE.read_m);
             self.read_sd = unusual_sd(attitude.sum_sd).max(kept);
         }
-        self.brake += dt / (tuning::SOURCE.brake_lag_s + dt) * (reading.brake - self.brake);
+        self.brake += dt / (tuning::TIMES.brief_s + dt) * (reading.brake - self.brake);
         let drag = self.air.drag(v);
         let traction = self
             .torques

@@ -35,7 +35,7 @@ impl Arrivals {
     pub fn take(&mut self, stamp: Time, now: Time, first: bool) -> bool {
         if !first {
             let gap = now.since(self.arrived);
-            let set_back = stamp < self.stamp && gap > tuning::ARRIVALS.clock_set_back_s;
+            let set_back = stamp < self.stamp && gap > tuning::TIMES.mean_s;
             if !(stamp > self.stamp || set_back) {
                 return false;
             }

@@ -21,7 +21,7 @@ pub struct GyroRange {
 impl GyroRange {
     /// One step of `dt` seconds with the rates of pitch and yaw, rad/s, and the speed, m/s.
     pub fn observe(&mut self, rates_radps: [Real; 2], speed_mps: Real, dt: Real) {
-        let share = self.share.of(dt, tuning::GYRO_RANGE.window_s);
+        let share = self.share.of(dt, tuning::TIMES.lost_s);
         for (mean, now) in self.mean.iter_mut().zip(rates_radps) {
             *mean += share * (now - *mean);
         }

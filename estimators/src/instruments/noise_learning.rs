@@ -85,9 +85,9 @@ impl NoiseLearning {
                 value - before
             }
         };
-        self.known_s = (self.known_s + period_s).min(tuning::NOISE.memory_s);
+        self.known_s = (self.known_s + period_s).min(tuning::TIMES.memory_s);
         let share = self.share.of(period_s, self.known_s);
-        let size = if self.known_s > tuning::NOISE.known_s {
+        let size = if self.known_s > tuning::TIMES.brief_s {
             away.abs().min(tuning::STATISTICS.clip * self.mean + 1e-6)
         } else {
             away.abs()
@@ -97,7 +97,7 @@ impl NoiseLearning {
 
     /// Standard deviation, in the unit of the channel; `None` before the first 0.3 s of samples.
     pub fn sd(&self) -> Option<Real> {
-        (self.known_s > tuning::NOISE.known_s).then_some(self.scale * self.mean)
+        (self.known_s > tuning::TIMES.brief_s).then_some(self.scale * self.mean)
     }
 }
 

@@ -50,7 +50,7 @@ impl<const N: usize> StuckDetector<N> {
                 .legitimate_repeats
                 .saturating_mul(tuning::STUCK.min_changes_per_repeat)
                 < self.changes;
-        noisy && (N > 1 || now.since(self.changed) > tuning::STUCK.max_hold_s)
+        noisy && (N > 1 || now.since(self.changed) > tuning::TIMES.lost_s)
     }
 }
 

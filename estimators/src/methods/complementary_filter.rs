@@ -212,6 +212,7 @@ impl Pipeline for ComplementaryFilter {
                 excited: false,
                 saturated: self.clamped,
             },
+            ..Estimate::default()
         };
         self.validity.publish(estimate, false)
     }

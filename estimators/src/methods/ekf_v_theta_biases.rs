@@ -268,6 +268,7 @@ impl Pipeline for EkfVThetaBiases {
                 excited: false,
                 saturated: self.clamped,
             },
+            ..Estimate::default()
         };
         self.validity.publish(estimate, false)
     }

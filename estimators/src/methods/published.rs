@@ -75,6 +75,7 @@ impl<T: Method + fmt::Debug> Pipeline for Published<T> {
                 excited: input.running && mass.valid,
                 saturated: mass_cut || grade_cut,
             },
+            ..Estimate::default()
         }
     }
 

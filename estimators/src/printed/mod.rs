@@ -113,6 +113,7 @@ impl PrintedAnswer {
                 excited: running,
                 saturated: false,
             },
+            ..Estimate::default()
         }
     }
 }

@@ -1,6 +1,8 @@
 //! An estimator in single precision behind signals in double precision, which are rounded on the way in.
 
-use monorig_estimators::api::signals::{Command, Estimate, Flags, Measurements, Slot, Value};
+use monorig_estimators::api::signals::{
+    Command, Estimate, Flags, Measurements, Protection, Slot, Value,
+};
 use monorig_estimators::{Error, Estimator, Real, SnapshotError, Vehicle};
 use monorig_estimators_f32 as single;
 use single::api::{mass_layout::MassLayout, signals};
@@ -76,6 +78,11 @@ fn estimate(e: &signals::Estimate) -> Estimate {
             moving: e.flags.moving,
             excited: e.flags.excited,
             saturated: e.flags.saturated,
+        },
+        protection: Protection {
+            total_mass_kg: e.protection.total_mass_kg.into(),
+            grade_rad: e.protection.grade_rad.into(),
+            effective_grade_rad: e.protection.effective_grade_rad.into(),
         },
     }
 }

@@ -2,7 +2,7 @@
 
 use monorig_estimators::Time;
 use monorig_estimators::api::aid::{AidOutcome, AidStatus};
-use monorig_estimators::api::signals::{Estimate, Flags, Value};
+use monorig_estimators::api::signals::{Estimate, Flags, Protection, Value};
 
 /// An estimated quantity: `monorig_value`.
 #[repr(C)]
@@ -30,6 +30,9 @@ pub struct Estimated {
     pub moving: u64,
     pub excited: u64,
     pub saturated: u64,
+    pub total_mass_protection_kg: f64,
+    pub grade_protection_rad: f64,
+    pub effective_grade_protection_rad: f64,
 }
 
 impl From<Value> for ValueOut {
@@ -66,6 +69,9 @@ impl From<&Estimate> for Estimated {
             moving: e.flags.moving.into(),
             excited: e.flags.excited.into(),
             saturated: e.flags.saturated.into(),
+            total_mass_protection_kg: e.protection.total_mass_kg,
+            grade_protection_rad: e.protection.grade_rad,
+            effective_grade_protection_rad: e.protection.effective_grade_rad,
         }
     }
 }
@@ -84,6 +90,11 @@ impl From<&Estimated> for Estimate {
                 moving: e.moving != 0,
                 excited: e.excited != 0,
                 saturated: e.saturated != 0,
+            },
+            protection: Protection {
+                total_mass_kg: e.total_mass_protection_kg,
+                grade_rad: e.grade_protection_rad,
+                effective_grade_rad: e.effective_grade_protection_rad,
             },
         }
     }

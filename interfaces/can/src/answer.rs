@@ -27,11 +27,13 @@ impl Answer {
         let mut send = |message: Message, values: &[Value]| {
             each(&message.encode(numbers, values).0);
         };
-        for (message, v) in [
-            (Message::Mass, e.total_mass_kg),
-            (Message::Grade, e.grade_rad),
+        let levels = &e.protection;
+        for (message, v, level) in [
+            (Message::Mass, e.total_mass_kg, levels.total_mass_kg),
+            (Message::Grade, e.grade_rad, levels.grade_rad),
         ] {
-            let values = [Number(v.value), Number(v.sd), Flag(v.valid), sequence];
+            let (value, sd) = (Number(v.value), Number(v.sd));
+            let values = [value, sd, Number(level), Flag(v.valid), sequence];
             send(message, &values);
         }
         let flags = &e.flags;
@@ -52,6 +54,7 @@ impl Answer {
             Number(grade.sd),
             Number(speed.value),
             Number(speed.sd),
+            Number(levels.effective_grade_rad),
             Flag(grade.valid),
             Flag(speed.valid),
             sequence,
@@ -103,16 +106,22 @@ impl Answers {
         let e = &mut self.next.estimate;
         match message {
             Message::Mass | Message::Grade => {
-                let [Number(value), Number(sd), Flag(valid), Sequence(of)] =
-                    message.decode(numbers, frame)?
+                let [
+                    Number(value),
+                    Number(sd),
+                    Number(level),
+                    Flag(valid),
+                    Sequence(of),
+                ] = message.decode(numbers, frame)?
                 else {
                     return None;
                 };
-                let (to, number) = match message {
-                    Message::Mass => (&mut e.total_mass_kg, mass),
-                    _ => (&mut e.grade_rad, grade),
+                let levels = &mut e.protection;
+                let (to, of_level, number) = match message {
+                    Message::Mass => (&mut e.total_mass_kg, &mut levels.total_mass_kg, mass),
+                    _ => (&mut e.grade_rad, &mut levels.grade_rad, grade),
                 };
-                *to = Estimated { value, sd, valid };
+                (*to, *of_level) = (Estimated { value, sd, valid }, level);
                 *number = Some(of);
             }
             Message::Status => {
@@ -144,6 +153,7 @@ impl Answers {
                     Number(grade_sd),
                     Number(speed_mps),
                     Number(speed_sd),
+                    Number(level),
                     Flag(grade_valid),
                     Flag(speed_valid),
                     Sequence(of),
@@ -154,6 +164,7 @@ impl Answers {
                 let value = |value, sd, valid| Estimated { value, sd, valid };
                 e.effective_grade_rad = value(grade_rad, grade_sd, grade_valid);
                 e.speed_mps = value(speed_mps, speed_sd, speed_valid);
+                e.protection.effective_grade_rad = level;
                 if *mass != Some(of) || *grade != Some(of) {
                     return Some(Came::Incomplete(of));
                 }

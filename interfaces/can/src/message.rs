@@ -213,9 +213,9 @@ impl Message {
                     _ => ("grade", RAD),
                 };
                 let value = number(Name::of(name), scale);
-                let all = [value, deviation("sd", scale), flag("valid"), SEQUENCE].map(Some);
-                let [a, b, c, d] = all;
-                [a, b, c, d, None, None, None, None]
+                let [sd, level] = ["sd", "protection"].map(|name| deviation(name, scale));
+                let [a, b, c, d, e] = [value, sd, level, flag("valid"), SEQUENCE].map(Some);
+                [a, b, c, d, e, None, None, None]
             }
             Self::Status => [
                 number(Name::of("innovation"), MPS),
@@ -233,10 +233,10 @@ impl Message {
                 Some(deviation("effective_grade_sd", RAD)),
                 Some(number(Name::of("speed"), MPS)),
                 Some(deviation("speed_sd", MPS)),
+                Some(deviation("effective_grade_protection", RAD)),
                 Some(flag("effective_grade_valid")),
                 Some(flag("speed_valid")),
                 Some(SEQUENCE),
-                None,
             ],
         }
     }

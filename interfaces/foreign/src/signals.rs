@@ -43,17 +43,34 @@ pub const QUANTITIES: [Quantity; 4] = [
     },
 ];
 
-/// A name and the place in an estimate.
-pub type Named<T> = (&'static str, fn(&mut Estimate) -> &mut T);
+/// Another number of an estimate: its name, unit, description, and place.
+pub type EstimatedNumber = (
+    &'static str,
+    &'static str,
+    &'static str,
+    fn(&mut Estimate) -> &mut f64,
+);
+
+const LAST: &str = "Innovation or NIS of the slope filter's last measurement.";
+const LEVEL: &str = "Protection level of an estimate; 0 is none.";
 
 /// Other numbers of an estimate.
-pub const NUMBERS: [Named<f64>; 2] = [
-    ("innovation", |e| &mut e.innovation),
-    ("nis", |e| &mut e.nis),
+pub const NUMBERS: [EstimatedNumber; 5] = [
+    ("innovation", "1", LAST, |e| &mut e.innovation),
+    ("nis", "1", LAST, |e| &mut e.nis),
+    ("total_mass_protection", "kg", LEVEL, |e| {
+        &mut e.protection.total_mass_kg
+    }),
+    ("grade_protection", "rad", LEVEL, |e| {
+        &mut e.protection.grade_rad
+    }),
+    ("effective_grade_protection", "rad", LEVEL, |e| {
+        &mut e.protection.effective_grade_rad
+    }),
 ];
 
 /// Flags of an estimate.
-pub const FLAGS: [Named<bool>; 3] = [
+pub const FLAGS: [(&str, fn(&mut Estimate) -> &mut bool); 3] = [
     ("moving", |e| &mut e.flags.moving),
     ("excited", |e| &mut e.flags.excited),
     ("saturated", |e| &mut e.flags.saturated),

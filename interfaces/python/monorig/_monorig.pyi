@@ -210,6 +210,7 @@ class Estimate:
         nis: Its normalised square, 1 on average when consistent.
         flags: Status: moving, mass excited, a limit acts.
         t_ns: The instant, ns; a run puts the instant of the step.
+        protection: Protection levels of total mass (kg), grade and effective grade (rad); 0 is none.
     """
 
     def __init__(
@@ -223,6 +224,7 @@ class Estimate:
         nis: float = 0.0,
         flags: tuple[bool, bool, bool] = ...,
         t_ns: int = 0,
+        protection: tuple[float, float, float] = ...,
     ) -> None: ...
     @property
     def t_ns(self) -> int: ...
@@ -240,6 +242,8 @@ class Estimate:
     def nis(self) -> float: ...
     @property
     def flags(self) -> tuple[bool, bool, bool]: ...
+    @property
+    def protection(self) -> tuple[float, float, float]: ...
 
 class Estimator:
     """An estimator of ours, by its name; `names` lists them, `parameters` what they can be given.
@@ -296,7 +300,8 @@ class Estimator:
 
         Returns:
             ``t_ns``, and of each quantity ``total_mass`` (kg), ``grade``, ``effective_grade`` (rad), ``speed`` (m/s)
-            the value, ``…_sd`` and ``…_valid``. A refused step is null, and a warning tells why.
+            the value, ``…_sd`` and ``…_valid``, of the first three ``…_protection``. A refused step is null, and a
+            warning tells why.
         """
     def run_samples(self, table: ArrowTable | ArrowArray) -> Table:
         """Makes all steps over the columns of ``samples.parquet``: what a run gave to its estimators, bit for bit."""

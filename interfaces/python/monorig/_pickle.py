@@ -49,7 +49,8 @@ def _table(files: dict[str, bytes]) -> Table:
 
 copyreg.pickle(Command, _by("motor_torque", "clamp_pressure", "brake"))
 copyreg.pickle(
-    Estimate, _by("t_ns", "total_mass", "grade", "effective_grade", "speed", "innovation", "nis", "flags")
+    Estimate,
+    _by("t_ns", "total_mass", "grade", "effective_grade", "speed", "innovation", "nis", "flags", "protection"),
 )
 copyreg.pickle(Vehicle, lambda v: (Vehicle.from_json, (v.to_json(),)))
 copyreg.pickle(Estimator, lambda e: (_estimator, (e.name, e.vehicle, e.parameters, e.snapshot())))

@@ -126,6 +126,7 @@ struct Estimates {
     values: [Vec<f64>; 4],
     sd: [Vec<f64>; 4],
     valid: [Vec<bool>; 4],
+    levels: [Vec<f64>; 3],
     /// Rows whose step was refused, and why the first was.
     refused: Vec<usize>,
     reason: Option<Error>,
@@ -160,6 +161,11 @@ impl Estimates {
             estimate.effective_grade_rad,
             estimate.speed_mps,
         ];
+        let p = &estimate.protection;
+        let levels = [p.total_mass_kg, p.grade_rad, p.effective_grade_rad];
+        for (column, level) in self.levels.iter_mut().zip(levels) {
+            column.push(level);
+        }
         for (i, v) in of.into_iter().enumerate() {
             self.values[i].push(v.value);
             self.sd[i].push(v.sd);
@@ -203,6 +209,12 @@ impl Estimates {
                 false,
             ));
             arrays.push(Arc::new(BooleanArray::from(valid)));
+        }
+        for ((name, unit), x) in QUANTITIES.into_iter().zip(self.levels) {
+            let unit = HashMap::from([("unit".to_owned(), unit.to_owned())]);
+            let field = Field::new(format!("{name}_protection"), DataType::Float64, true);
+            fields.push(field.with_metadata(unit));
+            arrays.push(number(x));
         }
         RecordBatch::try_new(Arc::new(Schema::new(fields)), arrays).map_err(defect)
     }

@@ -149,11 +149,13 @@ python_class! {
         speed: Triple = triple(self.0.speed_mps);
         innovation: f64 = self.0.innovation;
         nis: f64 = self.0.nis;
+        protection: (f64, f64, f64) = (self.0.protection.total_mass_kg, self.0.protection.grade_rad,
+            self.0.protection.effective_grade_rad);
         flags: (bool, bool, bool) = (self.0.flags.moving, self.0.flags.excited, self.0.flags.saturated);
     }
     #[new]
     #[pyo3(signature = (*, total_mass=NONE, grade=NONE, effective_grade=None, speed=NONE, innovation=0.0, nis=0.0,
-        flags=(false, false, false), t_ns=0))]
+        flags=(false, false, false), t_ns=0, protection=(0.0, 0.0, 0.0)))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         total_mass: Triple,
@@ -164,8 +166,15 @@ python_class! {
         nis: f64,
         flags: (bool, bool, bool),
         t_ns: i64,
+        protection: (f64, f64, f64),
     ) -> Self {
+        let (total_mass_kg, grade_rad, effective_grade_rad) = protection;
         Self(signals::Estimate {
+            protection: signals::Protection {
+                total_mass_kg,
+                grade_rad,
+                effective_grade_rad,
+            },
             t: Time::from_ns(t_ns),
             total_mass_kg: value(total_mass),
             grade_rad: value(grade),

@@ -63,6 +63,8 @@ def test_arrays_are_steps(name: str, vehicle: monorig.Vehicle) -> None:
             value, sd, valid = getattr(estimate, quantity)
             there = [batch.column(quantity + end)[row].as_py() for end in ("", "_sd", "_valid")]
             assert [value, sd, valid] == there, (row, quantity)
+        levels = [batch.column(f"{quantity}_protection")[row].as_py() for quantity in QUANTITIES[:3]]
+        assert list(estimate.protection) == levels, row
 
 
 @pytest.mark.parametrize("name", ["liu2023_section1", "minimal", "load_sway"])

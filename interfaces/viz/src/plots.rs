@@ -122,7 +122,10 @@ pub const SENSORS: [Titled; 5] = [
 pub fn plot(s: &PlottedSeries) -> Option<Plot> {
     let (group, leaf, whole) = (s.group(), s.leaf(), s.owner().is_empty());
     let is = |words: &[&str]| words.iter().any(|w| leaf.contains(w));
-    if matches!(group, "internals" | "aid" | "limits") || leaf.ends_with("_sd") {
+    if matches!(group, "internals" | "aid" | "limits")
+        || leaf.ends_with("_sd")
+        || leaf.ends_with("_protection")
+    {
         return None;
     }
     let effective = matches!(leaf, "effective_grade" | "grade_effective");

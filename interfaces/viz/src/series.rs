@@ -87,7 +87,7 @@ pub fn plan(channels: &[Channel], emphasis: &Emphasis<'_>) -> Vec<PlottedSeries>
         add("", "", c.unit, as_it_is);
         if let Some((bound, unit)) = bound(channels, index) {
             add("display", "two_sigma", unit, bound);
-        } else if !c.path.ends_with("_sd") {
+        } else if !c.path.ends_with("_sd") && !c.path.ends_with("_protection") {
             for_the_eye(channels, index, &mut add);
         }
     }
@@ -107,6 +107,7 @@ fn bound(channels: &[Channel], sd: usize) -> Option<(ScalarSource, &'static str)
     let of = channels[sd].path.strip_prefix("bound/")?;
     let (_, truth, unit, scale) = ERRORS.iter().find(|e| e.0 == of)?;
     let line = ScalarSource::ErrorBand {
+        level: None,
         sd,
         truth: channels.iter().position(|c| c.path == *truth)?,
         scale: *scale,
@@ -168,12 +169,13 @@ fn for_the_eye(
     add("display", "error", unit, line);
     if let Some(sd) = sd {
         let line = ScalarSource::ErrorBand {
+            level: beside("protection"),
             sd,
             truth,
             scale,
             valid,
         };
-        add("display", "error_two_sigma", unit, line);
+        add("display", "error_band", unit, line);
     }
 }
 
@@ -363,7 +365,7 @@ mod tests {
             valid: None,
         };
         assert_eq!((&error.line, error.unit.as_str()), (&line, "°"));
-        assert!(of("display/estimates/jekf/grade/error_two_sigma").is_error());
+        assert!(of("display/estimates/jekf/grade/error_band").is_error());
         assert_eq!(all.len(), 4 + 2 + 1 + 2 + LIMITS.len());
     }
 

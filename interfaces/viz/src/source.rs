@@ -34,8 +34,11 @@ pub enum ScalarSource {
         /// Column with the mark *valid*.
         valid: Option<usize>,
     },
-    /// Two scalars a row: −2 sd and +2 sd, round zero.
+    /// Two scalars a row, round zero: the protection level where the estimator reports one, else two standard
+    /// deviations.
     ErrorBand {
+        /// Index of the protection level's channel, if there is one.
+        level: Option<usize>,
         /// Index of the standard deviation's channel.
         sd: usize,
         /// Index of the truth's channel.
@@ -116,12 +119,16 @@ impl ScalarSource {
                 (at(*channel, i) - truth) * scale.of(truth) * mask(valid, i)
             }),
             Self::ErrorBand {
+                level,
                 sd,
                 truth,
                 scale,
                 valid,
             } => two(&|i| {
-                let ends = 2.0 * at(*sd, i) * scale.of(at(*truth, i)).abs() * mask(valid, i);
+                let level = level.map(|level| at(level, i)).filter(|x| x.is_finite());
+                let ends = level.unwrap_or(2.0 * at(*sd, i))
+                    * scale.of(at(*truth, i)).abs()
+                    * mask(valid, i);
                 [-ends, ends]
             }),
             Self::Limit(limit) => vec![*limit; rows],
@@ -154,6 +161,7 @@ mod tests {
         let drawn = error.scalars(&values, 2);
         assert!((drawn[0] - 10.0).abs() < 1e-12 && drawn[1].is_nan());
         let band = ScalarSource::ErrorBand {
+            level: None,
             sd,
             truth,
             scale,

@@ -81,6 +81,7 @@ mod tests {
 
     fn sample(t_s: f64, e: f64, valid: bool) -> ErrorSample {
         ErrorSample {
+            protection: [f64::NAN; 3],
             reference_sd: [0.0; 2],
             t_s,
             unreferenced: [false; 3],
@@ -127,7 +128,9 @@ mod tests {
             let x = measure(&s, "x", m.name, 0.0, 9.0).unwrap();
             let nothing = measure(&s, "x", m.name, 5.0, 9.0).unwrap();
             assert!(nothing.is_nan(), "{}: {nothing}", m.name);
-            let begins_valid = m.name.contains("_over_bound") || m.name.contains("_converged_");
+            let begins_valid = ["_over_bound", "_converged_", "_protection_"]
+                .iter()
+                .any(|part| m.name.contains(part));
             match m.of {
                 Of::Marks {
                     kind: Marks::Availability,

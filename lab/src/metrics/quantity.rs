@@ -140,8 +140,8 @@ impl Quantity {
         }
     }
 
-    /// True for a sample that can be used: marked valid, with a protection level that is credited. Without a reference
-    /// of the mass its level is not known.
+    /// True for a sample that can be used: marked valid, with k standard deviations that are credited. Without a
+    /// reference of the mass its standard deviation as a share of the mass is not known.
     pub(crate) fn is_available(self, x: &ErrorSample, k: f64) -> bool {
         let told = k * self.sd(x) <= self.max_protection();
         self.is_valid(x) && (told || self == Self::Mass && !self.has_reference(x))
@@ -152,31 +152,37 @@ impl Quantity {
         self.is_valid(x) && self.has_reference(x) && self.error(x).is_finite()
     }
 
+    /// Standard deviation of the reference, in the unit of [`Quantity::error`].
+    fn reference_sd(self, x: &ErrorSample) -> f64 {
+        let [mass, slope] = x.reference_sd;
+        if self == Self::Mass { mass } else { slope }
+    }
+
     /// True where k standard deviations of the reference exceed the alert limit: such a reference can show that an
     /// estimate is wrong, and not that it is right.
     pub(crate) fn is_coarse(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
-        let [mass, slope] = x.reference_sd;
-        let sd = match self {
-            Self::Mass => mass,
-            _ => slope,
-        };
+        let sd = self.reference_sd(x);
         sd.is_nan() || limits.k * sd > self.alert(limits)
     }
 
-    /// True for an overconfident sample: marked valid, and its error exceeds k standard deviations (with that of the
-    /// reference), for any size; also without a standard deviation.
+    /// True for an overconfident sample: marked valid, and its error exceeds the protection level of the estimator or,
+    /// if it has none, k standard deviations (with that of the reference), for any size; also without a standard
+    /// deviation.
     pub(crate) fn is_overconfident(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
-        let nees = self.nees(x);
-        self.is_judged(x) && (nees.is_nan() || nees > limits.k * limits.k)
+        let level = x.protection[self as usize] * limits.of_reported();
+        let (nees, k) = (self.nees(x), limits.k);
+        let beyond = match level > 0.0 {
+            true => self.error(x).abs() > level.hypot(k * self.reference_sd(x)),
+            false => nees.is_nan() || nees > k * k,
+        };
+        self.is_judged(x) && beyond
     }
 
-    /// True for a misleading sample: marked valid, and its error exceeds both the protection level and the alert limit.
-    /// The protection level is k standard deviations, at most [`Quantity::max_protection`]; there is none without a
-    /// standard deviation.
+    /// True for a misleading sample: marked valid, and its error exceeds both the protection level, at most
+    /// [`Quantity::max_protection`], and the alert limit; there is no protection without a standard deviation.
     pub(crate) fn is_misleading(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
-        let (error, nees) = (self.error(x).abs(), self.nees(x));
-        let unprotected =
-            nees.is_nan() || nees > limits.k * limits.k || error > self.max_protection();
+        let error = self.error(x).abs();
+        let unprotected = self.is_overconfident(x, limits) || error > self.max_protection();
         self.is_judged(x) && unprotected && error > self.alert(limits)
     }
 }
@@ -229,6 +235,36 @@ mod tests {
             } else {
                 assert_eq!(is, error > limits.k * sd, "{told}");
             }
+        }
+    }
+
+    /// A reported protection level decides in place of k standard deviations, with those of the reference, up to the
+    /// largest that is credited.
+    #[test]
+    fn a_reported_level_takes_the_place_of_standard_deviations() {
+        let limits = IntegrityLimits::default();
+        for quantity in Quantity::ALL {
+            let (alert, most) = (quantity.alert(&limits), quantity.max_protection());
+            let is = |error: f64, level: f64, reference_sd: f64| {
+                let x = ErrorSample {
+                    protection: [level; 3],
+                    reference_sd: [reference_sd; 2],
+                    mass_rel: error,
+                    slope: error * DEGREE,
+                    slope_effective: error * DEGREE,
+                    mass_valid: true,
+                    slope_valid: true,
+                    effective_valid: true,
+                    ..Default::default()
+                };
+                quantity.is_misleading(&x, &limits)
+            };
+            assert!(is(2.01 * alert, 2.0 * alert, 0.0));
+            assert!(!is(1.99 * alert, 2.0 * alert, 0.0));
+            assert!(!is(0.99 * alert, 0.5 * alert, 0.0));
+            let together = alert.hypot(3.0 * alert);
+            assert!(is(1.01 * together, alert, alert) && !is(0.99 * together, alert, alert));
+            assert!(is(1.01 * most, 2.0 * most, 0.0));
         }
     }
 

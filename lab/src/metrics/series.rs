@@ -70,6 +70,9 @@ pub struct ErrorSample {
     pub(crate) mass_sd_kg: f64,
     /// Reported standard deviation over truth, total mass.
     pub(crate) mass_sd_rel: f64,
+    /// Protection levels, in the order of [`Quantity::ALL`](super::Quantity::ALL) and the units of its errors; NaN
+    /// where the estimator has none.
+    pub(crate) protection: [f64; 3],
     /// Normalised square of the error: (error / standard deviation)².
     pub mass_nees: f64,
     /// True where the estimator marks the mass valid.
@@ -126,6 +129,7 @@ impl ErrorSample {
         answers: Option<AnswerCounts>,
         t: &Target,
     ) -> Self {
+        let p = &e.protection;
         let mass = e.total_mass_kg.value - t.total_mass_kg;
         let slope = e.grade_rad.value - t.grade_at_imu_rad;
         let effective = e.effective_grade_rad.value - t.grade_effective_rad;
@@ -143,6 +147,12 @@ impl ErrorSample {
             mass_sd_rel: e.total_mass_kg.sd / t.total_mass_kg,
             slope_sd: e.grade_rad.sd,
             effective_sd: e.effective_grade_rad.sd,
+            protection: [
+                p.total_mass_kg / t.total_mass_kg,
+                p.grade_rad.to_degrees(),
+                p.effective_grade_rad.to_degrees(),
+            ]
+            .map(|level| if level > 0.0 { level } else { f64::NAN }),
             mass_nees: normalised(mass, e.total_mass_kg.sd, t.mass_sd_kg),
             mass_valid: e.total_mass_kg.valid,
             mass_estimated: true,

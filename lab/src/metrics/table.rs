@@ -97,6 +97,8 @@ table! {
             = mean(|x: &ErrorSample| x.mass_sd_kg);
         Mass "mass_sd_rel_mean" ["1", Least] "mean reported standard deviation of the mass over the total mass"
             = mean(|x: &ErrorSample| x.mass_sd_rel);
+        Mass "mass_protection_rel_mean" ["1", Least] "mean protection level of the mass over the total mass, of an estimator that has one"
+            = mean(|x: &ErrorSample| x.protection[0]);
         Mass "mass_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the mass; 1 when consistent"
             = mean(|x: &ErrorSample| x.mass_nees);
         Mass "mass_nees_in_band" ["1", InBand] "share of samples with a NEES of the mass within the 95 % band of χ²₁; 0.95 when consistent"
@@ -121,6 +123,8 @@ table! {
             = max(|x: &ErrorSample| x.slope_percent());
         Slope "slope_sd_mean_deg" ["°", Least] "mean reported standard deviation of the slope"
             = mean(|x: &ErrorSample| x.slope_sd / DEGREE);
+        Slope "slope_protection_mean_deg" ["°", Least] "mean protection level of the slope, of an estimator that has one"
+            = mean(|x: &ErrorSample| x.protection[1]);
         Slope "slope_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the slope; 1 when consistent"
             = mean(|x: &ErrorSample| x.slope_nees);
         Slope "slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the slope within the 95 % band of χ²₁; 0.95 when consistent"
@@ -147,6 +151,8 @@ table! {
             = p95(|x: &ErrorSample| x.slope_effective / DEGREE);
         EffectiveSlope "effective_slope_sd_mean_deg" ["°", Least] "mean reported standard deviation of the effective slope"
             = mean(|x: &ErrorSample| x.effective_sd / DEGREE);
+        EffectiveSlope "effective_slope_protection_mean_deg" ["°", Least] "mean protection level of the effective slope, of an estimator that has one"
+            = mean(|x: &ErrorSample| x.protection[2]);
         EffectiveSlope "effective_slope_nees_mean" ["1", OneOnAverage] "mean of (error / standard deviation)² of the effective slope; 1 when consistent"
             = mean(|x: &ErrorSample| x.effective_nees);
         EffectiveSlope "effective_slope_nees_in_band" ["1", InBand] "share of samples with a NEES of the effective slope within the 95 % band of χ²₁; 0.95 when consistent"
@@ -164,9 +170,9 @@ table! {
         Mass Availability "mass_availability" ["1", One]
             "availability: share of samples whose mass is valid and credited";
         Mass Integrity "mass_misleading_share" ["1", Least]
-            "integrity: share of the valid samples whose error of the mass exceeds k standard deviations and the alert limit";
+            "integrity: share of the valid samples whose error of the mass exceeds protection level and alert limit";
         Mass Overconfidence "mass_overconfident_share" ["1", Least]
-            "overconfidence: share of the valid samples whose error of the mass exceeds k standard deviations, for any size of the error";
+            "overconfidence: share of the valid samples whose error of the mass exceeds the protection level, for any size of the error";
         Mass BeyondLimit "mass_beyond_limit_share" ["1", Least]
             "share of the valid samples whose error of the mass exceeds the alert limit, for any standard deviation";
         Mass Convergence "mass_convergence_s" ["s", Least]
@@ -180,9 +186,9 @@ table! {
         Slope Availability "slope_availability" ["1", One]
             "availability: share of samples whose slope is valid and credited";
         Slope Integrity "slope_misleading_share" ["1", Least]
-            "integrity: share of the valid samples whose error of the slope exceeds k standard deviations and the alert limit";
+            "integrity: share of the valid samples whose error of the slope exceeds protection level and alert limit";
         Slope Overconfidence "slope_overconfident_share" ["1", Least]
-            "overconfidence: share of the valid samples whose error of the slope exceeds k standard deviations, for any size of the error";
+            "overconfidence: share of the valid samples whose error of the slope exceeds the protection level, for any size of the error";
         Slope BeyondLimit "slope_beyond_limit_share" ["1", Least]
             "share of the valid samples whose error of the slope exceeds the alert limit, for any standard deviation";
         Slope Recovery "slope_recovered_s" ["s", Least]
@@ -194,9 +200,9 @@ table! {
         EffectiveSlope Availability "effective_slope_availability" ["1", One]
             "availability: share of samples whose effective slope is valid and credited";
         EffectiveSlope Integrity "effective_slope_misleading_share" ["1", Least]
-            "integrity: share of the valid samples whose error of the effective slope exceeds k standard deviations and the alert limit";
+            "integrity: share of the valid samples whose error of the effective slope exceeds protection level and alert limit";
         EffectiveSlope Overconfidence "effective_slope_overconfident_share" ["1", Least]
-            "overconfidence: share of the valid samples whose error of the effective slope exceeds k standard deviations, for any size of the error";
+            "overconfidence: share of the valid samples whose error of the effective slope exceeds the protection level, for any size of the error";
         EffectiveSlope BeyondLimit "effective_slope_beyond_limit_share" ["1", Least]
             "share of the valid samples whose error of the effective slope exceeds the alert limit, for any standard deviation";
         EffectiveSlope Recovery "effective_slope_recovered_s" ["s", Least]

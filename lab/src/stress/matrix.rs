@@ -35,7 +35,7 @@ pub struct Figures {
     pub valid: Option<f64>,
     /// Share of the valid samples that misleads.
     pub misleading: Option<f64>,
-    /// Share of the valid samples beyond k standard deviations.
+    /// Share of the valid samples beyond the protection level.
     pub overconfident: Option<f64>,
     /// Share of the valid samples beyond the alert limit, for any standard deviation.
     #[serde(default)]

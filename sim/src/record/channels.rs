@@ -158,12 +158,16 @@ columns! {
     ESTIMATE: Estimate, |e| {
         "total_mass" ["kg"] "Estimated total mass." = e.total_mass_kg.value;
         "total_mass_sd" ["kg"] "Its standard deviation." = e.total_mass_kg.sd;
+        "total_mass_protection" ["kg"] "Its protection level; no value where the estimator has none." = level(e.protection.total_mass_kg);
         "total_mass_valid" ["1"] "1 where the estimate is marked valid." = flag(e.total_mass_kg.valid);
         "grade" ["rad"] "Estimated grade at the IMU." = e.grade_rad.value;
         "grade_sd" ["rad"] "Its standard deviation." = e.grade_rad.sd;
+        "grade_protection" ["rad"] "Its protection level; no value where the estimator has none." = level(e.protection.grade_rad);
         "grade_valid" ["1"] "1 where the estimate is marked valid." = flag(e.grade_rad.valid);
         "effective_grade" ["rad"] "Estimated effective grade of the whole train." = e.effective_grade_rad.value;
         "effective_grade_sd" ["rad"] "Its standard deviation." = e.effective_grade_rad.sd;
+        "effective_grade_protection" ["rad"] "Its protection level; no value where the estimator has none."
+            = level(e.protection.effective_grade_rad);
         "effective_grade_valid" ["1"] "1 where the estimate is marked valid." = flag(e.effective_grade_rad.valid);
         "speed" ["m/s"] "Estimated speed along the rail." = e.speed_mps.value;
         "speed_sd" ["m/s"] "Its standard deviation." = e.speed_mps.sd;
@@ -340,6 +344,14 @@ pub(super) fn values(row: &RowSource<'_>, values: &mut Vec<f64>) {
 
 fn finite(x: f64) -> f64 {
     if x.is_finite() { x } else { f64::NAN }
+}
+
+fn level(protection: f64) -> f64 {
+    if protection > 0.0 {
+        protection
+    } else {
+        f64::NAN
+    }
 }
 
 fn flag(b: bool) -> f64 {

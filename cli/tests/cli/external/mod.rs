@@ -67,6 +67,12 @@ fn numbers(e: &Estimate) -> Vec<f64> {
     ];
     let mut all = vec![e.t.ns() as f64, e.innovation, e.nis];
     all.extend(values.iter().flat_map(|v| [v.value, v.sd, flag(v.valid)]));
+    let levels = &e.protection;
+    all.extend([
+        levels.total_mass_kg,
+        levels.grade_rad,
+        levels.effective_grade_rad,
+    ]);
     all.extend([e.flags.moving, e.flags.excited, e.flags.saturated].map(flag));
     all
 }

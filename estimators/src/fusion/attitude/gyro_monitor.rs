@@ -35,7 +35,7 @@ impl GyroMonitor {
 
     /// Notes a shock of the accelerometer: the speed has jumped, which is no sign of a wrong pitch.
     pub fn shock(&mut self) {
-        (self.mean, self.rest_s) = (0.0, self.rest_s.max(tuning::SHOCK.rest_s));
+        (self.mean, self.rest_s) = (0.0, self.rest_s.max(tuning::TIMES.lost_s));
     }
 
     /// Takes the innovation of the mean of the wheels and its variance; returns the growth of the variance of the
@@ -50,13 +50,13 @@ impl GyroMonitor {
         let range = tuning::STATISTICS.agree_sd * self.sd_mps
             + tuning::WHEELS.spread * ballot.speed_mps.abs();
         if ballot.rejected == 0 && (ballot.used == 1 || ballot.range_mps < range) {
-            self.mean += (dt / (tuning::GYRO_MONITOR.memory_s + dt)) * (y - self.mean);
+            self.mean += (dt / (tuning::TIMES.brief_s + dt)) * (y - self.mean);
         } else {
             (self.mean, self.rest_s) = (0.0, tuning::GYRO_MONITOR.slip_rest_s);
         }
         self.rest_s = (self.rest_s - dt).max(0.0);
         self.test = self.mean * self.mean
-            / (S * dt / (2.0 * tuning::GYRO_MONITOR.memory_s)).max(Real::MIN_POSITIVE);
+            / (S * dt / (2.0 * tuning::TIMES.brief_s)).max(Real::MIN_POSITIVE);
         let excess =
             (self.test - tuning::GYRO_MONITOR.threshold).min(tuning::GYRO_MONITOR.max_excess);
         let above =

@@ -30,6 +30,8 @@ pub struct SoundImu {
     pub stuck: bool,
     /// True if the accelerometer jumps: an outlier, or a rail joint.
     pub shock: bool,
+    /// Scale error of the accelerometer by |f| while it is out of use for it; else 0.
+    pub scale: Real,
 }
 
 /// Health of accelerometer and gyro: freshness by the front end, stuck detectors, and the length of the specific force.
@@ -109,9 +111,17 @@ impl ImuHealth {
                 self.check_norm(force, yaw_rate * speed_mps, dt / (lag_s + dt));
             }
             self.out_s = (self.out_s - dt).max(0.0);
-            imu.force_mps2 = Some(force).filter(|_| !(stuck || self.gate && self.out_s > 0.0));
+            imu.force_mps2 = Some(force).filter(|_| !(stuck || self.is_out()));
+        }
+        if self.is_out() {
+            imu.scale = self.norm_error_mps2 / GRAVITY;
         }
         imu
+    }
+
+    /// Returns true while the length of the specific force has the accelerometer out of use.
+    fn is_out(&self) -> bool {
+        self.gate && self.out_s > 0.0
     }
 
     /// Returns true if the accelerometer jumps.
@@ -131,7 +141,7 @@ impl ImuHealth {
         let error = sqrt(x * x + y * y + z * z) - expected;
         self.norm_error_mps2 += share * (error - self.norm_error_mps2);
         if self.norm_error_mps2.abs() > tuning::SHOCK.norm_gate_mps2 {
-            self.out_s = tuning::SHOCK.rest_s;
+            self.out_s = tuning::TIMES.lost_s;
         }
     }
 }

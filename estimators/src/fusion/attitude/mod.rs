@@ -179,7 +179,7 @@ impl AttitudeFilter {
             standing_bias: StandingBias::default(),
             coast_s: 0.0,
             silent_s: 0.0,
-            gyro_out_s: tuning::ATTITUDE.no_gyro_s,
+            gyro_out_s: tuning::TIMES.memory_s,
             young_s: 0.0,
             contradicted_s: 0.0,
             opening_s: 0.0,
@@ -227,13 +227,13 @@ impl AttitudeFilter {
         self.aid_by_force(&imu, dt);
         self.aid_by_standstill(&imu, ballot.used > 0, dt);
         self.limit(z, dt)?;
-        self.separate(&rates, imu.force_mps2.is_some(), &ballot, dt);
+        self.separate(&rates, &imu, &ballot, dt);
         self.find((z, &imu), &rates, &ballot, dt);
         Some(self.found)
     }
 
     /// Compares the belief after a step with single instruments.
-    fn separate(&mut self, rates: &AttitudeRates, force: bool, wheels: &Ballot, dt: Real) {
+    fn separate(&mut self, rates: &AttitudeRates, imu: &SoundImu, wheels: &Ballot, dt: Real) {
         if self.starts {
             self.separation = Separation::default();
         }
@@ -244,7 +244,8 @@ impl AttitudeFilter {
             angles: [x[THETA], x[PHI]],
             sd: [sd(THETA), sd(GYRO_Y)],
             body_radps: rates.body_radps,
-            acceleration_mps2: force.then_some(rates.v_dot),
+            acceleration_mps2: imu.force_mps2.map(|_| rates.v_dot),
+            scale: imu.scale,
             wheels_mps: (wheels.used + wheels.rejected > 0).then_some(wheels.speed_mps),
             speed_mps: x[V],
             angle_walk: sqrt(walk * walk + self.turn_walk * yaw_rate * yaw_rate),
@@ -260,7 +261,7 @@ impl AttitudeFilter {
         if z.specific_force_mps2.is_none() && !wheels {
             self.silent_s += dt;
         } else {
-            self.started &= self.silent_s.max(z.since_s) < tuning::ATTITUDE.pause_s;
+            self.started &= self.silent_s.max(z.since_s) < tuning::TIMES.pause_s;
             self.silent_s = 0.0;
         }
         self.gyro_out_s = match z.angular_rate_radps {
@@ -271,7 +272,7 @@ impl AttitudeFilter {
 
     /// Returns true while samples come: without any the last output is nobody's.
     pub fn is_awake(&self) -> bool {
-        self.started && self.silent_s < tuning::ATTITUDE.lost_s
+        self.started && self.silent_s < tuning::TIMES.lost_s
     }
 
     /// Returns true if the last step has started the filter, for the first time or after a pause.
@@ -291,7 +292,7 @@ impl AttitudeFilter {
         (self.started, self.starts) = (true, true);
         let moves = self.belief.x[V].abs() > self.standing_mps;
         [self.opening_s, self.young_s] = match moves {
-            true => [tuning::ATTITUDE.opening_s, tuning::ATTITUDE.young_s],
+            true => [tuning::ATTITUDE.opening_s, tuning::TIMES.young_s],
             false => [0.0; 2],
         };
         Some(())
@@ -369,9 +370,7 @@ impl AttitudeFilter {
         };
         let wheels = match wheels {
             Control::Held if z.wheels_stuck => Control::Out(AidOutcome::Rejected(Rejection::Stuck)),
-            Control::Held if self.coast_s > tuning::ATTITUDE.lost_s => {
-                Control::Out(AidOutcome::Stale)
-            }
+            Control::Held if self.coast_s > tuning::TIMES.lost_s => Control::Out(AidOutcome::Stale),
             wheels => wheels,
         };
         let [status, ..] = &mut self.status;
@@ -436,7 +435,7 @@ impl AttitudeFilter {
         };
         let Some(rate) = imu
             .rate_radps
-            .filter(|_| self.quiet_s > tuning::STANDSTILL.quiet_s)
+            .filter(|_| self.quiet_s > tuning::TIMES.brief_s)
         else {
             self.standing_bias = StandingBias::default();
             return;
@@ -464,7 +463,7 @@ impl AttitudeFilter {
         self.belief
             .limit_variance(&SVector::from(tuning::ATTITUDE.max_sd.map(|sd| sd * sd)));
         let positive = self.belief.P.diagonal().iter().all(|p| *p >= 0.0);
-        let contradicted = self.contradicted_s > tuning::ATTITUDE.contradicted_s;
+        let contradicted = self.contradicted_s > tuning::TIMES.mean_s;
         if positive && self.belief.is_finite() && !contradicted {
             return Some(());
         }
@@ -486,7 +485,7 @@ impl AttitudeFilter {
             Some(_) => self.curvature.step(speed, rates.theta_dot, dt),
             None => self.curvature.set(x[KAPPA]),
         }
-        let known = P[(THETA, THETA)] < tuning::ARM.max_sd_rad * tuning::ARM.max_sd_rad;
+        let known = P[(THETA, THETA)] < tuning::SOURCE.calm_sum_sd * tuning::SOURCE.calm_sum_sd;
         self.arm.step(
             speed * dt,
             known.then_some(x[THETA]),
@@ -512,7 +511,7 @@ impl AttitudeFilter {
             curvature_per_m: self.curvature.per_m(),
             imu: imu.force_mps2.is_some() && (imu.rate_radps.is_some() || !self.has_gyro()),
             wheels: [ballot.used, ballot.slipping],
-            moved_on_rad: rates.theta_dot * within(force_age_s, 0.0, tuning::ATTITUDE.max_age_s),
+            moved_on_rad: rates.theta_dot * within(force_age_s, 0.0, tuning::TIMES.mean_s),
         };
         self.heading.step(
             &HeadingInput {
@@ -527,7 +526,7 @@ impl AttitudeFilter {
 
     /// Returns true if there is a gyro that may be used.
     fn has_gyro(&self) -> bool {
-        self.supervision.gyro && self.gyro_sound && self.gyro_out_s < tuning::ATTITUDE.no_gyro_s
+        self.supervision.gyro && self.gyro_sound && self.gyro_out_s < tuning::TIMES.memory_s
     }
 
     /// Returns true unless the gyro has been excluded.

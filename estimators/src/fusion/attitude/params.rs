@@ -60,7 +60,7 @@ impl AttitudeParams {
             0.0
         };
         let coupling = self.turn_coupling_sd_rad.unwrap_or(default);
-        coupling * coupling * tuning::ATTITUDE.turn_memory_s
+        coupling * coupling * tuning::TIMES.pause_s
     }
 
     /// Process noise of the model, for a number of drives.

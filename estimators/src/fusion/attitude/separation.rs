@@ -3,7 +3,8 @@
 //! Gyro, accelerometer and wheels have one parity relation, f = v̇ + g sin θ. When they contradict each other two
 //! pitches are left. Without the gyro it is the pitch by accelerometer and wheels over the last second; without
 //! accelerometer and wheels it is the pitch that the gyro has carried on from a time when all agreed. Beside them, the
-//! pitch without the vertical force has the bias along the body that the sheet allows. The reported deviation covers
+//! pitch without the vertical force has the bias along the body that the sheet allows; and while the accelerometer is
+//! out of use because |f| is not g, the gyro of the same box may have its scale. The reported deviation covers
 //! all of them, whichever is right: three times √P + δ reach as far as the largest separation and √P more, σ² = P +
 //! (σ_mount + δ)². As that of the mount it is added at the end only: a fault that may be is not the noise of a
 //! sample. Source: ours, after solution separation in satellite navigation (Brown & McBurney 1988, Brenner 1996); the
@@ -37,6 +38,8 @@ pub struct Compared {
     /// Bias of the accelerometer along the body as found, and its reported standard deviation before any sample, as
     /// pitches, rad.
     pub bias_rad: [Real; 2],
+    /// Scale error of the accelerometer by the length of its vector while it is out of use for it; else 0.
+    pub scale: Real,
 }
 
 /// Pitch and roll by the gyro alone, started from the filter at an earlier time.
@@ -110,6 +113,11 @@ pub struct Separation {
     without_gyro: Real,
     /// Pitches by the gyro alone: one that is kept while it is apart, and one that is begun anew in turn.
     carried: Option<[Carried; 2]>,
+    /// Separation from the pitch of a gyro with the scale of the accelerometer, rad; 0 while the accelerometer is in
+    /// use.
+    by_scale: Real,
+    /// Pitch of the filter in the last step, rad.
+    last_rad: Real,
     open_rad: Real,
 }
 
@@ -131,7 +139,13 @@ impl Separation {
         self.carried = carried;
         let known = carried.iter().flatten().filter(|one| is_known(one));
         let others = known.map(|one| one.from(z).abs());
-        let largest = others.fold(self.without_gyro.abs(), Real::max);
+        let [pitch, _] = z.angles;
+        self.by_scale = match z.scale == 0.0 {
+            true => 0.0,
+            false => self.by_scale + z.scale * (pitch - self.last_rad),
+        };
+        self.last_rad = pitch;
+        let largest = others.fold(self.without_gyro.abs().max(self.by_scale.abs()), Real::max);
         let [bias, bias_sd] = z.bias_rad;
         let beyond = (largest - 2.0 * own).max(bias.abs() - 2.0 * bias_sd);
         self.open_rad = beyond.max(0.0) / 3.0;
@@ -140,12 +154,12 @@ impl Separation {
     /// Compares the acceleration by accelerometer and pitch with that of the wheels: its mean is too small by g times
     /// what the pitch is too large.
     fn take_force(&mut self, z: &Compared, dt: Real) {
-        let memory_s = tuning::GRAVITY_CHECK.window_s;
+        let memory_s = tuning::TIMES.mean_s;
         self.waited_s += dt;
         self.heard_s += dt;
         let Some(acceleration) = z
             .acceleration_mps2
-            .filter(|_| self.waited_s < tuning::ATTITUDE.lost_s)
+            .filter(|_| self.waited_s < tuning::TIMES.lost_s)
         else {
             (self.low, self.heard_s) = (None, 0.0);
             self.waited_s = if z.wheels_mps.is_some() {
@@ -175,7 +189,7 @@ impl Separation {
 
     /// True after accelerometer and wheels have given samples for twice the memory.
     fn is_heard(&self) -> bool {
-        self.heard_s > 2.0 * tuning::GRAVITY_CHECK.window_s
+        self.heard_s > 2.0 * tuning::TIMES.mean_s
     }
 
     /// Restarts the young pitch after it has become old or uncertain. The kept one gives way to it if all have agreed
@@ -183,14 +197,14 @@ impl Separation {
     fn renew(&self, [kept, young]: &mut [Carried; 2], z: &Compared) {
         let [own, _] = z.sd;
         let says = |one: &Carried| one.sd() < 2.0 * own + tuning::SEPARATION.nominal_rad;
-        let old = young.age_s > tuning::ATTITUDE.young_s;
+        let old = young.age_s > tuning::TIMES.young_s;
         if !old && says(young) {
             return;
         }
         let [low, high] = young.range;
         let due = match kept.apart {
             true => old && high - low > tuning::SEPARATION.excited_rad,
-            false => kept.age_s > 2.0 * tuning::ATTITUDE.young_s || !says(kept),
+            false => kept.age_s > 2.0 * tuning::TIMES.young_s || !says(kept),
         };
         let agreed = !young.apart && self.heard_s >= young.age_s;
         if !is_known(kept) || agreed && due {
@@ -218,7 +232,7 @@ impl Blank for Carried {
 }
 
 state!(Carried { angles, bias_sd, variance, age_s, range, apart; });
-state!(Separation { low, waited_s, heard_s, without_gyro, carried, open_rad; });
+state!(Separation { low, waited_s, heard_s, without_gyro, carried, by_scale, last_rad, open_rad; });
 
 #[cfg(test)]
 mod tests {
@@ -318,6 +332,29 @@ mod tests {
         let turned = bias_sd * seconds;
         let expected = (OWN * OWN + walk * walk * seconds + turned * turned).sqrt();
         assert!((carried.sd() / expected - 1.0).abs() < 1e-9);
+    }
+
+    /// While the accelerometer reads 11 % less than g, a turn of 0.1 rad may be one of 0.089 rad; a turn before counts
+    /// for nothing, and the doubt ends with the error of |f|.
+    #[test]
+    fn the_gyro_may_have_the_scale_of_the_accelerometer() {
+        let mut separation = Separation::default();
+        let mut at = |pitch: Real, scale: Real| {
+            let z = Compared {
+                angles: [pitch, 0.0],
+                sd: [OWN, 1e-6],
+                scale,
+                ..Compared::default()
+            };
+            separation.step(&z, DT);
+            separation.open_rad()
+        };
+        assert_eq!(at(0.3, 0.0), 0.0);
+        for k in 0..10 {
+            at(0.31 + 0.01 * Real::from(k), -0.11);
+        }
+        assert!((at(0.4, -0.11) / open(0.011) - 1.0).abs() < 1e-9);
+        assert_eq!(at(0.4, 0.0), 0.0);
     }
 
     /// Without an accelerometer what it said last stands.

@@ -76,6 +76,22 @@ impl LoadBank {
         self.hypotheses().iter().map(about).sum()
     }
 
+    /// Protection level about a load, kg: the largest over the hypotheses of the distance to its load and of k of its
+    /// standard deviations, with k² = `sd`² + 2 ln w: the risk of a hypothesis of the weight w is w exp(-k²/2), and the
+    /// same for all. `gain_kg` is the standard deviation of the scale of the force, in kg.
+    pub fn protection_kg(&self, load_kg: Real, gain_kg: Real, sd: Real) -> Real {
+        let level = |h: &Hypothesis| {
+            let ([load, variance], k) = (h.load(), sd * sd + 2.0 * ln(h.weight));
+            let own = sqrt(k.max(0.0) * (variance + gain_kg * gain_kg));
+            if k > 0.0 {
+                (load - load_kg).abs() + own
+            } else {
+                0.0
+            }
+        };
+        self.hypotheses().iter().map(level).fold(0.0, Real::max)
+    }
+
     /// Takes a block: corrects by it if it is of use, and carries the state over its length. Returns the status of the
     /// heaviest and the mean normalised innovation squared.
     pub fn take(
@@ -272,6 +288,31 @@ mod tests {
         assert!((weight(&bank) - 1.0).abs() < 1e-12 && bank.hypotheses().len() == 9);
         assert_eq!(bank.heaviest().belief, before.belief);
         assert!((bank.heaviest().weight - 0.9).abs() < 1e-12);
+    }
+
+    /// The level covers each hypothesis by as many standard deviations as leave the same risk: with the weight w the
+    /// risk w exp(-k²/2) is that of the whole at `sd`. A hypothesis whose weight alone is less than this risk is not
+    /// covered.
+    #[test]
+    fn the_level_covers_every_load_that_is_not_refuted() {
+        let balance = bank().balance;
+        let of = |weight: Real, sd: Real| {
+            let mut bank = bank();
+            bank.count = 2;
+            bank.all[0] = balance.start([0.4, 0.01], 1.0 - weight);
+            bank.all[1] = balance.start([0.6, 0.02], weight);
+            bank.protection_kg(bank.heaviest().load()[0], 300.0, sd)
+        };
+        let own = (220.0 * 220.0 + 300.0 * 300.0 as Real).sqrt();
+        assert!((of(1e-9, 4.0) / (4.0 * own) - 1.0).abs() < 1e-6);
+        for (weight, sd) in [(0.01, 4.0), (0.4, 3.0), (0.2, 6.0)] {
+            let k = (sd * sd + 2.0 * (weight as Real).ln()).sqrt();
+            let risk = weight * (-0.5 * k * k).exp();
+            assert!((risk / (-0.5 * sd * sd).exp() - 1.0).abs() < 1e-9);
+            let other = (440.0 * 440.0 + 300.0 * 300.0 as Real).sqrt();
+            let expected = 0.2 * 22_000.0 + k * other;
+            assert!((of(weight, sd) / expected - 1.0).abs() < 1e-6, "{weight}");
+        }
     }
 
     /// The bank is full with eight hypotheses and eight fresh ones; the lightest go first.

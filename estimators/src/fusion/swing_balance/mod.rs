@@ -236,7 +236,7 @@ impl SwingMass {
         let moving = Real::from(block.speed_mps).abs() > tuning::MOTION.moves_mps;
         self.settle_s = match moving {
             true => (self.settle_s - block.length_s()).max(0.0),
-            false => tuning::QUEUE.settle_s,
+            false => tuning::TIMES.brief_s,
         };
         (self.refusal(block, &means), means)
     }
@@ -312,6 +312,12 @@ impl SwingMass {
     /// Total mass and its standard deviation, including errors that no filter can observe (scale of the torque), kg.
     pub fn published(&self) -> [Real; 2] {
         [self.mass_kg(), self.sd_kg(self.found.mass_variance)]
+    }
+
+    /// Protection level of the total mass, kg, for so many standard deviations.
+    pub fn protection_kg(&self, sd: Real) -> Real {
+        let gain_kg = self.gain_sd * self.mass_kg();
+        self.bank.protection_kg(self.found.x[MASS], gain_kg, sd)
     }
 
     /// The train on its rail.

@@ -56,7 +56,7 @@ impl TorqueMonitor {
 
     /// Traction at the rims, N, and its variance; `None` while fewer than half of the drives are known.
     pub fn traction(&mut self, z: &Channels, speed_mps: Real, dt: Real) -> Option<[Real; 2]> {
-        let share = dt / (tuning::TORQUE.lag_s + dt);
+        let share = dt / (tuning::TIMES.brief_s + dt);
         let drives = self.drives.max(1) as Real;
         let commands = z.commanded_torque_nm.get(..self.drives).unwrap_or_default();
         let torques = z.motor_torque_nm.get(..self.drives).unwrap_or_default();
@@ -70,8 +70,8 @@ impl TorqueMonitor {
         }
         let median = self.median(torques);
         let [torque_s, force_s, _] = z.age_s;
-        self.age_s += dt / (tuning::TORQUE.age_memory_s + dt) * (torque_s - force_s - self.age_s);
-        self.observe_lag(median, (1.0 - share) * change / tuning::TORQUE.lag_s, dt);
+        self.age_s += dt / (tuning::TIMES.memory_s + dt) * (torque_s - force_s - self.age_s);
+        self.observe_lag(median, (1.0 - share) * change / tuning::TIMES.brief_s, dt);
         let limit = self.limit(median);
         let (mut count, mut force, mut variance) = (0u32, 0.0, 0.0);
         let [relative, constant] = self.noise;
@@ -119,12 +119,12 @@ impl TorqueMonitor {
         let by_command = product / (square + floor) - tuning::TORQUE.motor_lag_s;
         // Clocks that are further apart are set differently.
         let age_s = self.age_s.abs();
-        let by_stamp = if age_s <= tuning::ATTITUDE.max_age_s {
+        let by_stamp = if age_s <= tuning::TIMES.mean_s {
             age_s
         } else {
             0.0
         };
-        within(by_command.max(by_stamp), 0.0, tuning::ATTITUDE.max_age_s)
+        within(by_command.max(by_stamp), 0.0, tuning::TIMES.mean_s)
     }
 
     /// Returns true if the torques contradict the command.

@@ -89,7 +89,10 @@ fn the_header_and_rust_have_one_layout() {
             nis,
             moving,
             excited,
-            saturated
+            saturated,
+            total_mass_protection_kg,
+            grade_protection_rad,
+            effective_grade_protection_rad
         }
     );
     layout!(

@@ -145,9 +145,8 @@ pub(super) fn of(
         let about = "True if the estimate can be used.";
         variables.push(Variable::flag(format!("{name}_valid"), about));
     }
-    for (name, _) in signals::NUMBERS {
-        let about = "Innovation or NIS of the slope filter's last measurement.";
-        variables.push(Variable::output(name, "1", about));
+    for (name, unit, about, _) in signals::NUMBERS {
+        variables.push(Variable::output(name, unit, about));
     }
     for (name, _) in signals::FLAGS {
         variables.push(Variable::flag(name, "Status of the estimator."));
@@ -266,7 +265,9 @@ impl EstimatorModel {
             put(value.sd);
             put(number(value.valid));
         }
-        signals::NUMBERS.iter().for_each(|(_, at)| put(*at(&mut e)));
+        signals::NUMBERS
+            .iter()
+            .for_each(|(.., at)| put(*at(&mut e)));
         signals::FLAGS
             .iter()
             .for_each(|(_, at)| put(number(*at(&mut e))));

@@ -259,8 +259,8 @@ impl EstimatorPorts {
         for q in &QUANTITIES {
             quantity(&mut ports, &names, q)?;
         }
-        for (name, place) in NUMBERS {
-            if let Some(v) = names.find(name, "1", ("output", Kind::Real))? {
+        for (name, unit, _, place) in NUMBERS {
+            if let Some(v) = names.find(name, unit, ("output", Kind::Real))? {
                 ports.numbers.push(v.port());
                 ports.numbers_at.push(Box::new(move |e, x| *place(e) = x));
             }

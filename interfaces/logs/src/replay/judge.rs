@@ -4,7 +4,7 @@
 use crate::read::{self, ReadOptions};
 use crate::wrong;
 use monorig_estimators::api::estimator::Estimator;
-use monorig_estimators::api::signals::{Command, Estimate, Measurements, Value};
+use monorig_estimators::api::signals::{Command, Estimate, Measurements, Protection, Value};
 use monorig_sim::closed_loop::registry::{Registry, RegistryError};
 use monorig_sim::error::Error;
 use std::path::{Path, PathBuf};
@@ -73,6 +73,35 @@ const QUANTITIES: [EstimatedQuantity; 4] = [
     },
 ];
 
+/// Protection levels: the columns they may be in, and their places.
+const LEVELS: [EstimatedLevel; 3] = [
+    (
+        &[("mass_protection_kg", 1.0), ("total_mass_protection", 1.0)],
+        |p| &mut p.total_mass_kg,
+    ),
+    (
+        &[
+            ("slope_protection_deg", DEG),
+            ("slope_protection_rad", 1.0),
+            ("grade_protection", 1.0),
+        ],
+        |p| &mut p.grade_rad,
+    ),
+    (
+        &[
+            ("effective_slope_protection_deg", DEG),
+            ("effective_slope_protection_rad", 1.0),
+            ("effective_grade_protection", 1.0),
+        ],
+        |p| &mut p.effective_grade_rad,
+    ),
+];
+
+type EstimatedLevel = (
+    &'static [(&'static str, f64)],
+    fn(&mut Protection) -> &mut f64,
+);
+
 /// Estimates of a file by time.
 #[derive(Clone, Debug)]
 pub struct EstimatesFile {
@@ -84,7 +113,7 @@ pub struct EstimatesFile {
 
 impl EstimatesFile {
     /// Reads a table with a column of time and one of `mass_kg`, `slope_deg`, `effective_slope_deg`, `speed_mps` at
-    /// least, each with `…_sd_…` and `…_valid` if there are.
+    /// least, each with `…_sd_…`, `…_protection_…` and `…_valid` if there are.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let mut rows: Vec<(i64, Estimate)> = Vec::new();
         let (mut columns, mut backwards) = (Vec::new(), None);
@@ -166,6 +195,9 @@ fn estimate(columns: &[String], values: &[f64]) -> Estimate {
             sd: find(q.sd).unwrap_or(f64::NAN),
             valid: value.is_finite() && find(q.valid).is_none_or(|valid| valid > 0.5),
         };
+    }
+    for (names, place) in LEVELS {
+        *place(&mut estimate.protection) = find(names).unwrap_or(0.0).max(0.0);
     }
     estimate
 }

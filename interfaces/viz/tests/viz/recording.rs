@@ -290,7 +290,7 @@ fn lines_break_at_gaps_and_where_not_valid() {
         mass.to_owned(),
         format!("{mass}/two_sigma"),
         format!("{mass}/error"),
-        format!("{mass}/error_two_sigma"),
+        format!("{mass}/error_band"),
     ] {
         assert_eq!(breaks(&path), [10.0], "{path}");
     }

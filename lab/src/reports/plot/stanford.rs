@@ -14,8 +14,6 @@ pub(crate) struct Stanford {
     pub(crate) note: String,
     /// Unit of errors, such as `°`.
     pub(crate) unit: String,
-    /// Protection level over reported standard deviation.
-    pub(crate) k: f64,
     /// Alert limit.
     pub(crate) alert: f64,
     /// Colour of the points.
@@ -43,8 +41,7 @@ impl Stanford {
         let end = (1.05 * largest).clamp(REACH.0 * self.alert, REACH.1 * self.alert);
         let axis = |title: String| Axis::linear(title).between(0.0, end);
         let x = axis(format!("|error|, {}", self.unit)).fix([0.0, end].into_iter(), 0.0);
-        let y = axis(format!("protection level {} σ, {}", self.k, self.unit))
-            .fix([0.0, end].into_iter(), 0.0);
+        let y = axis(format!("protection level, {}", self.unit)).fix([0.0, end].into_iter(), 0.0);
         let a = self.alert;
         let cells = |beyond: bool| {
             let samples = finite.iter().filter(|(e, p)| (e.max(*p) > end) == beyond);

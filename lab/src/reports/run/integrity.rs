@@ -16,7 +16,7 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     let limits = run.summary.limits;
     let section = Section::new("Integrity").text(format!(
         "Are the values marked valid right? A valid sample is misleading if its error exceeds both the alert limit and \
-         the protection level ({} reported standard deviations, at most 43 % or 9°). Right of the diagonal of a Stanford \
+         the protection level (of the estimator, else {} reported standard deviations; at most 43 % or 9°). Right of the diagonal of a Stanford \
          diagram the error exceeds the protection level. The counts use every step of the estimator from the start of \
          the run; the diagram shows the recorded rows.",
         limits.k
@@ -49,14 +49,18 @@ fn diagram(
     let truth = run.column(quantity.truth_channel())?;
     let estimates = run.column(&channel)?;
     let sd = run.column(&format!("{channel}_sd"))?;
+    let own = run.find(&format!("{channel}_protection"));
     let (name_of_unit, factor) = quantity.unit();
-    let rows = estimates.iter().zip(truth).zip(sd).zip(valid);
-    let samples = rows.filter(|(_, v)| **v == 1.0).map(|(((x, t), sd), _)| {
+    let rows = estimates.iter().zip(truth).zip(sd).zip(valid).enumerate();
+    let samples = rows.filter(|(_, (_, v))| **v == 1.0);
+    let samples = samples.map(|(i, (((x, t), sd), _))| {
+        let own = own.and_then(|own| own.get(i)).filter(|own| **own > 0.0);
+        let level = own.map_or(limits.k * sd, |own| own * limits.of_reported());
         let unit = match quantity {
             Quantity::Mass => 100.0 / t,
             _ => DEGREES,
         };
-        let protection = (limits.k * sd * unit).min(factor * quantity.max_protection());
+        let protection = (level * unit).min(factor * quantity.max_protection());
         ((x - t).abs() * unit, protection)
     });
     let samples: Vec<(f64, f64)> = samples.collect();
@@ -70,7 +74,6 @@ fn diagram(
         title: format!("{}: {name}", quantity.title()),
         note: note(run, quantity, name, uncertain),
         unit: name_of_unit.into(),
-        k: limits.k,
         alert,
         ink,
         samples,
@@ -88,7 +91,7 @@ fn note(run: &Recorded, quantity: Quantity, name: &str, uncertain: f64) -> Strin
     let all = [of.share(), overconfident, uncertain].map(|x| number(100.0 * x));
     let [misleading, overconfident, uncertain] = all;
     format!(
-        "{misleading} % of the valid samples mislead, {overconfident} % have an error larger than k σ, and {uncertain} % have a protection \
+        "{misleading} % of the valid samples mislead, {overconfident} % have an error beyond the protection level, and {uncertain} % have a protection \
          level beyond the alert limit: these are too uncertain to use."
     )
 }

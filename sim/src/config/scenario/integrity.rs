@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Integrity {
-    /// Protection level over reported standard deviation.
+    /// Protection level over reported standard deviation; a level that an estimator reports counts k/3 times.
     pub(crate) k: Positive,
     /// Alert limit of the slope, °.
     pub slope_alert_deg: Positive,
@@ -66,6 +66,13 @@ impl From<&Integrity> for IntegrityLimits {
             effective_slope_deg: effective.map_or(slope_deg, Positive::get),
             max_share: own.max_misleading_share.get(),
         }
+    }
+}
+
+impl IntegrityLimits {
+    /// Returns the factor on protection levels that estimators report: k over its default.
+    pub fn of_reported(&self) -> f64 {
+        self.k / Self::default().k
     }
 }
 

@@ -61,5 +61,12 @@ pub fn bits(e: &Estimate) -> Vec<u64> {
         .flat_map(|v| [v.value.to_bits(), v.sd.to_bits(), v.valid.into()]);
     let flags = [e.flags.moving, e.flags.excited, e.flags.saturated].map(u64::from);
     let rest = [e.innovation.to_bits(), e.nis.to_bits(), e.t.ns() as u64];
-    values.chain(rest).chain(flags).collect()
+    let levels = &e.protection;
+    let levels = [
+        levels.total_mass_kg,
+        levels.grade_rad,
+        levels.effective_grade_rad,
+    ];
+    let levels = levels.map(f64::to_bits);
+    values.chain(rest).chain(flags).chain(levels).collect()
 }
