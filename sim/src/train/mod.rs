@@ -199,7 +199,7 @@ impl Train {
 }
 
 /// A drive unit: two friction wheels clamped to the web, one motor.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Drive {
     /// Index of its body.
     pub body: usize,
