@@ -130,7 +130,6 @@ impl Linearisation<'_> {
                     c,
                     v: s.v + take(&moved, 2, k),
                     w: s.w + take(&moved, 3, k),
-                    ..*s
                 }
             })
             .collect();
@@ -141,12 +140,9 @@ impl Linearisation<'_> {
             .zip(moved.iter().skip(12 * n))
             .map(|(a, b)| a + b)
             .collect();
+        dynamics.set_internals(&internals);
         let mut wrenches = vec![Wrench::ZERO; n];
-        // Twice, so that the force of the last step is that of this state too.
-        for _ in 0..2 {
-            dynamics.set_internals(&internals);
-            dynamics.forces(self.rail, &states, self.command, self.dt, &mut wrenches);
-        }
+        dynamics.forces(self.rail, &states, self.command, self.dt, &mut wrenches);
 
         let mut after = moved;
         for (k, (s, wrench)) in states.iter().zip(&wrenches).enumerate() {

@@ -199,7 +199,7 @@ impl Train {
 }
 
 /// A drive unit: two friction wheels clamped to the web, one motor.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Drive {
     /// Index of its body.
     pub body: usize,

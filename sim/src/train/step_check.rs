@@ -1,36 +1,26 @@
 //! Checks that a physics step is short enough for the train's springs and dampers.
 //!
-//! With places and velocities as in `body_state.rs`, a mode of stiffness k, damping c and mass m stays bounded while dt² k
-//! + 4 dt c < 4 m (an undamped spring turns round in two steps; a damper sees a velocity that is continued by half a
-//! step). Running gear is implicit (`implicit.rs`): its dampers count for nothing, and its springs add dt²/12 k to the
-//! mass. For the whole train the left side is λ, the largest eigenvalue of (M + dt²/12 K′)⁻¹ (dt² K + 4 dt C), found here
-//! by power iteration on the train as it stands on a straight rail.
+//! With forces computed from the state before the step and velocities advanced first (semi-implicit Euler), a mode of
+//! stiffness k, damping c and mass m stays bounded while dt² k + 2 dt c < 4 m (Jury's test on
+//! z² − (2 − dt c/m − dt² k/m) z + 1 − dt c/m). For the whole train the left side is λ, the largest eigenvalue of
+//! M⁻¹ (dt² K + 2 dt C), found here by power iteration on the train as it stands on a straight rail.
 
-use super::{Body, ConnectionKind, Train};
+use super::{ConnectionKind, Train};
 use crate::error::DataError;
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Vector3};
 
 /// Stability ends at λ = 4; a quarter is kept back for curves, hold-down contacts and the clamp's roll stiffness.
 const MAX_STIFFNESS_NUMBER: f64 = 3.0;
 const ITERATIONS: usize = 300;
 
-/// A spring-damper between two bodies, or a body and the rail: at each end the body, and the effect of its unit velocity
-/// (linear, angular, in the frame of the rail) on the spring's rate.
+/// A body at one end of a spring, and the effect of its unit velocity (linear, angular) on the spring's rate.
+type End = (usize, Vector3<f64>, Vector3<f64>);
+
+/// A spring-damper between two bodies, or a body and the rail.
 struct Spring {
     k: f64,
     c: f64,
-    ends: [Option<(usize, Vector6<f64>)>; 2],
-}
-
-impl Body {
-    /// Mass, kg, and inertia about the centre of mass, kg·m², in the frame of the rail at the start.
-    pub(crate) fn mass_matrix(&self) -> Matrix6<f64> {
-        let turn = self.start_pose.rotation.to_rotation_matrix();
-        let inertia = turn.matrix() * self.inertia * turn.matrix().transpose();
-        let mut m = Matrix6::from_diagonal_element(self.mass_kg);
-        m.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia);
-        m
-    }
+    ends: [Option<End>; 2],
 }
 
 impl Train {
@@ -69,63 +59,60 @@ impl Train {
         short
     }
 
-    /// Stiffness, N/m and N·m, and damping, N·s/m and N·m·s, of the running gear of body `i` on a straight rail.
-    pub(crate) fn running_gear(&self, i: usize) -> [Matrix6<f64>; 2] {
-        let mut sums = [Matrix6::zeros(); 2];
-        for s in self.springs() {
-            if let [Some((body, rate)), None] = s.ends
-                && body == i
-            {
-                let square = rate * rate.transpose();
-                sums = [sums[0] + square * s.k, sums[1] + square * s.c];
-            }
-        }
-        sums
-    }
-
     /// λ (see the top of this file) and the body that moves most in its mode. Unstable from 4 on.
     pub(crate) fn stiffness_number(&self, dt_s: f64) -> (f64, usize) {
         let springs = self.springs();
-        let implicit = |i: usize| self.running_gear(i)[0] * (dt_s * dt_s / 12.0);
-        let masses: Vec<Matrix6<f64>> = (0..self.bodies.len())
-            .map(|i| self.bodies[i].mass_matrix() + implicit(i))
-            .collect();
-        let inverse: Vec<Matrix6<f64>> = masses
+        let inverse: Vec<Matrix3<f64>> = self
+            .bodies
             .iter()
-            .map(|m| m.try_inverse().unwrap_or_default())
+            .map(|b| b.inertia.try_inverse().unwrap_or_default())
             .collect();
         // A start that no mode is blind to: different numbers for every coordinate, the same on every machine.
-        let mut x: Vec<Vector6<f64>> = (0..self.bodies.len())
-            .map(|i| Vector6::from_fn(|j, _| 1.0 + libm::sin((7 * i + 3 * j + 1) as f64)))
+        let mut x: Vec<[Vector3<f64>; 2]> = (0..self.bodies.len())
+            .map(|i| {
+                let odd = |j: usize| 1.0 + libm::sin((7 * i + 3 * j + 1) as f64);
+                [
+                    Vector3::new(odd(0), odd(1), odd(2)),
+                    Vector3::new(odd(3), odd(4), odd(5)),
+                ]
+            })
             .collect();
         let mut lambda = 0.0;
         for _ in 0..ITERATIONS {
-            let mut y = vec![Vector6::zeros(); x.len()];
+            let mut y = vec![[Vector3::zeros(); 2]; x.len()];
             for s in &springs {
                 let ends = s.ends.iter().flatten();
-                let rate: f64 = ends.clone().map(|(i, rate)| rate.dot(&x[*i])).sum();
-                let damping = if s.ends[1].is_some() { s.c } else { 0.0 };
-                let force = (dt_s * dt_s * s.k + 4.0 * dt_s * damping) * rate;
-                for (i, rate) in ends {
-                    y[*i] += rate * force;
+                let rate: f64 = ends
+                    .clone()
+                    .map(|(i, v, w)| v.dot(&x[*i][0]) + w.dot(&x[*i][1]))
+                    .sum();
+                let force = (dt_s * dt_s * s.k + 2.0 * dt_s * s.c) * rate;
+                for (i, v, w) in ends {
+                    y[*i][0] += v * (force / self.bodies[*i].mass_kg);
+                    y[*i][1] += inverse[*i] * w * force;
                 }
             }
-            // Rayleigh quotient in the norm of the masses, in which the matrix is symmetric: it grows towards λ from below.
-            let mut products = [0.0; 3];
-            for (i, (x, y)) in x.iter().zip(&mut y).enumerate() {
-                let force = *y;
-                *y = inverse[i] * force;
-                let each = [x.dot(&(masses[i] * x)), x.dot(&force), y.dot(&force)];
-                products = [0, 1, 2].map(|k| products[k] + each[k]);
-            }
-            let [xx, xy, yy] = products;
+            // Rayleigh quotient in the energy norm, in which M⁻¹ K is symmetric: it grows towards λ from below.
+            let energy = |p: &[[Vector3<f64>; 2]], q: &[[Vector3<f64>; 2]]| -> f64 {
+                let bodies = self.bodies.iter().enumerate();
+                bodies
+                    .map(|(i, b)| {
+                        b.mass_kg * p[i][0].dot(&q[i][0]) + p[i][1].dot(&(b.inertia * q[i][1]))
+                    })
+                    .sum()
+            };
+            let (xx, xy, yy) = (energy(&x, &x), energy(&x, &y), energy(&y, &y));
             if xx <= 0.0 || yy <= 0.0 {
                 return (lambda, 0);
             }
             lambda = xy / xx;
-            x = y.iter().map(|y| y / yy.sqrt()).collect();
+            let scale = 1.0 / yy.sqrt();
+            x = y.iter().map(|[v, w]| [v * scale, w * scale]).collect();
         }
-        let motion = |i: &usize| x[*i].dot(&(masses[*i] * x[*i]));
+        let motion = |i: &usize| {
+            let b = &self.bodies[*i];
+            b.mass_kg * x[*i][0].norm_squared() + x[*i][1].dot(&(b.inertia * x[*i][1]))
+        };
         let most = (0..self.bodies.len()).max_by(|a, b| motion(a).total_cmp(&motion(b)));
         (lambda, most.unwrap_or(0))
     }
@@ -135,9 +122,8 @@ impl Train {
         let end = |body: usize, at: Vector3<f64>, along: Vector3<f64>| {
             let b = &self.bodies[body];
             let arm = b.start_pose.rotation * (at - b.com);
-            let about = arm.cross(&along);
-            let rate = Vector6::new(along.x, along.y, along.z, about.x, about.y, about.z);
-            Some((body, rate))
+            let about = b.start_pose.rotation.inverse() * arm.cross(&along);
+            Some((body, along, about))
         };
         let mut springs = Vec::new();
         for (i, b) in self.bodies.iter().enumerate() {
@@ -186,8 +172,8 @@ impl Train {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::train::{Connection, Station};
-    use nalgebra::{Isometry3, Matrix3};
+    use crate::train::{Body, Connection, Station};
+    use nalgebra::Isometry3;
 
     fn body(mass_kg: f64, stations: Vec<Station>) -> Body {
         Body {
@@ -231,10 +217,9 @@ mod tests {
 
     /// Largest excursion of a damped oscillator stepped as the world steps it.
     fn excursion(k: f64, c: f64, m: f64, dt: f64) -> f64 {
-        let (mut x, mut v, mut gained, mut most) = (1e-3, 0.0, 0.0, 0.0_f64);
+        let (mut x, mut v, mut most) = (1e-3, 0.0, 0.0_f64);
         for _ in 0..20_000 {
-            gained = -0.5 * dt * (k * x + c * (v + gained)) / m;
-            v += 2.0 * gained;
+            v -= dt * (k * x + c * v) / m;
             x += dt * v;
             most = most.max(f64::abs(x));
         }
@@ -249,8 +234,8 @@ mod tests {
                 connections: vec![bar(0, 1, k, c)],
                 ..Train::default()
             };
-            // λ is dt² k + 4 dt c here: solve for λ = 4.
-            let dt4 = 2.0 * (-c + (c * c + k).sqrt()) / k;
+            // λ is dt² k + 2 dt c here: solve for λ = 4.
+            let dt4 = (-c + (c * c + 4.0 * k).sqrt()) / k;
             assert!((train.stiffness_number(dt4).0 - 4.0).abs() < 1e-6);
             assert!(excursion(k, c, 1.0, 0.99 * dt4) < 1.0);
             assert!(excursion(k, c, 1.0, 1.01 * dt4) > 1e3);

@@ -7,8 +7,6 @@ use monorig_sim::testing::{slope, torque, track, train, world};
 use monorig_sim::train::Train;
 
 const DT: f64 = 1e-3;
-/// Step of the linearisation: it holds what the forces keep of the last step, which is of the order of the step.
-const MODES_DT: f64 = 1e-4;
 
 /// The slowest mode in which the load swings against the beam along the rail (axis 0) or across it (1).
 fn swing(train: &Train, modes: &[Mode], axis: usize) -> Mode {
@@ -85,7 +83,7 @@ fn a_braked_train_and_a_driving_one_have_the_swing_of_the_linearised_model() {
         for (name, command, speed) in [("braked", brake, 0.0), ("driving", drive, 1.0)] {
             let mut w = steady(&train, speed, &command, 3.0);
             let rail = track("vertical: [{kind: grade, length_m: 400}]\n");
-            let modes = natural_modes(w.dynamics(), &rail, w.bodies(), &command, MODES_DT);
+            let modes = natural_modes(w.dynamics(), &rail, w.bodies(), &command, DT);
             // The first swing after the bump also shakes springs; a small swing, so that sin φ = φ to 1e-4.
             let [along, across] = bumped(&mut w, &command, [0.03, 0.02], 24.0);
             for (axis, signal, direction) in [(0, along, "along"), (1, across, "across")] {
@@ -116,7 +114,7 @@ fn without_brakes_the_train_swings_against_its_load() {
     let rail = track("vertical: [{kind: grade, length_m: 400}]\n");
     let period = |command: &Command, speed: f64| {
         let w = steady(&train, speed, command, 3.0);
-        let modes = natural_modes(w.dynamics(), &rail, w.bodies(), command, MODES_DT);
+        let modes = natural_modes(w.dynamics(), &rail, w.bodies(), command, DT);
         swing(&train, &modes, 0).period_s
     };
     let braked = period(

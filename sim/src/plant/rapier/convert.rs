@@ -77,7 +77,7 @@ pub fn pose(s: &BodyState) -> Pose {
     }
 }
 
-/// The motion of a body at a steady speed.
+/// The motion of a body.
 pub fn state(b: &RigidBody) -> BodyState {
     let pose = b.position();
     let q = pose.rotation;
@@ -93,6 +93,5 @@ pub fn state(b: &RigidBody) -> BodyState {
         c: from_rapier(b.center_of_mass()),
         v: from_rapier(b.linvel()),
         w: from_rapier(b.angvel()),
-        gained: [Vector3::zeros(); 2],
     }
 }

@@ -1,8 +1,4 @@
 //! Motion of one rigid body, in the world frame.
-//!
-//! A step drifts the bodies by half of it, changes their velocities by the forces there, and drifts them by the other
-//! half (position Verlet, of second order). So the forces see the places of the middle of the step and the velocities
-//! before it; the velocities of the middle are those before it and half the change of the last step.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -21,8 +17,6 @@ pub struct BodyState {
     pub v: Vector3<f64>,
     /// Angular velocity, rad/s.
     pub w: Vector3<f64>,
-    /// Half the changes of both velocities in the last step.
-    pub(crate) gained: [Vector3<f64>; 2],
 }
 
 impl BodyState {
@@ -34,16 +28,6 @@ impl BodyState {
     /// Velocity of the body at a world point, m/s.
     pub fn velocity(&self, at: &Vector3<f64>) -> Vector3<f64> {
         self.v + self.w.cross(&(at - self.c))
-    }
-
-    /// The same velocity in the middle of the step, less the velocity before it, m/s.
-    pub(crate) fn velocity_gained(&self, at: &Vector3<f64>) -> Vector3<f64> {
-        self.gained[0] + self.gained[1].cross(&(at - self.c))
-    }
-
-    /// Angular velocity in the middle of the step, rad/s.
-    pub(crate) fn middle_w(&self) -> Vector3<f64> {
-        self.w + self.gained[1]
     }
 }
 

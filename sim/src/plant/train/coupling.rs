@@ -1,7 +1,6 @@
 //! Couplings, hangers and chains: spring-dampers between two bodies.
 
 use super::body_state::BodyState;
-use super::implicit::eased;
 use crate::train::{Connection, ConnectionKind};
 use nalgebra::Vector3;
 
@@ -18,20 +17,14 @@ pub struct Pull {
     pub loss: f64,
 }
 
-/// Forces and torques of a connection on its two bodies. The damper is implicit in its own number: each newton that was
-/// not in the force of the `last` step takes `give` m/s from its rate in the middle of this step.
-pub fn pull(c: &Connection, a: &BodyState, b: &BodyState, give: f64, last: &Vector3<f64>) -> Pull {
-    let yields = c.c * give;
+/// Forces and torques of a connection on its two bodies.
+pub fn pull(c: &Connection, a: &BodyState, b: &BodyState) -> Pull {
     let at_a = a.point(&c.anchor_a);
     let at_b = b.point(&c.anchor_b);
     let d = at_b - at_a;
-    let middle = |s: &BodyState, at| s.velocity(at) + s.velocity_gained(at);
-    let v = middle(b, &at_b) - middle(a, &at_a);
+    let v = b.velocity(&at_b) - a.velocity(&at_a);
     let (force, loss) = match c.kind {
-        ConnectionKind::Hanger => {
-            let force = (d * c.k + v * c.c + last * yields) / (1.0 + yields);
-            (force, c.c * v.norm_squared())
-        }
+        ConnectionKind::Hanger => (d * c.k + v * c.c, c.c * v.norm_squared()),
         ConnectionKind::Drawbar | ConnectionKind::Chain => {
             let length = d.norm_squared().sqrt();
             if length < 1e-9 {
@@ -39,8 +32,7 @@ pub fn pull(c: &Connection, a: &BodyState, b: &BodyState, give: f64, last: &Vect
             } else {
                 let n = d / length;
                 let rate = n.dot(&v);
-                let pull = c.k * (length - c.length_m) + c.c * rate;
-                let tension = eased(pull, n.dot(last), yields);
+                let tension = c.k * (length - c.length_m) + c.c * rate;
                 let slack =
                     c.kind == ConnectionKind::Chain && (length <= c.length_m || tension <= 0.0);
                 if slack {

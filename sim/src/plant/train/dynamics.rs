@@ -3,12 +3,11 @@
 use super::adhesion::{self, AdhesionZone};
 use super::balance::{Directions, ForceBalance};
 use super::body_state::{BodyState, Wrench};
-use super::friction::{Bristle, Contact, RollingContact, Under, WheelParameters};
-use super::implicit::{ImplicitGear, eased};
-use super::motor::{Lag, TractionMotor, wheel_damping, wheel_torque};
+use super::friction::{Bristle, RollingContact, SlidingContact, WheelParameters};
+use super::motor::{Lag, TractionMotor, wheel_torque};
 use super::running_gear::grip;
 use super::{coupling, resistance};
-use crate::rail::{Cursor, Rail};
+use crate::rail::{Cursor, Rail, RailFrame};
 use crate::train::{Drive, Train};
 use monorig_estimators::api::signals::Command;
 use nalgebra::Vector3;
@@ -35,16 +34,16 @@ pub struct DriveUnit {
     pub brake: Lag,
     /// Left and right friction wheel.
     pub wheels: [RollingContact; 2],
-    /// Torque of the gear at both wheels, and of the rolling of each, N·m, in the last step.
-    torques: [f64; 3],
     /// Angles of the wheels, rad.
     pub angles: [f64; 2],
     /// Brake shoes.
-    pub shoes: Contact,
+    pub shoes: SlidingContact,
     /// Adhesion under the wheels.
     pub adhesion: f64,
-    /// Chainage of the wheels, m.
-    pub chainage_m: f64,
+    /// Speed of the body along the rail at the wheels, m/s, before the last step.
+    pub v_t: f64,
+    /// Point at which the wheels touch the web, and the rail there, before the last step.
+    pub(super) contact: (Vector3<f64>, RailFrame),
 }
 
 /// Sums of one step, N and W.
@@ -95,16 +94,12 @@ pub struct Dynamics {
     /// Two cursors per rail-bound body, in the order of the stations.
     pub(super) cursors: Vec<Cursor>,
     /// Rolling resistance of each station.
-    pub(super) rolling: Vec<Contact>,
+    pub(super) rolling: Vec<SlidingContact>,
     /// Mass that each body brings onto the rail, kg: its own and its share of what hangs from it; 0 for suspended
     /// bodies.
     carried: Vec<f64>,
     /// Directions of the rail at the bodies.
     directions: Directions,
-    /// Of each connection 1/mass of its ends, doubled for what else they hang on, 1/kg, and the force of the last step.
-    pulls: Vec<(f64, Vector3<f64>)>,
-    /// Running gear of the rail-bound bodies over a step.
-    implicit: ImplicitGear,
     web_half: f64,
 }
 
@@ -127,11 +122,11 @@ impl Dynamics {
                 clamp: Lag { value: d.clamp_mpa },
                 brake: Lag::default(),
                 wheels: [RollingContact::default(); 2],
-                torques: [0.0; 3],
                 angles: [0.0; 2],
-                shoes: Contact::default(),
+                shoes: SlidingContact::default(),
                 adhesion: d.adhesion,
-                chainage_m: front + train.bodies[d.body].start_s + d.contact.x,
+                v_t: 0.0,
+                contact: (Vector3::zeros(), rail.frame(front)),
             })
             .collect();
         let web_half = rail.profile().map_or(0.0, |p| p.web_m) / 2.0;
@@ -141,34 +136,47 @@ impl Dynamics {
             zones: Vec::new(),
             clamp_limit_mpa: f64::INFINITY,
             gravity,
-            rolling: vec![Contact::default(); cursors.len()],
+            rolling: vec![SlidingContact::default(); cursors.len()],
             cursors,
             carried: Vec::new(),
             directions: Directions::default(),
-            pulls: Vec::new(),
-            implicit: ImplicitGear::default(),
             web_half,
         };
         this.distribute_masses();
-        let count = this.train.bodies.len();
-        this.directions = Directions::new(count, this.train.suspended_bodies());
-        this.implicit = ImplicitGear::new(count);
+        this.directions = Directions::new(this.train.bodies.len(), this.train.suspended_bodies());
         this
     }
 
     /// Distributes each suspended body's mass over the bodies that carry it, down to the rail.
     pub fn distribute_masses(&mut self) {
-        let mass = |i: usize| self.train.bodies[i].mass_kg;
-        self.carried = self.train.resting(mass);
-        self.pulls
-            .resize(self.train.connections.len(), (0.0, Vector3::zeros()));
-        for (c, pull) in self.train.connections.iter().zip(&mut self.pulls) {
-            pull.0 = 2.0 / mass(c.a) + 2.0 / mass(c.b);
+        let n = self.train.bodies.len();
+        let mut mass: Vec<f64> = self.train.bodies.iter().map(|b| b.mass_kg).collect();
+        // A chain of suspended bodies is at most as long as the list of bodies.
+        for _ in 0..n {
+            let mut moved = false;
+            for i in 0..n {
+                if mass[i] == 0.0 || !self.train.bodies[i].stations.is_empty() {
+                    continue;
+                }
+                let above: Vec<usize> = self.train.supports(i);
+                if above.is_empty() {
+                    continue;
+                }
+                let share = mass[i] / above.len() as f64;
+                mass[i] = 0.0;
+                for a in above {
+                    mass[a] += share;
+                }
+                moved = true;
+            }
+            if !moved {
+                break;
+            }
         }
+        self.carried = mass;
     }
 
-    /// Advance the internal states by `dt` and compute the wrench on every body (gravity excluded), mean over the step,
-    /// from the places in its middle and the velocities before it.
+    /// Advance the internal states by `dt` and compute the wrench on every body (gravity excluded).
     pub fn forces(
         &mut self,
         rail: &Rail,
@@ -185,16 +193,12 @@ impl Dynamics {
             sums.external += w.force;
         }
         self.directions.complete();
-        for (c, (give, last)) in self.train.connections.iter().zip(&mut self.pulls) {
-            let p = coupling::pull(c, &bodies[c.a], &bodies[c.b], 0.5 * dt * *give, last);
-            *last = p.force;
+        for c in &self.train.connections {
+            let p = coupling::pull(c, &bodies[c.a], &bodies[c.b]);
             out[c.a].add(&bodies[c.a], &p.force, &p.at_a);
             out[c.b].add(&bodies[c.b], &-p.force, &p.at_b);
             sums.loss_w += p.loss;
         }
-        sums.external += self
-            .implicit
-            .hold(&self.train, bodies, self.gravity, dt, out);
         self.balance(out, &mut sums);
         sums
     }
@@ -235,7 +239,7 @@ impl Dynamics {
         let mut air_v = None;
         for (i, spec) in self.train.bodies.iter().enumerate() {
             let body = &bodies[i];
-            let (mut tangents, mut ups, mut sines) = (Vector3::zeros(), Vector3::zeros(), 0.0);
+            let (mut tangents, mut sines) = (Vector3::zeros(), 0.0);
             for (k, st) in spec.stations.iter().enumerate() {
                 let Some((cursor, rolling)) = stations.next() else {
                     return;
@@ -245,18 +249,16 @@ impl Dynamics {
                 let g = grip(st, body, &at, &f);
                 let [by_running, by_guides] = resistance::rolling(res, &g);
                 let limit = by_running + by_guides;
-                let give = 0.5 * dt * spec.stations.len() as f64 / spec.mass_kg;
-                let under = Under { v: g.v_t, give };
-                let held = rolling.step(&resistance::ROLLING, limit, &under, dt);
+                let held = rolling.step(&resistance::ROLLING, limit, g.v_t, dt);
                 let mut against = 0.0;
                 if k == 0 {
-                    let bearing = resistance::bearing(res, g.v_t[1]);
+                    let bearing = resistance::bearing(res, g.v_t);
                     against += bearing;
                     sums.balance.bearing_n -= bearing;
                 }
                 if air_v.is_none() {
-                    air_v = Some(());
-                    let air = resistance::air(res, g.v_t[1]);
+                    air_v = Some(g.v_t);
+                    let air = resistance::air(res, g.v_t);
                     against += air;
                     sums.balance.air_n -= air;
                 }
@@ -268,16 +270,14 @@ impl Dynamics {
                 out[i].add(body, &force, &at);
                 out[i].torque += f.t * g.roll;
                 sums.resistance_n += against - held;
-                sums.loss_w += g.loss + against * g.v_t[1] + rolling.loss;
+                sums.loss_w += g.loss + against * g.v_t + rolling.loss;
                 sums.wheel_load_n += g.wheel_load;
                 sums.off_rail_m = sums.off_rail_m.max(g.off[0].abs()).max(g.off[1].abs());
                 tangents += f.t;
-                ups += f.u;
                 sines += rail.sine_without_steps(&f);
             }
             if !spec.stations.is_empty() {
                 self.directions.set(i, &tangents);
-                self.implicit.turn(i, &self.directions.now()[i], &ups);
                 let sin = sines / spec.stations.len() as f64;
                 sums.mass_sin += self.carried[i] * sin;
                 sums.normal_n += self.carried[i] * self.gravity * (1.0 - sin * sin).max(0.0).sqrt();
@@ -304,21 +304,15 @@ impl Dynamics {
             // The wheels press on the web from both sides, so they touch it where it is and not on the body's axis,
             // which is a chord of the bend; their height is that of the body.
             let at = f.p + f.u * (wheels - f.p).dot(&f.u);
-            let before = body.velocity(&at).dot(&f.t);
-            let v_t = [before, before + body.velocity_gained(&at).dot(&f.t)];
-            // Two wheels and a shoe act on the body.
-            let give = 1.5 * dt / self.train.bodies[d.body].mass_kg;
-            let turning = [body.w, body.middle_w()].map(|w| w.dot(&f.u) * self.web_half);
-            unit.chainage_m = f.s + 0.5 * dt * v_t[1];
+            let v_t = body.velocity(&at).dot(&f.t);
+            let turning = body.w.dot(&f.u) * self.web_half;
+            unit.v_t = v_t;
+            unit.contact = (at, f);
 
-            let omega = 0.5 * (unit.wheels[0].expected() + unit.wheels[1].expected());
+            let omega = 0.5 * (unit.wheels[0].omega + unit.wheels[1].omega);
             let asked = command.motor_torque_nm.get(i).copied().unwrap_or(0.0);
             let motor = unit.motor.step(&d, asked, omega, dt);
-            let friction_wheel = d.friction_wheel();
-            let turn = 0.5 * dt / friction_wheel.inertia;
-            let give_gear = 0.5 * turn * wheel_damping(&d, motor, omega);
-            let torque = eased(wheel_torque(&d, motor, omega), unit.torques[0], give_gear);
-            unit.torques[0] = torque;
+            let torque = wheel_torque(&d, motor, omega);
             let pressure = unit.clamp.step(
                 command.clamp_pressure_mpa.min(self.clamp_limit_mpa),
                 d.clamp_lag_s,
@@ -327,32 +321,30 @@ impl Dynamics {
             let clamp = pressure * 1e6 * d.piston_area_m2;
             unit.adhesion = adhesion::at(&self.zones, unit.cursor.s, d.adhesion);
 
+            let friction_wheel = d.friction_wheel();
             let r = d.wheel_radius_m;
-            let (mut along, mut turned) = (0.0, 0.0);
+            let mut along = 0.0;
             for (side, wheel) in unit.wheels.iter_mut().enumerate() {
-                let left = if side == 0 { -1.0 } else { 1.0 };
-                let under = Under {
-                    v: [0, 1].map(|k| v_t[k] + left * turning[k]),
-                    give,
+                let v_side = if side == 0 {
+                    v_t - turning
+                } else {
+                    v_t + turning
                 };
-                let rate = wheel.expected();
-                let give_rolling = turn * resistance::clamped_damping(res, clamp, r, rate);
-                let rolling = resistance::clamped_wheel(res, clamp, r, rate);
-                let rolling = eased(rolling, unit.torques[1 + side], give_rolling);
-                unit.torques[1 + side] = rolling;
+                let rolling = resistance::clamped_wheel(res, clamp, r, wheel.omega);
+                let before = wheel.omega;
                 let limit = unit.adhesion * clamp;
-                along += wheel.step(&friction_wheel, limit, 0.5 * torque - rolling, &under, dt);
-                let rate = wheel.omega - wheel.gained;
-                unit.angles[side] += dt * rate;
-                turned += 0.5 * rate;
-                sums.loss_w += wheel.contact.loss + rolling * rate;
+                along += wheel.step(&friction_wheel, limit, 0.5 * torque - rolling, v_side, dt);
+                let mean = 0.5 * (before + wheel.omega);
+                unit.angles[side] += dt * wheel.omega;
+                sums.loss_w += wheel.loss + rolling * mean;
                 sums.resistance_n += rolling / r;
                 sums.balance.clamped_rolling_n -= rolling / r;
             }
             sums.balance.drive_n += torque / r;
-            let power = motor * d.gear_ratio * turned;
+            let rate = 0.5 * (unit.wheels[0].omega + unit.wheels[1].omega);
+            let power = motor * d.gear_ratio * 0.5 * (omega + rate);
             sums.drive_w += power;
-            sums.loss_w += power - torque * turned;
+            sums.loss_w += power - torque * 0.5 * (omega + rate);
             sums.traction_n += along;
 
             let limit = unit
@@ -368,13 +360,13 @@ impl Dynamics {
             } else {
                 limit
             };
-            let brake = unit.shoes.step(&shoe, limit, &Under { v: v_t, give }, dt);
+            let brake = unit.shoes.step(&shoe, limit, v_t, dt);
             sums.loss_w += unit.shoes.loss;
             sums.brake_n += brake;
 
             // The clamped pair resists roll up to what its clamp force carries.
             let roll = body.r.column(1).dot(&f.u);
-            let roll_rate = body.middle_w().dot(&f.t);
+            let roll_rate = body.w.dot(&f.t);
             let most = clamp * WHEEL_HALF_WIDTH_M;
             let moment =
                 (-CLAMP_ROLL_STIFFNESS * roll - CLAMP_ROLL_DAMPING * roll_rate).clamp(-most, most);
@@ -383,6 +375,11 @@ impl Dynamics {
             out[d.body].add(body, &(f.t * (along + brake)), &at);
             out[d.body].torque += f.t * moment;
         }
+    }
+
+    /// Chainage of the friction wheels of drive `i`, m.
+    pub fn drive_chainage(&self, i: usize) -> f64 {
+        self.drives[i].cursor.s
     }
 }
 

@@ -21,8 +21,8 @@ pub struct Grip {
     pub loss: f64,
     /// Deviation from the rail's line, m: left, up.
     pub off: [f64; 2],
-    /// Speed along the rail before the step and in its middle, m/s.
-    pub v_t: [f64; 2],
+    /// Speed along the rail, m/s.
+    pub v_t: f64,
 }
 
 /// Load of a wheel pressed in by `depth` at `rate`: positive on the running side, negative on the hold-down side, which
@@ -47,13 +47,12 @@ fn wheel(st: &Station, depth: f64, rate: f64) -> (f64, f64) {
 /// Evaluate a station at its place `at` on `body`, over the rail at `f`.
 pub fn grip(st: &Station, body: &BodyState, at: &Vector3<f64>, f: &RailFrame) -> Grip {
     let d = at - f.p;
-    let before = body.velocity(at);
-    let v = before + body.velocity_gained(at);
+    let v = body.velocity(at);
     let (left, up) = (d.dot(&f.l), d.dot(&f.u));
-    let (v_left, v_up) = (v.dot(&f.l), v.dot(&f.u));
+    let (v_left, v_up, v_t) = (v.dot(&f.l), v.dot(&f.u), v.dot(&f.t));
     // Roll of the body against the rail: + lifts the left side.
     let roll = body.r.column(1).dot(&f.u);
-    let roll_rate = body.middle_w().dot(&f.t);
+    let roll_rate = body.w.dot(&f.t);
 
     let arm = st.half_gauge_m;
     let (n_left, loss_left) = wheel(st, -(up + arm * roll), -(v_up + arm * roll_rate));
@@ -71,7 +70,7 @@ pub fn grip(st: &Station, body: &BodyState, at: &Vector3<f64>, f: &RailFrame) ->
         guide_load: guide.abs(),
         loss: loss_left + loss_right + st.guide_c * v_y * v_y,
         off: [left, up],
-        v_t: [before.dot(&f.t), v.dot(&f.t)],
+        v_t,
     }
 }
 
