@@ -69,8 +69,11 @@ pub const NUMBERS: [EstimatedNumber; 5] = [
     }),
 ];
 
+/// A name and the place of a flag in an estimate.
+pub type EstimatedFlag = (&'static str, fn(&mut Estimate) -> &mut bool);
+
 /// Flags of an estimate.
-pub const FLAGS: [(&str, fn(&mut Estimate) -> &mut bool); 3] = [
+pub const FLAGS: [EstimatedFlag; 3] = [
     ("moving", |e| &mut e.flags.moving),
     ("excited", |e| &mut e.flags.excited),
     ("saturated", |e| &mut e.flags.saturated),
