@@ -32,9 +32,8 @@ pub struct Value {
     pub valid: bool,
 }
 
-/// Protection levels of an estimate: an error exceeds its level no more often than the risk that the estimator is built
-/// for, also while one instrument is wrong. 0 where an estimator has no level of its own: the rig then takes k standard
-/// deviations.
+/// Protection levels of an estimate: sizes that its errors are meant to exceed no more often than the risk that the
+/// estimator is built for. 0 where an estimator has no level of its own: the rig then takes k standard deviations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Protection {
     /// Level of the total mass, kg.

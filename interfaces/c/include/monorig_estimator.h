@@ -100,8 +100,8 @@ typedef struct {
   uint64_t moving;
   uint64_t excited;
   uint64_t saturated;
-  double total_mass_protection_kg; /* protection levels: an error exceeds its level no more often than the risk that the */
-  double grade_protection_rad;     /* estimator is built for; 0: it has none, and monorig takes k standard deviations */
+  double total_mass_protection_kg; /* protection levels: errors are meant to exceed them no more often than the risk that */
+  double grade_protection_rad;     /* the estimator is built for; 0: it has none, monorig takes k standard deviations */
   double effective_grade_protection_rad;
 } monorig_estimate;
 

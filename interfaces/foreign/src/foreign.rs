@@ -62,7 +62,9 @@ pub(crate) fn checked(e: Estimate) -> Result<Estimate, Error> {
     }
     match e.is_finite() {
         true => Ok(e),
-        false => Err(Error::own("innovation or NIS is not finite")),
+        false => Err(Error::own(
+            "innovation, NIS or protection level is not finite",
+        )),
     }
 }
 

@@ -56,11 +56,11 @@ pub type Titled = (Plot, &'static str);
 pub const OVERVIEW: [Titled; 3] = [
     (
         Plot::MassError,
-        "Mass error, % (±2σ where valid; white: Cramér-Rao bound, ±2σ)",
+        "Mass error, % (protection level or ±2σ where valid; white: Cramér-Rao bound, ±2σ)",
     ),
     (
         Plot::SlopeError,
-        "Slope error, ° (±2σ where valid; white: Cramér-Rao bound, ±2σ)",
+        "Slope error, ° (protection level or ±2σ where valid; white: Cramér-Rao bound, ±2σ)",
     ),
     (
         Plot::Speed,
@@ -85,7 +85,7 @@ pub const VALUES: [Titled; 5] = [
     ),
     (
         Plot::EffectiveSlopeError,
-        "Error of the effective slope, ° (±2σ where valid; white: Cramér-Rao bound, ±2σ)",
+        "Error of the effective slope, ° (protection level or ±2σ where valid; white: Cramér-Rao bound, ±2σ)",
     ),
     (
         Plot::Steering,
