@@ -101,7 +101,7 @@ impl Controller {
 /// The number of the step in a frame of an answer, changed.
 fn renumbered(frame: &Frame, by: u16) -> Frame {
     let message = Message::of(frame.id).unwrap();
-    let mut values: [Value; 7] = message.decode(Numbers::Fixed, frame).unwrap();
+    let mut values: [Value; 8] = message.decode(Numbers::Fixed, frame).unwrap();
     for value in &mut values {
         if let Value::Sequence(sequence) = value {
             *sequence = (*sequence + by) % monorig_wire::SEQUENCES;
@@ -180,7 +180,7 @@ fn mistakes_of_a_controller_have_messages() {
 fn what_is_no_number_is_refused() {
     let nan = |k: u64, all: &mut Vec<Frame>| {
         if k % 10 == 9 {
-            let mut values: [Value; 4] = Message::Grade.decode(Numbers::Fixed, &all[1]).unwrap();
+            let mut values: [Value; 8] = Message::Grade.decode(Numbers::Fixed, &all[1]).unwrap();
             values[0] = Value::Number(f64::NAN);
             all[1] = Message::Grade.encode(Numbers::Fixed, &values).0;
         }
