@@ -122,11 +122,15 @@ pub struct Separation {
 }
 
 impl Separation {
-    /// Takes the signals of a step.
-    pub fn step(&mut self, z: &Compared, dt: Real) {
+    /// Takes the signals of a step; returns the separation from the pitch without the gyro beyond what is usual, rad.
+    pub fn step(&mut self, z: &Compared, dt: Real) -> Real {
         self.take_force(z, dt);
         let [own, _] = z.sd;
         let limit = tuning::STATISTICS.noise_sd * own + tuning::SEPARATION.nominal_rad;
+        // A gyro drifts; what is suddenly further apart is an accelerometer or wheels.
+        let beyond = self.without_gyro.abs() - limit;
+        let drifts = self.is_heard() && beyond < tuning::SOURCE.read_sum_sd;
+        let excess = if drifts { beyond.max(0.0) } else { 0.0 };
         let calm = self.without_gyro.abs() < limit;
         if self.carried.is_none() && calm && self.is_heard() {
             self.carried = Some([Carried::begin(z); 2]);
@@ -149,6 +153,7 @@ impl Separation {
         let [bias, bias_sd] = z.bias_rad;
         let beyond = (largest - 2.0 * own).max(bias.abs() - 2.0 * bias_sd);
         self.open_rad = beyond.max(0.0) / 3.0;
+        excess
     }
 
     /// Compares the acceleration by accelerometer and pitch with that of the wheels: its mean is too small by g times
