@@ -187,7 +187,7 @@ class Health:
                 self.events.add("stuck gyro")
         assert not self.repeats("force", force)
         centripetal = (rate[2] - yaw_bias) * v if rate is not None else 0.0
-        error = np.linalg.norm(force) - math.hypot(G, centripetal)
+        error = math.copysign(np.linalg.norm(force), force[2]) - math.hypot(G, centripetal)
         self.norm += DT / (lag + DT) * (error - self.norm)
         if abs(self.norm) > 0.35:
             self.out = 0.5
@@ -279,7 +279,7 @@ class Attitude:
         self.seen = [NoiseSeen() for _ in range(4)]
         self.curvature, self.ways, self.way, self.arm = 0.0, [None] * 4, 0.0, 0.0
         self.turn, self.heading, self.heading_sd = 0, 0.0, 0.0
-        self.y, self.nis, self.torques = 0.0, 0.0, 0.0
+        self.y, self.nis, self.torques, self.disputed = 0.0, 0.0, 0.0, 0.0
 
     def start(self, force, speeds):
         p, v = SHEET, float(np.mean(speeds))
@@ -434,10 +434,11 @@ class Attitude:
         usual = 3.0 * math.sqrt(b.P[TH, TH]) + 0.004
         self.mount_sd = self.separation.step(b, body, None if force is None else self.v_dot, self.voted, self.turn_walk, SHEET["bias"], self.health.scale)
         beyond = abs(self.separation.without_gyro) - usual
+        self.disputed = self.disputed + DT if beyond >= 0.0 and self.separation.heard > 2.0 else 0.0
         on_rail = self.turn_walk == 0.0
-        if on_rail and self.used and not self.rejected and self.separation.heard > 2.0 and 0.0 < beyond < 0.02:
+        if on_rail and self.used and not self.rejected and self.disputed > 0.0 and (beyond < 0.02 or self.disputed > 20.0):
             self.events.add("opened")
-            b.P[TH, TH] += beyond**2 * DT / 0.3
+            b.P[TH, TH] += min(beyond, 0.02) ** 2 * DT / 0.3
         self.pitch_sd = math.sqrt(b.P[TH, TH])
         self.arm_error(self.v * DT, math.sqrt(b.P[TH, TH]) < 0.003)
         _, q, r = body if body is not None else (0.0, 0.0, 0.0)

@@ -132,7 +132,9 @@ impl ImuHealth {
 
     fn check_norm(&mut self, [x, y, z]: [Real; 3], centripetal_mps2: Real, share: Real) {
         let expected = sqrt(GRAVITY * GRAVITY + centripetal_mps2 * centripetal_mps2);
-        let error = sqrt(x * x + y * y + z * z) - expected;
+        let length = sqrt(x * x + y * y + z * z);
+        // upside down the length is that of a wrong sign
+        let error = if z < 0.0 { -length } else { length } - expected;
         self.norm_error_mps2 += share * (error - self.norm_error_mps2);
         if self.norm_error_mps2.abs() > tuning::SHOCK.norm_gate_mps2 {
             self.out_s = tuning::TIMES.lost_s;

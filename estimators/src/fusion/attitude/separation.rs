@@ -118,6 +118,8 @@ pub struct Separation {
     by_scale: Real,
     /// Pitch of the filter in the last step, rad.
     last_rad: Real,
+    /// Time for which accelerometer and wheels have contradicted the pitch, s.
+    apart_s: Real,
     open_rad: Real,
 }
 
@@ -127,11 +129,17 @@ impl Separation {
         self.take_force(z, dt);
         let [own, _] = z.sd;
         let limit = tuning::STATISTICS.noise_sd * own + tuning::SEPARATION.nominal_rad;
-        // A gyro drifts; what is suddenly further apart is an accelerometer or wheels.
         let beyond = self.without_gyro.abs() - limit;
-        let drifts = self.is_heard() && beyond < tuning::SOURCE.read_sum_sd;
-        let excess = if drifts { beyond.max(0.0) } else { 0.0 };
-        let calm = self.without_gyro.abs() < limit;
+        let calm = beyond < 0.0;
+        self.apart_s = if calm || !self.is_heard() {
+            0.0
+        } else {
+            self.apart_s + dt
+        };
+        // A gyro drifts. What is suddenly further apart is an accelerometer or wheels, unless it stays.
+        let most = tuning::SOURCE.read_sum_sd;
+        let opens = self.apart_s > 0.0 && (beyond < most || self.apart_s > tuning::TIMES.young_s);
+        let excess = if opens { beyond.min(most) } else { 0.0 };
         if self.carried.is_none() && calm && self.is_heard() {
             self.carried = Some([Carried::begin(z); 2]);
         }
@@ -237,7 +245,7 @@ impl Blank for Carried {
 }
 
 state!(Carried { angles, bias_sd, variance, age_s, range, apart; });
-state!(Separation { low, waited_s, heard_s, without_gyro, carried, by_scale, last_rad, open_rad; });
+state!(Separation { low, waited_s, heard_s, without_gyro, carried, by_scale, last_rad, apart_s, open_rad; });
 
 #[cfg(test)]
 mod tests {

@@ -51,7 +51,7 @@ impl AttitudeFilter {
         self.params.mount_sd_deg * PI / 180.0 + self.separation_sd_rad()
     }
 
-    /// Standard deviation of the pitch that instruments leave open which contradict each other, rad; 0 while they agree.
+    /// Standard deviation of the pitch due to instruments that contradict each other, rad; 0 while they agree.
     pub fn separation_sd_rad(&self) -> Real {
         match self.supervision.separation {
             true => self.separation.open_rad(),
