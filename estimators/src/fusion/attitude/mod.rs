@@ -225,8 +225,8 @@ impl AttitudeFilter {
         Some(self.found)
     }
 
-    /// Compares the belief after a step with single instruments. On a rail, where accelerometer and wheels contradict the
-    /// gyro and no wheel slips, the pitch is opened for them.
+    /// Compares the belief after a step with single instruments. On a rail the pitch is opened for accelerometer and
+    /// wheels that contradict the gyro, unless a wheel slips.
     fn separate(&mut self, rates: &AttitudeRates, imu: &SoundImu, wheels: &Ballot, dt: Real) {
         if self.starts {
             self.separation = Separation::default();

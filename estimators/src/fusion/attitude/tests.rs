@@ -39,8 +39,8 @@ fn jitter(mut z: Channels, k: u32) -> Channels {
     z
 }
 
-/// A specific force that is not as long as g, or upside down, starts nothing: the filter begins half a second after it last was so, on
-/// the pitch by then. A train in which it never is g has no estimate.
+/// A specific force that is not as long as g, or upside down, starts nothing: the filter begins half a second after it
+/// last was so, on the pitch by then. A train in which it never is g has no estimate.
 #[test]
 fn a_start_waits_for_an_accelerometer_that_reads_g() {
     let force = |size: Real, forward: Real| [forward, 0.0, size];
