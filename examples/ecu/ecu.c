@@ -33,11 +33,11 @@ static void step(double dt, int start, int sequence) {
   double sine = (slow_accel - (speed - slow_speed) / TAU) / G;
   uint64_t slope = (uint64_t)lround(asin(fmax(-1.0, fmin(1.0, sine))) * 1e6), n = (uint64_t)(last = sequence);
   memcpy(answer, (uint8_t[]){2, 0, (uint8_t)sequence, 0, (uint8_t)(3 + began)}, length = 5);
-  head(0x240, 8), put(150000, 3), put(50000, 3), put(n << 1, 2); /* 15 t ± 5 t, not valid */
-  head(0x241, 8), put(slope, 3), put(10000, 3), put(n << 1 | 1, 2);
+  head(0x240, 12), put(150000, 3), put(50000, 3), put(0, 3), put(n << 1, 3); /* 15 t ± 5 t, no protection level, not valid */
+  head(0x241, 12), put(slope, 3), put(10000, 3), put(0, 3), put(n << 1 | 1, 3);
   if (began) head(0x242, 12), put(0, 6), put(1 << 4 | n << 5, 6);
-  head(0x243, 16), put(slope, 3), put(10000, 3), put((uint64_t)lround(speed * 1e5), 3), put(5000, 3);
-  put(n << 2 | 2, 4); /* the speed alone is valid */
+  head(0x243, 20), put(slope, 3), put(10000, 3), put((uint64_t)lround(speed * 1e5), 3), put(5000, 3), put(0, 3);
+  put(n << 2 | 2, 5); /* the speed alone is valid */
 }
 
 int main(int count, char **words) {

@@ -32,10 +32,10 @@ for line in sys.stdin:
             slow_accel += (accel - slow_accel) * min(dt / TAU, 1)
             sine = (slow_accel - (speed - slow_speed) / TAU) / G
             slope = round(math.asin(max(-1, min(1, sine))) * 1e6)
-            answer = frame(0x240, 8, 150_000, 50_000, sequence << 1)     # 15 t ± 5 t, not valid
-            answer += frame(0x241, 8, slope, 10_000, sequence << 1 | 1)
+            answer = frame(0x240, 12, 150_000, 50_000, 0, sequence << 1)     # 15 t ± 5 t, no protection level, not valid
+            answer += frame(0x241, 12, slope, 10_000, 0, sequence << 1 | 1)
             if last is None:              # the first step of this program: monorig is told, which finds a restart by it
                 answer += frame(0x242, 12, 0, 0, 1 << 4 | sequence << 5)
-            answer += frame(0x243, 16, slope, 10_000, round(speed * 1e5), 5_000, sequence << 2 | 2)
+            answer += frame(0x243, 20, slope, 10_000, round(speed * 1e5), 5_000, 0, sequence << 2 | 2)
         last, seen = sequence, set()
         print(answer, end="", flush=True)
