@@ -254,8 +254,9 @@ class Separation:
         apart = [abs(one.angles[0] - theta) for one in self.pair or () if one.sd() < 0.02]
         self.by_scale = self.by_scale + scale * (theta - self.last) if scale else 0.0
         self.last = theta
+        self.largest = max([abs(self.without_gyro), abs(self.by_scale), *apart]) - 2.0 * own
         without_up = (abs(b.x[BX]) - 2.0 * sheet_bias) / G
-        return SHEET["mount"] + max(max([abs(self.without_gyro), abs(self.by_scale), *apart]) - 2.0 * own, without_up, 0.0) / 3.0
+        return SHEET["mount"] + max(self.largest, without_up, 0.0) / 3.0
 
     def renew(self, own, anew):
         kept, young = self.pair
@@ -797,16 +798,16 @@ class Fusion:
         att.step(force, w, speeds)
         v = att.v
         bend = abs(att.yaw / v) if abs(v) > 0.06 else 0.0
-        apart = att.mount_sd - SHEET["mount"]
+        apart = att.separation.largest
         readable = att.sum_sd < 0.02 and math.sqrt(att.b.P[V, V]) < 0.1
         self.rail.doubt += max(math.sqrt(att.b.P[V, V]) - 0.02, 0.0) * DT
         assert self.rail.doubt < 0.5, "the oracle never loses its place"
         self.rail.step(v * DT, [math.sin(att.b.x[TH]) + att.b.x[BX] / G, bend] if readable else None)
         self.brake += DT / (0.3 + DT) * (brake - self.brake)
         forces = [rim_force(torque, v) for torque in torques]
-        if att.sum_sd < 0.003 <= 3.0 * apart:
+        if att.sum_sd < 0.003 <= apart:
             att.events.add("apart")
-        good = att.imu and att.sum_sd < 0.003 and 3.0 * apart < 0.003 and abs(np.mean(speeds)) >= 0.05 and att.used > 0 and att.slipping == 0
+        good = att.imu and att.sum_sd < 0.003 and apart < 0.003 and abs(np.mean(speeds)) >= 0.05 and att.used > 0 and att.slipping == 0
         if self.block is None:
             self.block = Block(self.rail.at, v)
         if self.block.take(sum(F for F, _ in forces), sum(s for _, s in forces), att, self.brake, good):

@@ -194,8 +194,7 @@ impl TrainSource {
             0.0
         };
         let u = self.attitude.pitch_sine() + attitude.bias_mps2 / GRAVITY;
-        // a separation of which a grade tells a third is in a force as a whole
-        let apart = 3.0 * self.attitude.separation_sd_rad();
+        let apart = self.attitude.apart_rad();
         let readable = attitude.sum_sd < tuning::SOURCE.read_sum_sd
             && attitude.speed_sd_mps < tuning::SOURCE.max_speed_sd_mps;
         if readable {

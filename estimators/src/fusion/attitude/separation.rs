@@ -121,6 +121,7 @@ pub struct Separation {
     /// Time for which accelerometer and wheels have contradicted the pitch, s.
     apart_s: Real,
     open_rad: Real,
+    largest_rad: Real,
 }
 
 impl Separation {
@@ -159,7 +160,8 @@ impl Separation {
         self.last_rad = pitch;
         let largest = others.fold(self.without_gyro.abs().max(self.by_scale.abs()), Real::max);
         let [bias, bias_sd] = z.bias_rad;
-        let beyond = (largest - 2.0 * own).max(bias.abs() - 2.0 * bias_sd);
+        self.largest_rad = largest - 2.0 * own;
+        let beyond = self.largest_rad.max(bias.abs() - 2.0 * bias_sd);
         self.open_rad = beyond.max(0.0) / 3.0;
         excess
     }
@@ -226,6 +228,12 @@ impl Separation {
         *young = Carried::begin(z);
     }
 
+    /// Largest separation from a pitch beyond two standard deviations of the filter, rad; negative while all agree. A bias
+    /// beyond the sheet is not in it: it is in the sum with the grade, which a force balance uses.
+    pub fn largest_rad(&self) -> Real {
+        self.largest_rad
+    }
+
     /// Standard deviation by which the pitch covers both, rad: a third of what the largest separation has beyond two of
     /// the filter's own.
     pub fn open_rad(&self) -> Real {
@@ -245,7 +253,7 @@ impl Blank for Carried {
 }
 
 state!(Carried { angles, bias_sd, variance, age_s, range, apart; });
-state!(Separation { low, waited_s, heard_s, without_gyro, carried, by_scale, last_rad, apart_s, open_rad; });
+state!(Separation { low, waited_s, heard_s, without_gyro, carried, by_scale, last_rad, apart_s, open_rad, largest_rad; });
 
 #[cfg(test)]
 mod tests {

@@ -51,6 +51,14 @@ impl AttitudeFilter {
         self.params.mount_sd_deg * PI / 180.0 + self.separation_sd_rad()
     }
 
+    /// Largest separation of the pitches beyond what is usual, rad; 0 without separation.
+    pub fn apart_rad(&self) -> Real {
+        match self.supervision.separation {
+            true => self.separation.largest_rad(),
+            false => 0.0,
+        }
+    }
+
     /// Standard deviation of the pitch due to instruments that contradict each other, rad; 0 while they agree.
     pub fn separation_sd_rad(&self) -> Real {
         match self.supervision.separation {
