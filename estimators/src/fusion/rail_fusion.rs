@@ -50,6 +50,7 @@ pub struct RailFusion {
     core: TrainCore,
     nominal: Nominal,
     force_fusion: bool,
+    protection_sd: Real,
     mass: SwingMass,
     effective: EffectiveGrade,
     /// Grade with a fixed lag in distance, of the last step.
@@ -76,13 +77,13 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
         core: TrainCore::new(vehicle, train.span_m(), params.integrity),
         nominal,
         force_fusion: params.balance_supervision.force_fusion,
+        protection_sd: params.integrity.protection_sd,
         mass: SwingMass::new(
             nominal,
             train,
             params.balance,
             params.balance_supervision,
             vehicle.drives,
-            params.integrity.protection_sd,
         ),
         effective: EffectiveGrade::default(),
         lagged: LaggedGrade::default(),
@@ -125,7 +126,7 @@ impl RailFusion {
             total_mass_kg,
             effective_grade_rad: self.effective.value(self.core.is_placed(input)),
             protection: Protection {
-                total_mass_kg: self.mass.found().protection_kg,
+                total_mass_kg: self.mass.protection_kg(self.protection_sd),
                 ..Protection::default()
             },
             flags: Flags {
@@ -153,7 +154,7 @@ impl Pipeline for RailFusion {
         Internal::new("grade_behind_rad", "rad"),
         Internal::new("pendulum_length_ln", "-"),
         Internal::new("load_filter_sd_kg", "kg"),
-        Internal::new("separation_sd_rad", "rad"),
+        Internal::new("gyro_monitor", "-"),
         Internal::new("load_hypotheses", "-"),
         Internal::new("load_weight", "-"),
         Internal::new("torque_lag_s", "s"),
@@ -199,7 +200,7 @@ impl Pipeline for RailFusion {
                 x[ETA],
                 x[LENGTH],
                 sqrt(mass.mass_variance),
-                attitude.separation_sd_rad(),
+                attitude.monitor(),
                 self.mass.bank().hypotheses().len() as Real,
                 self.mass.bank().heaviest().weight,
                 self.source.torque_lag_s(),
@@ -231,4 +232,4 @@ impl Pipeline for RailFusion {
     }
 }
 
-state!(RailFusion { source, core, mass, effective, lagged; nominal, force_fusion });
+state!(RailFusion { source, core, mass, effective, lagged; nominal, force_fusion, protection_sd });
