@@ -27,7 +27,7 @@ from pathlib import Path
 ESTIMATOR = "rail_fusion"
 FLAGS = (
     "gyro vertical_force force_fusion swing depth wait_for_rail noise_learning validity_gate nis_monitor "
-    "plausibility slip_gate spike_gate accelerometer_gate separation gyro_monitor torque_monitor"
+    "plausibility slip_gate spike_gate accelerometer_gate separation torque_monitor"
 ).split()
 VARIANTS = {f"{flag}_off": {flag: "false"} for flag in FLAGS} | {
     "lag_share_0": {"lag_share": "0"},

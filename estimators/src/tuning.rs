@@ -303,19 +303,6 @@ groups! {
         /// Bias of a calibrated gyro, rad/s. Data sheet of a calibrated unit: 0.5 °/h.
         gyro_bias_radps: Real = 2.424e-6,
     }
-    /// Gyro monitor: a lasting innovation of wheels that agree.
-    GYRO_MONITOR: GyroMonitor {
-        /// Threshold of the square of the mean over its variance. Chosen.
-        threshold: Real = 30.0,
-        /// Largest excess over the threshold that is used. Chosen.
-        max_excess: Real = 20.0,
-        /// Time for which the test must exceed its threshold, s: slip is rejected sooner. Chosen.
-        wait_s: Real = 0.25,
-        /// Time for which the monitor rests after a rejected wheel, s. Chosen.
-        slip_rest_s: Real = 1.5,
-        /// Variance of the pitch that a unit of excess adds, rad²/s. Chosen.
-        doubt_rad2ps: Real = 1.6e-5,
-    }
     /// Solution separation of the pitch.
     SEPARATION: Separation {
         /// Largest separation without a fault, rad. Chosen.
@@ -401,21 +388,15 @@ groups! {
         /// Chosen.
         unread_sd_rad: Real = 0.002,
     }
-    /// Blocks of the force balance, and the steps in which they are kept.
-    BLOCK: BlockSteps {
+    /// Blocks of the force balance.
+    BLOCK: Blocks {
         /// Length of a part of a block, and time between two looks of the effective grade at the rail remembered (or
         /// `MEMORY.min_pitch_m`, whichever comes first), s. Chosen.
         substep_s: Real = 0.1,
         /// Noise of the acceleration of a block within the model's noise, m/s². Chosen.
         nominal_mps2: Real = 2.5e-3,
-        /// Step of the accelerations kept, m/s². Derived: an eighth of their noise.
-        acceleration_step: Real = 2e-4,
         /// Noise of the acceleration of a part within the model's noise, m/s². Chosen.
         nominal_part_mps2: Real = 0.01,
-        /// Step in which the noise of a part is kept, m/s². Chosen: a byte keeps it.
-        part_step: Real = 2e-3,
-        /// Step of the lengths kept, s. Chosen: 16 bits keep it.
-        length_step_s: Real = 2e-5,
         /// Share of the brake above which a block is not used. Chosen.
         max_brake: Real = 0.002,
     }
@@ -503,7 +484,7 @@ groups! {
         max_speed_sd_mps: Real = 0.1,
     }
     /// The remembered rail.
-    MEMORY: RailMemorySteps {
+    MEMORY: RailNodes {
         /// Nodes remembered: a capacity. Chosen.
         nodes: usize = 300,
         /// Smallest distance between nodes, and distance between two evaluations for the effective grade, m. Chosen.
@@ -520,11 +501,5 @@ groups! {
         max_doubt_m: Real = 0.5,
         /// Standard deviation of this distance up to which it does not count, m. Chosen.
         min_doubt_m: Real = 0.02,
-        /// Step of u kept. Chosen: 16 bits keep it.
-        u_step: Real = 2e-5,
-        /// Step of the bends kept, 1/m. Chosen: a byte keeps it.
-        bend_step: Real = 1e-3,
-        /// Steepest u, in steps. Derived: a round number below 2¹⁵.
-        max_u_steps: Real = 32_000.0,
     }
 }

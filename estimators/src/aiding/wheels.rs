@@ -78,8 +78,6 @@ pub struct Ballot {
     pub slipping: usize,
     /// Mean speed of the wheels in use, m/s; without any the speed nearest to the prediction.
     pub speed_mps: Real,
-    /// Largest difference between two wheels in use, m/s.
-    pub range_mps: Real,
     /// Deviation from the prediction beyond which a wheel is rejected, m/s.
     pub limit_mps: Real,
     /// True if all wheels, at least three, agree with each other beyond the gate and do not slip.
@@ -162,8 +160,7 @@ impl WheelGate {
         limit: Real,
     ) -> Ballot {
         let (mut used, mut rejected, mut slipping, mut sum) = (0, 0, 0, 0.0);
-        let (mut low, mut high, mut nearest) = (Real::MAX, Real::MIN, Real::MAX);
-        let (mut least, mut most) = (Real::MAX, Real::MIN);
+        let (mut least, mut most, mut nearest) = (Real::MAX, Real::MIN, Real::MAX);
         let units = new_mps.iter().zip(&self.scale).zip(torque_nm);
         for ((sample, scale), torque) in units.take(self.drives) {
             let Some(v) = sample.map(|v| v / (1.0 + scale)) else {
@@ -180,7 +177,6 @@ impl WheelGate {
                 continue;
             }
             (used, sum) = (used + 1, sum + v);
-            (low, high) = (low.min(v), high.max(v));
         }
         Ballot {
             used,
@@ -191,7 +187,6 @@ impl WheelGate {
                 (0, _) => nearest,
                 _ => sum / used as Real,
             },
-            range_mps: if used > 0 { high - low } else { 0.0 },
             limit_mps: limit,
             contradicts: used == 0
                 && rejected >= tuning::WHEELS.min_agreed
@@ -278,11 +273,6 @@ mod tests {
             assert_eq!((ballot.used, ballot.rejected), (used, off.len() - used));
             assert!((wheels.speed_mps - SPEED_MPS - mean).abs() < 1e-12);
             assert!((wheels.R() * used as Real / (SD_MPS * SD_MPS) - 1.0).abs() < 1e-9);
-            let in_use = off.iter().filter(|off| !gated || off.abs() < beyond);
-            let [low, high] = in_use.fold([1.0, -1.0], |[low, high]: [Real; 2], off| {
-                [low.min(*off), high.max(*off)]
-            });
-            assert!((ballot.range_mps - (high - low)).abs() < 1e-12, "{off:?}");
             assert!((ballot.limit_mps / limit() - 1.0).abs() < 1e-9);
         }
     }
@@ -294,10 +284,7 @@ mod tests {
         for off in [[far, 3.0 * far, -2.0 * far], [3.0 * far, -2.0 * far, far]] {
             let (control, ballot) = vote(true, &off, &[]);
             assert!(matches!(control, Control::New(_)));
-            assert_eq!(
-                (ballot.used, ballot.rejected, ballot.range_mps),
-                (0, 3, 0.0)
-            );
+            assert_eq!((ballot.used, ballot.rejected), (0, 3));
             assert!(
                 (ballot.speed_mps - SPEED_MPS - far).abs() < 1e-12,
                 "{off:?}"
@@ -372,19 +359,24 @@ mod tests {
             let sizes = [1.02, 0.99, 1.0, 0.99];
             let new = samples(&sizes.map(|size| size * speed)[..wheels]);
             let mut range_after = |seconds: Real| {
-                let mut range_mps = 0.0;
                 for _ in 0..(seconds / 0.01) as usize {
                     let lever = (0.0, LinearPitchRate::default());
-                    let (_, ballot) = gate.control(
+                    gate.control(
                         &belief,
                         (&new, &[None; MAX_DRIVES]),
                         lever,
                         (0.0, 0.0),
                         0.01,
                     );
-                    range_mps = ballot.range_mps;
                 }
-                range_mps / (0.03 * speed.abs())
+                let left = sizes
+                    .iter()
+                    .zip(&gate.scale)
+                    .map(|(size, scale)| size / (1.0 + scale));
+                let [low, high] = left.fold([Real::MAX, 0.0], |[low, high], size| {
+                    [low.min(size), high.max(size)]
+                });
+                (high - low) / 0.03
             };
             let (soon, late) = (range_after(20.0), range_after(200.0));
             let expected = if learnt {

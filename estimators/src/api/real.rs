@@ -48,6 +48,12 @@ pub(crate) fn floor(x: Real) -> Real {
     Libm::<Real>::floor(x)
 }
 
+/// The figure in single precision, which halves what a memory of many takes.
+#[allow(clippy::unnecessary_cast)] // not with double precision
+pub(crate) fn stored(figure: Real) -> f32 {
+    figure as f32
+}
+
 /// Square root; 0 for a negative argument, which only rounding can make here.
 #[inline]
 pub fn sqrt(x: Real) -> Real {

@@ -11,7 +11,7 @@ use nalgebra::SMatrix;
 use crate::Real;
 
 /// Largest size of a snapshot of an estimator of this crate, bytes.
-pub const MAX_SNAPSHOT_BYTES: usize = 16384;
+pub const MAX_SNAPSHOT_BYTES: usize = 18432;
 
 /// "mono", and the format's version with the size of the scalar.
 const FORMAT: [u8; 6] = [b'm', b'o', b'n', b'o', 2, size_of::<Real>() as u8];

@@ -34,7 +34,6 @@ fn the_switches_of_an_estimator_go_by_its_kind() {
             "accelerometer_gate",
             "separation",
             "spike_gate",
-            "gyro_monitor",
             "vertical_force",
         ] {
             assert_eq!(

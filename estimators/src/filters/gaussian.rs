@@ -396,16 +396,14 @@ impl<const N: usize> Gaussian<N> {
     }
 }
 
-impl<const N: usize> Gaussian<N> {
-    /// For a snapshot, of a belief whose covariance is kept symmetric to the last bit: without its upper triangle.
-    pub(crate) fn visit_lower(&mut self, archive: &mut Archive) {
+/// The covariance is symmetric to the last bit, so a snapshot has its lower triangle only.
+impl<const N: usize> State for Gaussian<N> {
+    fn visit(&mut self, archive: &mut Archive) {
         self.x.visit(archive);
         visit_symmetric(&mut self.P, archive);
         archive.require(is_covariance(&self.P));
     }
 }
-
-state!(@[const N: usize] Gaussian<N> { x, P; } where |this| is_covariance(&this.P));
 impl<const M: usize, const N: usize> Blank for Correction<M, N> {
     fn blank() -> Self {
         Self {

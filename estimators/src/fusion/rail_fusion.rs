@@ -50,7 +50,6 @@ pub struct RailFusion {
     core: TrainCore,
     nominal: Nominal,
     force_fusion: bool,
-    protection_sd: Real,
     mass: SwingMass,
     effective: EffectiveGrade,
     /// Grade with a fixed lag in distance, of the last step.
@@ -77,13 +76,13 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> RailFusion {
         core: TrainCore::new(vehicle, train.span_m(), params.integrity),
         nominal,
         force_fusion: params.balance_supervision.force_fusion,
-        protection_sd: params.integrity.protection_sd,
         mass: SwingMass::new(
             nominal,
             train,
             params.balance,
             params.balance_supervision,
             vehicle.drives,
+            params.integrity.protection_sd,
         ),
         effective: EffectiveGrade::default(),
         lagged: LaggedGrade::default(),
@@ -126,7 +125,7 @@ impl RailFusion {
             total_mass_kg,
             effective_grade_rad: self.effective.value(self.core.is_placed(input)),
             protection: Protection {
-                total_mass_kg: self.mass.protection_kg(self.protection_sd),
+                total_mass_kg: self.mass.found().protection_kg,
                 ..Protection::default()
             },
             flags: Flags {
@@ -154,7 +153,7 @@ impl Pipeline for RailFusion {
         Internal::new("grade_behind_rad", "rad"),
         Internal::new("pendulum_length_ln", "-"),
         Internal::new("load_filter_sd_kg", "kg"),
-        Internal::new("gyro_monitor", "-"),
+        Internal::new("separation_sd_rad", "rad"),
         Internal::new("load_hypotheses", "-"),
         Internal::new("load_weight", "-"),
         Internal::new("torque_lag_s", "s"),
@@ -200,7 +199,7 @@ impl Pipeline for RailFusion {
                 x[ETA],
                 x[LENGTH],
                 sqrt(mass.mass_variance),
-                attitude.monitor(),
+                attitude.separation_sd_rad(),
                 self.mass.bank().hypotheses().len() as Real,
                 self.mass.bank().heaviest().weight,
                 self.source.torque_lag_s(),
@@ -232,4 +231,4 @@ impl Pipeline for RailFusion {
     }
 }
 
-state!(RailFusion { source, core, mass, effective, lagged; nominal, force_fusion, protection_sd });
+state!(RailFusion { source, core, mass, effective, lagged; nominal, force_fusion });

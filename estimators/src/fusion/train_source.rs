@@ -194,6 +194,7 @@ impl TrainSource {
             0.0
         };
         let u = self.attitude.pitch_sine() + attitude.bias_mps2 / GRAVITY;
+        let apart = self.attitude.apart_rad();
         let readable = attitude.sum_sd < tuning::SOURCE.read_sum_sd
             && attitude.speed_sd_mps < tuning::SOURCE.max_speed_sd_mps;
         if readable {
@@ -222,6 +223,7 @@ impl TrainSource {
                 brake: self.brake,
                 sound: attitude.imu
                     && attitude.sum_sd < self.max_sum_sd
+                    && apart < self.max_sum_sd.min(tuning::SOURCE.read_sum_sd)
                     && !standing
                     && (used > 0 || reading.new_speed_mps.is_none()),
                 slip: slipping > 0,

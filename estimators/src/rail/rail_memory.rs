@@ -4,16 +4,15 @@
 //! without its sign. u is the sum that is observed well. A reader takes off today's estimate of the bias, so old nodes
 //! get better as that estimate does.
 //!
-//! Nodes are written by linear interpolation where the middle of the unit passes them. A node takes three bytes: u in
-//! steps of 2 × 10⁻⁵ (0.001°), curvature in steps of 0.001 1/m. The way run is a whole number of nodes and a rest,
-//! which stays exact however far a train runs.
+//! Nodes are written by linear interpolation where the middle of the unit passes them, and kept in single precision.
+//! The way run is a whole number of nodes and a rest, which stays exact however far a train runs.
 //!
 //! A way that nothing has measured well puts what was read before at a wrong distance. The memory keeps the standard
 //! deviation of that distance, and forgets the rail when it can no longer place it.
 
 use crate::Real;
-use crate::api::real::{floor, within};
-use crate::api::snapshot::{Archive, State, state};
+use crate::api::real::{floor, stored, within};
+use crate::api::snapshot::state;
 use crate::tuning;
 
 /// A place on the covered track: whole nodes and a rest of less than their distance.
@@ -34,47 +33,12 @@ pub struct Spot {
     pub behind_m: Real,
 }
 
-/// Stored signals of a place.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Node {
-    u: i16,
-    bend: u8,
-}
-
-impl Node {
-    fn of([u, bend]: [Real; 2]) -> Self {
-        let steps = |value: Real, step: Real, low: Real, high: Real| {
-            within(floor(value / step + 0.5), low, high)
-        };
-        Self {
-            u: steps(
-                u,
-                tuning::MEMORY.u_step,
-                -tuning::MEMORY.max_u_steps,
-                tuning::MEMORY.max_u_steps,
-            ) as i16,
-            bend: steps(
-                bend.abs(),
-                tuning::MEMORY.bend_step,
-                0.0,
-                Real::from(u8::MAX),
-            ) as u8,
-        }
-    }
-
-    fn value(self) -> [Real; 2] {
-        [
-            Real::from(self.u) * tuning::MEMORY.u_step,
-            Real::from(self.bend) * tuning::MEMORY.bend_step,
-        ]
-    }
-}
-
 /// The memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RailMemory {
     pitch_m: Real,
-    nodes: [Node; tuning::MEMORY.nodes],
+    /// u and the curvature at each node.
+    nodes: [[f32; 2]; tuning::MEMORY.nodes],
     /// First and last node read.
     known: Option<[i64; 2]>,
     here: Place,
@@ -91,7 +55,7 @@ impl RailMemory {
         Self {
             pitch_m: ((span_m + tuning::MEMORY.spare_m) / tuning::MEMORY.nodes as Real)
                 .max(tuning::MEMORY.min_pitch_m),
-            nodes: [Node::default(); tuning::MEMORY.nodes],
+            nodes: [[0.0; 2]; tuning::MEMORY.nodes],
             known: None,
             here: Place::default(),
             last: None,
@@ -198,7 +162,7 @@ impl RailMemory {
             .filter(|[low, high]| node >= low - 1 && node <= high + 1);
         let share = if seen { tuning::MEMORY.revisit } else { 1.0 };
         if let Some(place) = self.nodes.get_mut(slot(node)) {
-            *place = Node::of(mix(place.value(), value, share));
+            *place = mix(place.map(Real::from), value, share).map(stored);
         }
         self.known = Some(match near {
             None => [node, node],
@@ -211,7 +175,7 @@ impl RailMemory {
     fn node(&self, node: i64) -> [Real; 2] {
         self.nodes
             .get(slot(node))
-            .map_or([0.0; 2], |node| node.value())
+            .map_or([0.0; 2], |node| node.map(Real::from))
     }
 
     /// Growth of u per metre at the front end.
@@ -280,36 +244,18 @@ fn slot(node: i64) -> usize {
     node.rem_euclid(tuning::MEMORY.nodes as i64) as usize
 }
 
+/// Returns true if these can be the first and the last node read.
+fn is_whole([low, high]: [i64; 2]) -> bool {
+    low <= high && high.saturating_sub(low) < tuning::MEMORY.nodes as i64
+}
+
 fn mix([a, b]: [Real; 2], [c, d]: [Real; 2], share: Real) -> [Real; 2] {
     let share = within(share, 0.0, 1.0);
     [a + share * (c - a), b + share * (d - b)]
 }
 
-impl State for RailMemory {
-    fn visit(&mut self, archive: &mut Archive) {
-        let Self {
-            nodes,
-            known,
-            here,
-            last,
-            doubt_m,
-            unseen,
-            pitch_m: _,
-        } = self;
-        nodes.visit(archive);
-        known.visit(archive);
-        here.visit(archive);
-        last.visit(archive);
-        doubt_m.visit(archive);
-        unseen.visit(archive);
-        let whole = |[low, high]: [i64; 2]| {
-            low <= high && high.saturating_sub(low) < tuning::MEMORY.nodes as i64
-        };
-        archive.require(known.is_none_or(whole));
-    }
-}
+state!(RailMemory { nodes, known, here, last, doubt_m, unseen; pitch_m } where |this| this.known.is_none_or(is_whole));
 
-state!(Node { u, bend; });
 state!(Place { node, rest_m; });
 
 #[cfg(test)]

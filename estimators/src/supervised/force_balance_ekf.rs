@@ -14,7 +14,7 @@ use crate::Real;
 use crate::api::params::params;
 use crate::api::reading::LearntNoise;
 use crate::api::real::{GRAVITY, PI, sin_cos, sqrt};
-use crate::api::snapshot::{Archive, State};
+use crate::api::snapshot::state;
 use crate::detect::validity::Integrity;
 use crate::filters::ekf::Ekf;
 use crate::filters::gaussian::{Correction, Gaussian};
@@ -269,25 +269,7 @@ impl ForceBalanceEkf {
     }
 }
 
-impl State for ForceBalanceEkf {
-    fn visit(&mut self, archive: &mut Archive) {
-        let Self {
-            aekf,
-            started,
-            saturated,
-            last,
-            gate,
-            told_sd: _,
-            unadapted_sd,
-        } = self;
-        aekf.visit(archive);
-        started.visit(archive);
-        saturated.visit(archive);
-        last.visit(archive);
-        gate.visit(archive);
-        unadapted_sd.visit(archive);
-    }
-}
+state!(ForceBalanceEkf { aekf, started, saturated, last, gate, unadapted_sd; told_sd });
 
 #[cfg(test)]
 mod tests {

@@ -28,7 +28,7 @@ use crate::api::estimator::Internal;
 use crate::api::params::params;
 use crate::api::real::{GRAVITY, lag, sqrt, within};
 use crate::api::signals::{Value, Vehicle};
-use crate::api::snapshot::{Archive, State};
+use crate::api::snapshot::state;
 use crate::detect::control;
 use crate::detect::excitation_gate::ExcitationGate;
 use crate::detect::load_change::LoadChangeDetector;
@@ -305,35 +305,7 @@ impl MassEstimator for ForceBalanceRls {
     }
 }
 
-impl State for ForceBalanceRls {
-    fn visit(&mut self, archive: &mut Archive) {
-        let Self {
-            rls,
-            gate,
-            load,
-            before,
-            kept,
-            saturated,
-            outcome,
-            jolts,
-            covariance: _,
-            params: _,
-            mass0_kg: _,
-            tare_kg: _,
-            mu0: _,
-            range_kg: _,
-        } = self;
-        rls.visit(archive);
-        gate.visit(archive);
-        load.visit(archive);
-        before.visit(archive);
-        kept.visit(archive);
-        saturated.visit(archive);
-        outcome.visit(archive);
-        jolts.visit(archive);
-        self.covariance = self.rls.widened();
-    }
-}
+state!(ForceBalanceRls { rls, gate, load, before, kept, saturated, outcome, jolts, covariance; params, mass0_kg, tare_kg, mu0, range_kg });
 
 #[cfg(test)]
 #[path = "force_balance_rls_tests.rs"]

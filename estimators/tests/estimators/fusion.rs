@@ -33,10 +33,13 @@ fn every_number_is_that_of_the_oracle() {
         let (v, grade) = (e.speed_mps, e.grade_rad);
         vec![v.value, v.sd, grade.value, grade.sd]
     };
-    let alone = |e: &Estimate| [motion(e), vec![e.innovation, e.nis]].concat();
-    let train = |e: &Estimate| {
-        let found = vec![e.total_mass_kg.value, e.effective_grade_rad.value];
+    let alone = |e: &Estimate| {
+        let found = vec![e.protection.grade_rad, e.innovation, e.nis];
         [motion(e), found].concat()
+    };
+    let train = |e: &Estimate| {
+        let (mass, grade) = (e.total_mass_kg.value, e.effective_grade_rad.value);
+        [motion(e), vec![e.protection.total_mass_kg, mass, grade]].concat()
     };
     let runs = [
         drive(&RAIL, "attitude", &[], &attitude, alone),

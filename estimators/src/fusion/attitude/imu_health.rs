@@ -28,8 +28,6 @@ pub struct SoundImu {
     pub rate_radps: Option<[Real; 3]>,
     /// True if an instrument is out of use because it is stuck.
     pub stuck: bool,
-    /// True if the accelerometer jumps: an outlier, or a rail joint.
-    pub shock: bool,
     /// Scale error of the accelerometer by |f| while it is out of use for it; else 0.
     pub scale: Real,
 }
@@ -78,10 +76,8 @@ impl ImuHealth {
     ) -> SoundImu {
         let [new_force, new_rate] = z.new;
         let before = self.last_force;
-        let mut imu = SoundImu {
-            shock: self.is_shock(z.specific_force_mps2, dt),
-            ..SoundImu::default()
-        };
+        self.look_for_shock(z.specific_force_mps2, dt);
+        let mut imu = SoundImu::default();
         if let Some(raw) = z.angular_rate_radps.filter(|_| gyro) {
             let mut despiked = raw;
             if new_rate {
@@ -124,21 +120,21 @@ impl ImuHealth {
         self.gate && self.out_s > 0.0
     }
 
-    /// Returns true if the accelerometer jumps.
-    fn is_shock(&mut self, force: Option<[Real; 3]>, dt: Real) -> bool {
+    /// A jump of the accelerometer, an outlier or a rail joint, rings.
+    fn look_for_shock(&mut self, force: Option<[Real; 3]>, dt: Real) {
         self.ring_s = (self.ring_s - dt).max(0.0);
-        let Some(force) = force else { return false };
+        let Some(force) = force else { return };
         let last = self.last_force.replace(force);
-        let shock = last.is_some_and(|last| apart(force, last) > tuning::SHOCK.jump_mps2);
-        if shock {
+        if last.is_some_and(|last| apart(force, last) > tuning::SHOCK.jump_mps2) {
             self.ring_s = tuning::SHOCK.ring_s;
         }
-        shock
     }
 
     fn check_norm(&mut self, [x, y, z]: [Real; 3], centripetal_mps2: Real, share: Real) {
         let expected = sqrt(GRAVITY * GRAVITY + centripetal_mps2 * centripetal_mps2);
-        let error = sqrt(x * x + y * y + z * z) - expected;
+        let length = sqrt(x * x + y * y + z * z);
+        // upside down the length is that of a wrong sign
+        let error = if z < 0.0 { -length } else { length } - expected;
         self.norm_error_mps2 += share * (error - self.norm_error_mps2);
         if self.norm_error_mps2.abs() > tuning::SHOCK.norm_gate_mps2 {
             self.out_s = tuning::TIMES.lost_s;

@@ -12,7 +12,6 @@
 
 pub mod arm_error;
 pub mod calibration;
-pub mod gyro_monitor;
 pub mod heading;
 pub mod imu_health;
 pub mod params;
@@ -30,12 +29,12 @@ use crate::aiding::force_window::{ForceNoise, ForceWindow};
 use crate::aiding::standstill::Standstill;
 use crate::aiding::vertical::Vertical;
 use crate::aiding::wheels::{Ballot, WheelGate};
-use crate::aiding::{Aid, GateRule, fuse};
+use crate::aiding::{GateRule, fuse};
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::reading::Channels;
 use crate::api::real::{GRAVITY, sqrt, within};
 use crate::api::signals::Vehicle;
-use crate::api::snapshot::{Archive, State, state};
+use crate::api::snapshot::state;
 use crate::detect::control::Control;
 use crate::detect::validity::Integrity;
 use crate::filters::gaussian::Gaussian;
@@ -47,7 +46,6 @@ use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::tuning;
 use arm_error::ArmError;
 use calibration::Calibration;
-use gyro_monitor::GyroMonitor;
 use heading::{Heading, HeadingInput};
 use imu_health::{ImuHealth, SoundImu};
 use params::{AttitudeParams, AttitudeSupervision};
@@ -125,7 +123,6 @@ pub struct AttitudeFilter {
     angles: Angles,
     health: ImuHealth,
     wheels: WheelGate,
-    monitor: GyroMonitor,
     separation: Separation,
     window: ForceWindow,
     curvature: RailCurvature,
@@ -188,7 +185,6 @@ impl AttitudeFilter {
             angles: Angles::default(),
             health: ImuHealth::new(supervision.accelerometer_gate, supervision.spike_gate),
             wheels: WheelGate::new(vehicle.drives, wheel_sd, integrity.gate_sd, gated),
-            monitor: GyroMonitor::new(supervision.gyro_monitor, wheel_sd),
             separation: Separation::default(),
             window: ForceWindow::new(ForceNoise {
                 random_walk: params.velocity_random_walk,
@@ -219,9 +215,6 @@ impl AttitudeFilter {
             self.start(z, dt)?;
         }
         let rates = self.predict(&imu, dt);
-        if imu.shock {
-            self.monitor.shock();
-        }
         self.ahead.step(z, dt);
         let ballot = self.aid_by_wheels(z, &rates, dt);
         self.aid_by_force(&imu, dt);
@@ -232,7 +225,8 @@ impl AttitudeFilter {
         Some(self.found)
     }
 
-    /// Compares the belief after a step with single instruments.
+    /// Compares the belief after a step with single instruments. On a rail the pitch is opened for accelerometer and
+    /// wheels that contradict the gyro, unless a wheel slips.
     fn separate(&mut self, rates: &AttitudeRates, imu: &SoundImu, wheels: &Ballot, dt: Real) {
         if self.starts {
             self.separation = Separation::default();
@@ -252,7 +246,10 @@ impl AttitudeFilter {
             curvature_sd_per_m: self.model.noise.curvature_sd_per_m,
             bias_rad: [x[BIAS_X], self.bias_sd[0]].map(|bias| bias / GRAVITY),
         };
-        self.separation.step(&compared, dt);
+        let excess = self.separation.step(&compared, dt);
+        if !self.road && wheels.used > 0 && wheels.rejected == 0 {
+            self.belief.P[(THETA, THETA)] += excess * excess * dt / tuning::TIMES.brief_s;
+        }
     }
 
     /// Counts the time without samples; the filter starts again after a pause.
@@ -348,13 +345,8 @@ impl AttitudeFilter {
             self.ahead.gained(self.found.acceleration_mps2),
             dt,
         );
-        if let (Control::New(wheels), true) = (&wheels, ballot.used > 0) {
+        if ballot.used > 0 {
             self.coast_s = 0.0;
-            // The variance of the speed with that of the wheels' scale is on the safe side.
-            let S = self.belief.P[(V, V)] + wheels.R();
-            let y = wheels.innovation(&self.belief.x);
-            let doubt = self.monitor.step(&ballot, [y, S], self.belief.x[V], dt);
-            self.belief.P[(THETA, THETA)] += doubt.unwrap_or(0.0);
         } else {
             self.coast(dt);
         }
@@ -569,11 +561,6 @@ impl AttitudeFilter {
         &self.found
     }
 
-    /// Test of the gyro monitor: square of the mean innovation of the wheels over its variance.
-    pub fn monitor(&self) -> Real {
-        self.monitor.test()
-    }
-
     /// Velocity random walk of the accelerometer along the body, learnt, m/s/√s; 0 if it is not learnt.
     pub fn seen_walk(&self) -> Real {
         self.window.seen_walk()
@@ -601,73 +588,7 @@ impl AttitudeFilter {
 }
 
 state!(Attitude { speed_mps, speed_sd_mps, speed_noise_mps, acceleration_mps2, pitch_rad, pitch_sd_rad, roll_rad, bias_mps2, sum_sd, pitch_rate_radps, yaw_rate_radps, curvature_per_m, imu, wheels, moved_on_rad; });
-impl State for AttitudeFilter {
-    fn visit(&mut self, archive: &mut Archive) {
-        let Self {
-            params: _,
-            bias_sd: _,
-            supervision: _,
-            calibration: _,
-            model: _,
-            standing_mps: _,
-            road: _,
-            turn_walk: _,
-            angles: _,
-            started,
-            gyro_sound,
-            starts,
-            quiet_s,
-            standing_bias,
-            coast_s,
-            silent_s,
-            gyro_out_s,
-            young_s,
-            contradicted_s,
-            opening_s,
-            ahead,
-            belief,
-            health,
-            wheels,
-            monitor,
-            separation,
-            window,
-            curvature,
-            arm,
-            heading,
-            found,
-            innovation,
-            nis,
-            is_new,
-            status,
-        } = self;
-        started.visit(archive);
-        gyro_sound.visit(archive);
-        starts.visit(archive);
-        quiet_s.visit(archive);
-        standing_bias.visit(archive);
-        coast_s.visit(archive);
-        silent_s.visit(archive);
-        gyro_out_s.visit(archive);
-        young_s.visit(archive);
-        contradicted_s.visit(archive);
-        opening_s.visit(archive);
-        ahead.visit(archive);
-        belief.visit_lower(archive);
-        health.visit(archive);
-        wheels.visit(archive);
-        monitor.visit(archive);
-        separation.visit(archive);
-        window.visit(archive);
-        curvature.visit(archive);
-        arm.visit(archive);
-        heading.visit(archive);
-        found.visit(archive);
-        innovation.visit(archive);
-        nis.visit(archive);
-        is_new.visit(archive);
-        status.visit(archive);
-    }
-}
+state!(AttitudeFilter { started, gyro_sound, starts, quiet_s, standing_bias, coast_s, silent_s, gyro_out_s, young_s, contradicted_s, opening_s, ahead, belief, health, wheels, separation, window, curvature, arm, heading, found, innovation, nis, is_new, status; params, bias_sd, supervision, calibration, model, standing_mps, road, turn_walk, angles });
 
 #[cfg(test)]
 mod tests;

@@ -36,7 +36,6 @@ params! {
         accelerometer_gate [flag] = true, "The accelerometer is out of use while |f| differs from g or the instrument is stuck; off: it is always used.";
         slip_gate [flag] = true, "Wheels beyond the gate do not count; off: all wheels count.";
         spike_gate [flag] = true, "Single outliers of the gyro are left out; off: they are used.";
-        gyro_monitor [flag] = true, "The variance of the pitch grows while agreeing wheels contradict it; off: it does not.";
         separation [flag] = true, "The reported deviation of the pitch covers the hypotheses of a wrong gyro, accelerometer or wheels; off: it is the filter's deviation.";
         noise_learning [flag] = true, "The accelerometer's noise is at least the noise in its samples; off: it is the noise of the sheet.";
         vertical_force [flag] = true, "The vertical force is a measurement (bias by |f| = g); off: it is not used.";

@@ -118,16 +118,29 @@ pub struct Separation {
     by_scale: Real,
     /// Pitch of the filter in the last step, rad.
     last_rad: Real,
+    /// Time for which accelerometer and wheels have contradicted the pitch, s.
+    apart_s: Real,
     open_rad: Real,
+    largest_rad: Real,
 }
 
 impl Separation {
-    /// Takes the signals of a step.
-    pub fn step(&mut self, z: &Compared, dt: Real) {
+    /// Takes the signals of a step; returns the separation from the pitch without the gyro beyond what is usual, rad.
+    pub fn step(&mut self, z: &Compared, dt: Real) -> Real {
         self.take_force(z, dt);
         let [own, _] = z.sd;
         let limit = tuning::STATISTICS.noise_sd * own + tuning::SEPARATION.nominal_rad;
-        let calm = self.without_gyro.abs() < limit;
+        let beyond = self.without_gyro.abs() - limit;
+        let calm = beyond < 0.0;
+        self.apart_s = if calm || !self.is_heard() {
+            0.0
+        } else {
+            self.apart_s + dt
+        };
+        // A gyro drifts. What is suddenly further apart is an accelerometer or wheels, unless it stays.
+        let most = tuning::SOURCE.read_sum_sd;
+        let opens = self.apart_s > 0.0 && (beyond < most || self.apart_s > tuning::TIMES.young_s);
+        let excess = if opens { beyond.min(most) } else { 0.0 };
         if self.carried.is_none() && calm && self.is_heard() {
             self.carried = Some([Carried::begin(z); 2]);
         }
@@ -147,8 +160,10 @@ impl Separation {
         self.last_rad = pitch;
         let largest = others.fold(self.without_gyro.abs().max(self.by_scale.abs()), Real::max);
         let [bias, bias_sd] = z.bias_rad;
-        let beyond = (largest - 2.0 * own).max(bias.abs() - 2.0 * bias_sd);
+        self.largest_rad = largest - 2.0 * own;
+        let beyond = self.largest_rad.max(bias.abs() - 2.0 * bias_sd);
         self.open_rad = beyond.max(0.0) / 3.0;
+        excess
     }
 
     /// Compares the acceleration by accelerometer and pitch with that of the wheels: its mean is too small by g times
@@ -213,6 +228,12 @@ impl Separation {
         *young = Carried::begin(z);
     }
 
+    /// Largest separation from a pitch beyond two standard deviations of the filter, rad; negative while all agree. A bias
+    /// beyond the sheet is not in it: it is in the sum with the grade, which a force balance uses.
+    pub fn largest_rad(&self) -> Real {
+        self.largest_rad
+    }
+
     /// Standard deviation by which the pitch covers both, rad: a third of what the largest separation has beyond two of
     /// the filter's own.
     pub fn open_rad(&self) -> Real {
@@ -232,7 +253,7 @@ impl Blank for Carried {
 }
 
 state!(Carried { angles, bias_sd, variance, age_s, range, apart; });
-state!(Separation { low, waited_s, heard_s, without_gyro, carried, by_scale, last_rad, open_rad; });
+state!(Separation { low, waited_s, heard_s, without_gyro, carried, by_scale, last_rad, apart_s, open_rad, largest_rad; });
 
 #[cfg(test)]
 mod tests {

@@ -48,11 +48,23 @@ impl AttitudeFilter {
     /// Standard deviation of errors of the pitch that the filter cannot observe, rad, common to all grades: that of the
     /// IMU's mounting, and what instruments that contradict each other leave open.
     pub fn mount_sd_rad(&self) -> Real {
-        let open = match self.supervision.separation {
+        self.params.mount_sd_deg * PI / 180.0 + self.separation_sd_rad()
+    }
+
+    /// Largest separation of the pitches beyond what is usual, rad; 0 without separation.
+    pub fn apart_rad(&self) -> Real {
+        match self.supervision.separation {
+            true => self.separation.largest_rad(),
+            false => 0.0,
+        }
+    }
+
+    /// Standard deviation of the pitch due to instruments that contradict each other, rad; 0 while they agree.
+    pub fn separation_sd_rad(&self) -> Real {
+        match self.supervision.separation {
             true => self.separation.open_rad(),
             false => 0.0,
-        };
-        self.params.mount_sd_deg * PI / 180.0 + open
+        }
     }
 
     /// The grade at the place where the IMU was one arm length ago.

@@ -14,7 +14,7 @@
 use crate::Real;
 use crate::api::aid::AidStatus;
 use crate::api::real::{exp, ln, sqrt};
-use crate::api::snapshot::{Archive, State};
+use crate::api::snapshot::state;
 use crate::tuning;
 
 use super::block::Block;
@@ -223,22 +223,7 @@ fn are_same(a: &Hypothesis, b: &Hypothesis) -> bool {
     distance < tuning::BANK.same
 }
 
-impl State for LoadBank {
-    fn visit(&mut self, archive: &mut Archive) {
-        let Self {
-            balance: _,
-            all,
-            count,
-            due_s,
-            since,
-        } = self;
-        all.visit(archive);
-        count.visit(archive);
-        due_s.visit(archive);
-        since.visit(archive);
-        archive.require(*count > 0 && *count <= tuning::BANK.most);
-    }
-}
+state!(LoadBank { all, count, due_s, since; balance } where |this| this.count > 0 && this.count <= tuning::BANK.most);
 
 #[cfg(test)]
 mod tests {

@@ -6,15 +6,11 @@
 
 use crate::Real;
 use crate::api::aid::{AidOutcome, Rejection};
-use crate::api::real::{floor, sqrt, within};
+use crate::api::real::{sqrt, stored};
 use crate::api::snapshot::{Blank, state};
 use crate::models::swing::SUBSTEPS;
 use crate::rail::rail_memory::{Place, RailMemory};
 use crate::tuning;
-
-fn steps(value: Real, step: Real) -> i16 {
-    within(floor(value / step + 0.5), -32_000.0, 32_000.0) as i16
-}
 
 /// Signals of one sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -54,12 +50,12 @@ pub struct Block {
     pub variance: f32,
     /// Speed, m/s.
     pub speed_mps: f32,
-    /// Standard deviation of the noise of the acceleration of a part, in steps of `BLOCK.part_step`.
-    part_noise: u8,
-    /// Acceleration in parts, in steps of `BLOCK.acceleration_step`.
-    acceleration: [i16; SUBSTEPS],
-    /// Length of a part, in steps of `BLOCK.length_step_s`.
-    substep: i16,
+    /// Standard deviation of the noise of the acceleration of a part, m/s², if it exceeds the model's noise; else 0.
+    part_noise_mps2: f32,
+    /// Acceleration in parts, m/s².
+    acceleration_mps2: [f32; SUBSTEPS],
+    /// Length of a part, s.
+    substep_s: f32,
     /// Fused, or the reason why the block cannot be fused: braked, without an instrument, slip, torques in doubt.
     pub outcome: AidOutcome,
 }
@@ -72,18 +68,17 @@ impl Block {
 
     /// Acceleration in parts, m/s².
     pub fn accelerations(&self) -> [Real; SUBSTEPS] {
-        self.acceleration
-            .map(|steps| Real::from(steps) * tuning::BLOCK.acceleration_step)
+        self.acceleration_mps2.map(Real::from)
     }
 
     /// Standard deviation of the noise of the acceleration of a part, m/s², if it exceeds the model's noise; else 0.
     pub fn part_noise_mps2(&self) -> Real {
-        Real::from(self.part_noise) * tuning::BLOCK.part_step
+        Real::from(self.part_noise_mps2)
     }
 
     /// Length of a part, s.
     pub fn substep_s(&self) -> Real {
-        Real::from(self.substep) * tuning::BLOCK.length_step_s
+        Real::from(self.substep_s)
     }
 
     /// Length of the block, s.
@@ -177,17 +172,9 @@ impl BlockBuilder {
                     + self.late_variance(),
             ),
             speed_mps: stored(self.speed / self.length_s),
-            part_noise: {
-                let [sd, _] = self.part_noise();
-                within(floor(sd / tuning::BLOCK.part_step + 0.5), 0.0, 255.0) as u8
-            },
-            acceleration: self
-                .parts
-                .map(|a| steps(a + shift, tuning::BLOCK.acceleration_step)),
-            substep: steps(
-                self.length_s / SUBSTEPS as Real,
-                tuning::BLOCK.length_step_s,
-            ),
+            part_noise_mps2: stored(self.part_noise()[0]),
+            acceleration_mps2: self.parts.map(|a| stored(a + shift)),
+            substep_s: stored(self.length_s / SUBSTEPS as Real),
             outcome: self.outcome(),
         };
         *self = Self {
@@ -255,14 +242,8 @@ impl Blank for Place {
     }
 }
 
-state!(Block { place, traction_n, variance, speed_mps, part_noise, acceleration, substep, outcome; });
+state!(Block { place, traction_n, variance, speed_mps, part_noise_mps2, acceleration_mps2, substep_s, outcome; });
 state!(BlockBuilder { started, with_traction, traction, variance, speed, noise, brake, unsound, slip, doubt, part, parts, part_s, part_way, part_mps, seen_walk, lag_s, tractions, length_s; } where |this| this.part < SUBSTEPS);
-
-/// The figure in the form of a block: single precision halves what a memory of blocks takes.
-#[allow(clippy::unnecessary_cast)] // not with double precision
-pub(super) fn stored(figure: Real) -> f32 {
-    figure as f32
-}
 
 #[cfg(test)]
 mod tests {
@@ -306,8 +287,8 @@ mod tests {
         near(block.traction_n, 1_255.0);
         near(block.variance, 8.0);
         near(block.speed_mps, 1.0 + 0.3 * 0.255);
-        assert!((block.length_s() - 0.5).abs() < 1e-4 && (block.substep_s() - 0.1).abs() < 2e-5);
-        assert!((block.mean_acceleration() - 0.3).abs() < 1e-4);
+        assert!((block.length_s() - 0.5).abs() < 1e-6 && (block.substep_s() - 0.1).abs() < 1e-6);
+        assert!((block.mean_acceleration() - 0.3).abs() < 1e-6);
         assert_eq!(block.outcome, AidOutcome::Fused);
     }
 
@@ -371,15 +352,12 @@ mod tests {
             {
                 let expected = by_force + share * (by_speed - by_force);
                 assert!(
-                    (found - expected).abs() < 1.1e-4,
+                    (found - expected).abs() < 1e-6,
                     "{walk}: {found} {expected}"
                 );
             }
             let sd = (share * by_speed).sqrt();
-            assert!(
-                (found.part_noise_mps2() - sd).abs() < 1.01e-3,
-                "{walk}: {sd}"
-            );
+            assert!((found.part_noise_mps2() - sd).abs() < 1e-6, "{walk}: {sd}");
         }
     }
 

@@ -15,7 +15,7 @@ use crate::aiding::force_balance::{BlockForce, BlockNoise};
 use crate::aiding::{Aid, GateRule, Innovation};
 use crate::api::aid::AidStatus;
 use crate::api::real::{GRAVITY, exp};
-use crate::api::snapshot::{Archive, State};
+use crate::api::snapshot::state;
 use crate::filters::ekf;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::model::Process;
@@ -275,20 +275,7 @@ fn prior(nominal: &Nominal, p: &SwingBalanceParams, [load_kg, sd_kg]: [Real; 2])
     Gaussian::independent(x, sd)
 }
 
-impl State for Hypothesis {
-    fn visit(&mut self, archive: &mut Archive) {
-        let Self {
-            belief,
-            weight,
-            last_grade,
-            last_behind_m,
-        } = self;
-        belief.visit_lower(archive);
-        weight.visit(archive);
-        last_grade.visit(archive);
-        last_behind_m.visit(archive);
-    }
-}
+state!(Hypothesis { belief, weight, last_grade, last_behind_m; });
 
 #[cfg(test)]
 mod tests {

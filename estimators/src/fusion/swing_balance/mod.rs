@@ -16,7 +16,7 @@ use nalgebra::SVector;
 use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::real::{GRAVITY, sqrt};
-use crate::api::snapshot::{Archive, State, state};
+use crate::api::snapshot::state;
 use crate::fusion::effective::GradeByForce;
 use crate::models::swing_balance::{ANGLE, CV, ETA, MASS, N, Nominal, R0};
 use crate::rail::mass_on_rail::MassOnRail;
@@ -35,6 +35,8 @@ pub struct BalanceState {
     pub x: SVector<Real, N>,
     /// Variance of the load, kg²: of all hypotheses.
     pub mass_variance: Real,
+    /// Protection level of the total mass, kg.
+    pub protection_kg: Real,
     /// Variance of the grade behind the rail read, rad².
     pub eta_variance: Real,
 }
@@ -48,7 +50,8 @@ impl BalanceState {
         let Hypothesis { belief, .. } = bank.heaviest();
         Self {
             x: belief.x,
-            mass_variance: bank.variance_about(belief.x[MASS]),
+            mass_variance: 0.0,
+            protection_kg: 0.0,
             eta_variance: belief.P[(ETA, ETA)],
         }
     }
@@ -61,6 +64,7 @@ pub struct SwingMass {
     train: TrainOnRail,
     tare_kg: Real,
     gain_sd: Real,
+    protection_sd: Real,
     front_m: Real,
     bank: LoadBank,
     found: BalanceState,
@@ -85,24 +89,26 @@ pub struct SwingMass {
     reason = "indices of states are constants below N"
 )]
 impl SwingMass {
-    /// Builds the mass estimator from the train's nominal values.
+    /// Builds the mass estimator from the train's nominal values; `protection_sd` is the protection level of a normal
+    /// error over its standard deviation.
     pub fn new(
         nominal: Nominal,
         train: TrainOnRail,
         params: SwingBalanceParams,
         supervision: SwingSupervision,
         drives: usize,
+        protection_sd: Real,
     ) -> Self {
         let bank = LoadBank::new(SwingBalance::new(nominal, &params, &supervision));
         let [front_m, _] = train.span_m();
         let mut found = BalanceState::by(&bank);
         found.x[MASS] = nominal.load0_kg;
-        found.mass_variance = bank.variance_about(nominal.load0_kg);
-        Self {
+        let mut new = Self {
             supervision,
             train,
             tare_kg: nominal.tare_kg,
             gain_sd: params.gain_sd(drives),
+            protection_sd,
             front_m: -front_m,
             bank,
             found,
@@ -116,7 +122,16 @@ impl SwingMass {
             used: 0,
             new_nis: None,
             status: AidStatus::default(),
-        }
+        };
+        new.spread();
+        new
+    }
+
+    /// Finds variance and protection level of the load that is published, which change with the bank only.
+    fn spread(&mut self) {
+        let (load, gain_kg) = (self.found.x[MASS], self.gain_sd * self.mass_kg());
+        self.found.mass_variance = self.bank.variance_about(load);
+        self.found.protection_kg = self.bank.protection_kg(load, gain_kg, self.protection_sd);
     }
 
     /// Takes a sample, with the total mass before it, kg; returns the grade by the force of a complete block. At most
@@ -254,6 +269,7 @@ impl SwingMass {
         };
         if self.used > 0 {
             self.found = BalanceState::by(&self.bank);
+            self.spread();
         }
     }
 
@@ -284,7 +300,7 @@ impl SwingMass {
     /// Assumes that another load may hang on the train, which has stood: the mass keeps its value.
     pub fn open_load(&mut self) {
         self.bank.open();
-        self.found.mass_variance = self.bank.variance_about(self.found.x[MASS]);
+        self.spread();
         self.used = 0;
     }
 
@@ -312,12 +328,6 @@ impl SwingMass {
     /// Total mass and its standard deviation, including errors that no filter can observe (scale of the torque), kg.
     pub fn published(&self) -> [Real; 2] {
         [self.mass_kg(), self.sd_kg(self.found.mass_variance)]
-    }
-
-    /// Protection level of the total mass, kg, for so many standard deviations.
-    pub fn protection_kg(&self, sd: Real) -> Real {
-        let gain_kg = self.gain_sd * self.mass_kg();
-        self.bank.protection_kg(self.found.x[MASS], gain_kg, sd)
     }
 
     /// The train on its rail.
@@ -361,44 +371,9 @@ fn slot(block: u64) -> usize {
     (block % tuning::QUEUE.blocks as u64) as usize
 }
 
-state!(BalanceState { x, mass_variance, eta_variance; });
+state!(BalanceState { x, mass_variance, protection_kg, eta_variance; });
 
-impl State for SwingMass {
-    fn visit(&mut self, archive: &mut Archive) {
-        let Self {
-            supervision: _,
-            train: _,
-            tare_kg: _,
-            gain_sd: _,
-            front_m: _,
-            bank,
-            found,
-            outlook,
-            jumped,
-            builder,
-            blocks,
-            written,
-            taken,
-            settle_s,
-            used,
-            new_nis,
-            status,
-        } = self;
-        bank.visit(archive);
-        found.visit(archive);
-        outlook.visit(archive);
-        jumped.visit(archive);
-        builder.visit(archive);
-        blocks.visit(archive);
-        written.visit(archive);
-        taken.visit(archive);
-        settle_s.visit(archive);
-        used.visit(archive);
-        new_nis.visit(archive);
-        status.visit(archive);
-        archive.require(*taken <= *written && *written < u64::MAX / 2);
-    }
-}
+state!(SwingMass { bank, found, outlook, jumped, builder, blocks, written, taken, settle_s, used, new_nis, status; supervision, train, tare_kg, gain_sd, protection_sd, front_m } where |this| this.taken <= this.written && this.written < u64::MAX / 2);
 
 #[cfg(test)]
 mod tests;

@@ -28,7 +28,7 @@ impl World {
         let nominal = Nominal::new(&of, &layout, None, 0.01);
         let [front, rear] = train.span_m();
         Self {
-            mass: SwingMass::new(nominal, train, params, supervision, of.drives),
+            mass: SwingMass::new(nominal, train, params, supervision, of.drives, 3.89),
             rail: RailMemory::new(rear - front),
             load_kg: 10_000.0,
             chain_m: 0.0,
@@ -51,7 +51,7 @@ impl World {
         let nominal = Nominal::new(&vehicle(), &layout, None, 0.01);
         let (params, supervision) = (Default::default(), Default::default());
         Self {
-            mass: SwingMass::new(nominal, train, params, supervision, 8),
+            mass: SwingMass::new(nominal, train, params, supervision, 8, 3.89),
             chain_m: 0.6,
             ..Self::by_default([0.0; 2])
         }

@@ -2,13 +2,12 @@
 
 use crate::Real;
 use crate::api::reading::Channels;
-use crate::api::real::{sqrt, within};
+use crate::api::real::{sqrt, stored, within};
 use crate::api::signals::{MAX_DRIVES, Vehicle};
 use crate::api::snapshot::state;
 use crate::preprocess::sorted::Sorted;
 use crate::tuning;
 
-use super::block::stored;
 use super::params::SwingBalanceParams;
 
 /// Torques of all drives.

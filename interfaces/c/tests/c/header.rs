@@ -101,7 +101,7 @@ fn same_through_the_header(length_s: f64) {
                 foreign.aid_status(&mut q);
                 assert_eq!(format!("{p:?}"), format!("{q:?}"), "{at}, step {i}");
             }
-            let (mut a, mut b) = (vec![0; 16_384], vec![0; 16_384]);
+            let (mut a, mut b) = (vec![0; 18_432], vec![0; 18_432]);
             let (x, y) = (native.snapshot(&mut a), foreign.snapshot(&mut b));
             assert!(x == y, "{at}: {x:?}, {y:?}");
             native.reset();
