@@ -251,12 +251,14 @@ class Separation:
             one.step(theta, body, b.x[V], calm, turn_walk)
         if self.pair:
             self.renew(own, anew)
-        apart = [abs(one.angles[0] - theta) for one in self.pair or () if one.sd() < 0.02]
+        others = [(abs(one.angles[0] - theta), one.sd()) for one in self.pair or () if one.sd() < 0.02]
         self.by_scale = self.by_scale + scale * (theta - self.last) if scale else 0.0
         self.last = theta
-        self.largest = max([abs(self.without_gyro), abs(self.by_scale), *apart]) - 2.0 * own
+        largest = max(abs(self.without_gyro), abs(self.by_scale)) - 2.0 * own
+        self.apart = max([largest, *(d - 2.0 * max(sd, own) for d, sd in others)])
+        largest = max([largest, *(d - 2.0 * own for d, _ in others)])
         without_up = (abs(b.x[BX]) - 2.0 * sheet_bias) / G
-        return SHEET["mount"] + max(self.largest, without_up, 0.0) / 3.0
+        return SHEET["mount"] + max(largest, without_up, 0.0) / 3.0
 
     def renew(self, own, anew):
         kept, young = self.pair
@@ -280,7 +282,7 @@ class Attitude:
         self.seen = [NoiseSeen() for _ in range(4)]
         self.curvature, self.ways, self.way, self.arm = 0.0, [None] * 4, 0.0, 0.0
         self.turn, self.heading, self.heading_sd = 0, 0.0, 0.0
-        self.y, self.nis, self.torques, self.disputed = 0.0, 0.0, 0.0, 0.0
+        self.y, self.nis, self.torques = 0.0, 0.0, 0.0
 
     def start(self, force, speeds):
         p, v = SHEET, float(np.mean(speeds))
@@ -435,11 +437,10 @@ class Attitude:
         usual = 3.0 * math.sqrt(b.P[TH, TH]) + 0.004
         self.mount_sd = self.separation.step(b, body, None if force is None else self.v_dot, self.voted, self.turn_walk, SHEET["bias"], self.health.scale)
         beyond = abs(self.separation.without_gyro) - usual
-        self.disputed = self.disputed + DT if beyond >= 0.0 and self.separation.heard > 2.0 else 0.0
         on_rail = self.turn_walk == 0.0
-        if on_rail and self.used and not self.rejected and self.disputed > 0.0 and (beyond < 0.02 or self.disputed > 20.0):
+        if on_rail and self.used and not self.rejected and self.separation.heard > 2.0 and 0.0 <= beyond < 0.02:
             self.events.add("opened")
-            b.P[TH, TH] += min(beyond, 0.02) ** 2 * DT / 0.3
+            b.P[TH, TH] += beyond**2 * DT / 0.3
         self.pitch_sd = math.sqrt(b.P[TH, TH])
         self.arm_error(self.v * DT, math.sqrt(b.P[TH, TH]) < 0.003)
         _, q, r = body if body is not None else (0.0, 0.0, 0.0)
@@ -798,7 +799,7 @@ class Fusion:
         att.step(force, w, speeds)
         v = att.v
         bend = abs(att.yaw / v) if abs(v) > 0.06 else 0.0
-        apart = att.separation.largest
+        apart = att.separation.apart
         readable = att.sum_sd < 0.02 and math.sqrt(att.b.P[V, V]) < 0.1
         self.rail.doubt += max(math.sqrt(att.b.P[V, V]) - 0.02, 0.0) * DT
         assert self.rail.doubt < 0.5, "the oracle never loses its place"

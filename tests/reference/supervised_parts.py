@@ -150,7 +150,7 @@ class Supervised:
         att.step(z.force + np.array([self.bend.now[2], 0.0, 0.0]), z.rate, z.speeds)
         self.read()
         net = sum(rim_force(torque, att.v)[0] for torque in z.torques) - self.way.drag * att.v * abs(att.v)
-        sound = att.imu and abs(z.v) >= self.way.standstill and att.used > 0 and att.separation.largest < 0.02
+        sound = att.imu and abs(z.v) >= self.way.standstill and att.used > 0 and att.separation.apart < 0.02
         sample = self.next(z, net, z.running and sound)
         if sample is not None:
             self.take(sample)

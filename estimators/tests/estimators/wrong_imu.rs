@@ -31,11 +31,7 @@ fn drive(
         let t = DT * k as f64;
         crane.grade_rad = 0.1 * (crane.chainage_m / 4.0).sin();
         let wanted = if t % 40.0 < 4.0 { 0.0 } else { 1.0 };
-        let before_rad = crane.last_grade_rad.unwrap_or(crane.grade_rad);
         let mut z = crane.step(wanted, DT);
-        // the centripetal acceleration of the hill
-        let turned = (crane.grade_rad - before_rad) / DT;
-        z.specific_force_mps2.as_mut().unwrap().value[2] += crane.speed_mps * turned;
         change(t, &mut z);
         let estimate = estimator.step(&z, &Command::default(), DT).unwrap();
         see(&crane, &estimate);

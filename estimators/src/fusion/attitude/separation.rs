@@ -118,10 +118,8 @@ pub struct Separation {
     by_scale: Real,
     /// Pitch of the filter in the last step, rad.
     last_rad: Real,
-    /// Time for which accelerometer and wheels have contradicted the pitch, s.
-    apart_s: Real,
     open_rad: Real,
-    largest_rad: Real,
+    apart_rad: Real,
 }
 
 impl Separation {
@@ -130,17 +128,10 @@ impl Separation {
         self.take_force(z, dt);
         let [own, _] = z.sd;
         let limit = tuning::STATISTICS.noise_sd * own + tuning::SEPARATION.nominal_rad;
-        let beyond = self.without_gyro.abs() - limit;
-        let calm = beyond < 0.0;
-        self.apart_s = if calm || !self.is_heard() {
-            0.0
-        } else {
-            self.apart_s + dt
-        };
-        // A gyro drifts. What is suddenly further apart is an accelerometer or wheels, unless it stays.
-        let most = tuning::SOURCE.read_sum_sd;
-        let opens = self.apart_s > 0.0 && (beyond < most || self.apart_s > tuning::TIMES.young_s);
-        let excess = if opens { beyond.min(most) } else { 0.0 };
+        let excess = self.without_gyro.abs() - limit;
+        let calm = excess < 0.0;
+        // A gyro drifts. What is suddenly further apart is an accelerometer or wheels.
+        let opens = !calm && self.is_heard() && excess < tuning::SOURCE.read_sum_sd;
         if self.carried.is_none() && calm && self.is_heard() {
             self.carried = Some([Carried::begin(z); 2]);
         }
@@ -150,20 +141,24 @@ impl Separation {
             self.renew(pair, z);
         }
         self.carried = carried;
-        let known = carried.iter().flatten().filter(|one| is_known(one));
-        let others = known.map(|one| one.from(z).abs());
         let [pitch, _] = z.angles;
         self.by_scale = match z.scale == 0.0 {
             true => 0.0,
             false => self.by_scale + z.scale * (pitch - self.last_rad),
         };
         self.last_rad = pitch;
-        let largest = others.fold(self.without_gyro.abs().max(self.by_scale.abs()), Real::max);
         let [bias, bias_sd] = z.bias_rad;
-        self.largest_rad = largest - 2.0 * own;
-        let beyond = self.largest_rad.max(bias.abs() - 2.0 * bias_sd);
-        self.open_rad = beyond.max(0.0) / 3.0;
-        excess
+        // The largest, and the largest beyond what the other pitch itself leaves open.
+        let now = self.without_gyro.abs().max(self.by_scale.abs()) - 2.0 * own;
+        let known = carried.iter().flatten().filter(|one| is_known(one));
+        let (largest, apart) = known.fold((now, now), |(largest, apart), one| {
+            let from = one.from(z).abs();
+            let beyond = from - 2.0 * one.sd().max(own);
+            (largest.max(from - 2.0 * own), apart.max(beyond))
+        });
+        self.apart_rad = apart;
+        self.open_rad = largest.max(bias.abs() - 2.0 * bias_sd).max(0.0) / 3.0;
+        if opens { excess } else { 0.0 }
     }
 
     /// Compares the acceleration by accelerometer and pitch with that of the wheels: its mean is too small by g times
@@ -228,10 +223,10 @@ impl Separation {
         *young = Carried::begin(z);
     }
 
-    /// Largest separation from a pitch beyond two standard deviations of the filter, rad; negative while all agree. A bias
-    /// beyond the sheet is not in it: it is in the sum with the grade, which a force balance uses.
-    pub fn largest_rad(&self) -> Real {
-        self.largest_rad
+    /// Largest separation from a pitch beyond two standard deviations of the worse of both, rad; negative while all
+    /// agree. A bias beyond the sheet is not in it: it is in the sum with the grade, which a force balance uses.
+    pub fn apart_rad(&self) -> Real {
+        self.apart_rad
     }
 
     /// Standard deviation by which the pitch covers both, rad: a third of what the largest separation has beyond two of
@@ -253,7 +248,7 @@ impl Blank for Carried {
 }
 
 state!(Carried { angles, bias_sd, variance, age_s, range, apart; });
-state!(Separation { low, waited_s, heard_s, without_gyro, carried, by_scale, last_rad, apart_s, open_rad, largest_rad; });
+state!(Separation { low, waited_s, heard_s, without_gyro, carried, by_scale, last_rad, open_rad, apart_rad; });
 
 #[cfg(test)]
 mod tests {

@@ -54,7 +54,7 @@ impl AttitudeFilter {
     /// Largest separation of the pitches beyond what is usual, rad; 0 without separation.
     pub fn apart_rad(&self) -> Real {
         match self.supervision.separation {
-            true => self.separation.largest_rad(),
+            true => self.separation.apart_rad(),
             false => 0.0,
         }
     }

@@ -149,9 +149,11 @@ impl Crane {
             ..Measurements::default()
         };
         let f = a + GRAVITY * sine + 0.007 * random.normal();
+        // the centripetal acceleration of the hill
+        let up = GRAVITY * cosine + self.speed_mps * pitch;
         z.specific_force_mps2 = Some(Sample {
             t: Time::from_s(t_s),
-            value: [f, 0.0, GRAVITY * cosine],
+            value: [f, 0.0, up],
         });
         z.angular_rate_radps = Some(Sample {
             t: Time::from_s(t_s),
