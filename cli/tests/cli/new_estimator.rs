@@ -123,6 +123,19 @@ fn libraries_build_and_their_scenarios_hold() {
     }
 }
 
+/// The example of an ECU in Python answers with the frames of this build.
+#[test]
+fn the_ecu_of_the_example_drives_the_train() {
+    if !tools(&["python3"]) {
+        eprintln!("skipped: no python3 here");
+        return;
+    }
+    let scenario = project().join("examples/ecu/climb.yaml");
+    let dir = TestFolder::new();
+    let (code, out, err) = dir.monorig(&["test", scenario.to_str().unwrap(), "--seeds", "1"]);
+    assert_eq!(code, Some(0), "{out}{err}");
+}
+
 /// A program with its `share` folder, as a wheel has it, needs no sources.
 #[test]
 #[cfg(unix)]

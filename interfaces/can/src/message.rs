@@ -270,9 +270,11 @@ impl Message {
         (frame, clipped)
     }
 
-    /// The values of a frame; `None` if it is too short. What it has not stays as it was.
+    /// The values of a frame; `None` if the frame is too short, or `N` smaller than the number of its signals. What it
+    /// has not stays as it was.
     pub fn decode<const N: usize>(self, numbers: Numbers, frame: &Frame) -> Option<[Value; N]> {
         let mut values = [Value::Flag(false); N];
+        (self.signals().count() <= N).then_some(())?;
         let mut at = 0;
         for (signal, value) in self.signals().zip(&mut values) {
             let bits = signal.bits(numbers);
@@ -376,10 +378,13 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_that_is_too_short_has_no_values() {
+    fn a_frame_or_an_array_that_is_too_short_has_no_values() {
         for message in Message::all(1) {
             let short = Frame::with(message.id(), false, &[0; 3]).unwrap();
             assert_eq!(message.decode::<7>(Numbers::Fixed, &short), None);
         }
+        let (frame, _) = Message::Step.encode(Numbers::Fixed, &[Value::Flag(false); 4]);
+        assert!(Message::Step.decode::<4>(Numbers::Fixed, &frame).is_some());
+        assert_eq!(Message::Step.decode::<3>(Numbers::Fixed, &frame), None);
     }
 }
