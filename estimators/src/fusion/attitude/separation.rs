@@ -118,6 +118,7 @@ pub struct Separation {
     by_scale: Real,
     /// Pitch of the filter in the last step, rad.
     last_rad: Real,
+    /// Results of the last step: a third of the largest separation, and the largest for a force balance, rad.
     open_rad: Real,
     apart_rad: Real,
 }
@@ -371,6 +372,58 @@ mod tests {
         }
         assert!((at(0.4, -0.11) / open(0.011) - 1.0).abs() < 1e-9);
         assert_eq!(at(0.4, 0.0), 0.0);
+    }
+
+    /// The pitch is opened by what accelerometer and wheels are apart beyond the usual, after they have been heard for
+    /// 2 s, and not where that is more than 0.02 rad.
+    #[test]
+    fn a_pitch_is_opened_by_a_drift_and_not_by_a_jump() {
+        let usual = 3.0 * OWN + tuning::SEPARATION.nominal_rad;
+        let opens = |beyond: Real, seconds: Real| {
+            let mut separation = Separation::default();
+            let z = Compared {
+                sd: [OWN, 1e-6],
+                acceleration_mps2: Some(-GRAVITY * (usual + beyond)),
+                wheels_mps: Some(1.0),
+                ..Compared::default()
+            };
+            let steps = (seconds / DT) as usize;
+            (0..steps).map(|_| separation.step(&z, DT)).last().unwrap()
+        };
+        assert_eq!(
+            (opens(0.01, 1.9), opens(-0.001, 20.0), opens(0.021, 20.0)),
+            (0.0, 0.0, 0.0)
+        );
+        for beyond in [0.001, 0.01, 0.019] {
+            assert!((opens(beyond, 20.0) - beyond).abs() < 1e-5, "{beyond}");
+        }
+    }
+
+    /// A gyro that has carried a pitch on from a time when it was known to 0.005 rad does not contradict one that is
+    /// known better now and 0.009 rad off: the grade is doubted, but blocks are of use. Known to 0.001 rad, it does.
+    #[test]
+    fn a_carried_pitch_contradicts_beyond_its_own_deviation() {
+        for (began_sd, apart) in [(0.005, -0.001), (OWN, 0.007)] {
+            let mut separation = Separation::default();
+            let mut at = |pitch: Real, sd: Real, seconds: Real| {
+                let z = Compared {
+                    angles: [pitch, 0.0],
+                    sd: [sd, 0.0],
+                    body_radps: Some([0.0; 3]),
+                    acceleration_mps2: Some(0.0),
+                    wheels_mps: Some(1.0),
+                    ..Compared::default()
+                };
+                (0..(seconds / DT) as usize).for_each(|_| {
+                    separation.step(&z, DT);
+                });
+                [separation.apart_rad(), separation.open_rad()]
+            };
+            at(0.0, began_sd, 5.0);
+            let [found, sd] = at(0.009, OWN, 1.0);
+            assert!((found - apart).abs() < 1e-5, "{began_sd}: {found}");
+            assert!((sd / open(0.009) - 1.0).abs() < 1e-3, "{began_sd}: {sd}");
+        }
     }
 
     /// Without an accelerometer what it said last stands.

@@ -1,7 +1,8 @@
 //! Blocks of the force balance: means over half a second, with the acceleration in five parts.
 //!
 //! The acceleration of a block is the difference of the filter's speeds at its ends over its length, whose noise is 1.6
-//! mm/s²: small enough for a regressor (no errors-in-variables treatment). The accelerometer only shares it out within
+//! mm/s²: small enough for a regressor (no errors-in-variables treatment) but for hours at one speed on an even grade
+//! (`docs/notes/rail_fusion.md`, "A regressor that is noise"). The accelerometer only shares it out within
 //! the block.
 
 use crate::Real;
