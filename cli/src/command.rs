@@ -30,10 +30,7 @@ pub enum CommandOutcome {
 impl CommandOutcome {
     /// Outcome of a command, from the verdict on the expectations.
     pub fn of(held: bool) -> Self {
-        match held {
-            true => Self::Held,
-            false => Self::Failed,
-        }
+        if held { Self::Held } else { Self::Failed }
     }
 }
 

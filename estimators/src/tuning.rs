@@ -26,7 +26,8 @@ macro_rules! groups {
 groups! {
     /// Assumptions of the filters about the rail and motion on it.
     RAIL: Rail {
-        /// Distance behind the read rail at which η is the difference of the grade, m. Chosen.
+        /// Distance behind the read rail at which η is the difference of the grade, over which the last correction by
+        /// the force fades, m. Chosen.
         eta_m: Real = 9.0,
         /// Standard deviation of the grade ahead of the read rail, rad/m. Chosen.
         ahead_rad_per_m: Real = 0.02,
@@ -42,21 +43,13 @@ groups! {
         /// rad/m. Derived: half of a curvature of 0.1/m; on drawn courses no sample misled
         /// (`docs/notes/rail_fusion.md`, "Wanted and measured").
         blind_rad_per_m: Real = 0.05,
-        /// Distance over which the last correction by the force fades on unread rail, m. Chosen
-        /// (`docs/notes/rail_fusion.md`).
-        fade_m: Real = 10.0,
-        /// Distance ahead of the read rail up to which a block is used, m. Chosen.
-        max_ahead_m: Real = 0.8,
-        /// Least distance of the foremost mass ahead of the read rail at which a jump of the force counts, m. Chosen.
-        min_ahead_m: Real = 0.5,
-        /// Largest mean distance of the tare behind the remembered rail at which a block is used when going back, m.
-        /// Chosen.
-        max_behind_m: Real = 0.3,
+        /// Distance of the foremost mass ahead of the read rail up to which a block is used, and down to which a jump of
+        /// the force counts as on unread rail; and the largest mean distance of the tare behind the remembered rail at
+        /// which a block is used when going back, m. Chosen.
+        edge_m: Real = 0.5,
         /// Sharpest vertical curvature, rad/m: a faster turn of a slope over the way is that of an accelerometer, of
         /// wheels or of a load that jump. Chosen: a radius of 8 m.
         max_turn_radpm: Real = 0.13,
-        /// Sharpest bend that a vehicle may have passed while the gyro was out of use, 1/m. Chosen: a radius of 4 m.
-        max_bend_per_m: Real = 0.25,
         /// Sharpest curvature of any track or road, 1/m. Chosen: a radius of 2 m.
         max_track_per_m: Real = 0.5,
     }
@@ -92,27 +85,25 @@ groups! {
         noise_sd: Real = 3.0,
         /// Number of standard deviations within which two values may be the same. Chosen.
         same_sd: Real = 2.0,
-        /// Standard deviations within which wheels agree. Chosen.
-        agree_sd: Real = 7.0,
+        /// Number of standard deviations, or of usual steps between samples, beyond which a value is a fault. Chosen.
+        fault_sd: Real = 6.0,
         /// Limit of the NIS of one innovation: a bump of one or two samples is for the gate, does not end validity and
         /// does not inflate the noise further. Chosen: five standard deviations.
         max_nis: Real = 25.0,
-        /// Multiple of the usual step between samples beyond which a sample is an outlier. Chosen.
-        jump_factor: Real = 6.0,
         /// Largest weight of one value in a running mean, as a multiple of the mean. Chosen: joints and bumps are no
         /// noise.
         clip: Real = 4.0,
         /// Number of consecutive events that cannot be chance: rejections of a gate, repetitions of a vector. Chosen.
         in_a_row: u32 = 3,
+        /// Number of used blocks, or of samples of a regression, after which a mass is known. Chosen.
+        confirming: u32 = 6,
+        /// Number of samples in the usual size of a jump or an innovation. Chosen.
+        samples: Real = 64.0,
     }
     /// Windows of the specific force.
     FORCE_WINDOW: ForceWindow {
         /// Length of a window, s. Chosen: five samples at 100 Hz.
         window_s: Real = 0.05,
-        /// Low-pass of the body rates whose change over a window is a force on the lever, s. Chosen.
-        rate_lag_s: Real = 0.02,
-        /// Factor on the variance of f_y: impacts of the guide wheels. Chosen.
-        lateral_noise_factor: Real = 25.0,
         /// Velocity random walk that is assumed until the instrument's noise has been learnt, m/s/√s. Chosen: that of a
         /// shaken robot.
         unseen_walk: Real = 0.1,
@@ -127,8 +118,6 @@ groups! {
         window_s: Real = 0.25,
         /// Number of consecutive windows that must be alike. Chosen.
         windows: u32 = 6,
-        /// Number of standard deviations beyond which a window contradicts the bias of the filter. Chosen.
-        contradiction_sd: Real = 5.0,
         /// Largest difference of two windows, as a share of their difference from the bias. Chosen.
         max_difference: Real = 0.25,
     }
@@ -138,17 +127,8 @@ groups! {
         spread: Real = 0.004,
         /// Number of wheels whose agreement excludes equal slip. Chosen.
         min_agreed: usize = 3,
-        /// Speed from which the scale of a wheel is learnt, m/s. Chosen.
-        scale_mps: Real = 0.2,
-        /// Largest scale error of one wheel against the mean. Chosen.
-        max_scale: Real = 0.2,
         /// Unknown change of the acceleration, m/s³. Chosen: the jerk of a start.
         jerk_mps3: Real = 0.5,
-    }
-    /// Dynamic lag of a grade.
-    DYNAMIC_LAG: DynamicLag {
-        /// Memory of the largest motion over the settling time: a transient outlasts its edge. Chosen.
-        memory: Real = 2.0,
     }
     /// Excitation gate of the regressions.
     EXCITATION: Excitation {
@@ -157,10 +137,8 @@ groups! {
     }
     /// Gravity check of an accelerometer.
     GRAVITY_CHECK: GravityCheck {
-        /// Least and largest mean specific force over g while the vehicle stands. Chosen.
-        standing: [Real; 2] = [0.95, 1.05],
-        /// The least and the largest mean specific force over g while it moves. Derived: braking at 5 m/s² makes 1.12.
-        moving: [Real; 2] = [0.8, 1.25],
+        /// The least and the largest mean specific force over g. Derived: braking at 5 m/s² makes 1.12.
+        size: [Real; 2] = [0.8, 1.25],
         /// Least share of g along the vertical axis. Derived: the cosine of the steepest grade, 60°.
         min_upright: Real = 0.5,
     }
@@ -170,11 +148,6 @@ groups! {
         max_acceleration_mps2: Real = 10.0,
         /// Largest bias of an uncalibrated gyro, rad/s. Chosen: 9 °/s.
         max_bias_radps: Real = 0.15,
-    }
-    /// Gate of the innovations of a state filter, as in the EKF2 of PX4.
-    INNOVATION_GATE: InnovationGate {
-        /// Number of samples in the running scale of the innovations. Chosen.
-        scale_memory: Real = 100.0,
     }
     /// Kinematic consistency of accelerometer, gyro and wheels.
     CONSISTENCY: Consistency {
@@ -203,8 +176,6 @@ groups! {
         /// High-pass of both axes before the regression, s: axes that are exchanged on a grade leave a step on each,
         /// which must have died out soon. Chosen.
         cross_high_pass_s: Real = 1.5,
-        /// Noise of a sample of the left axis, without forces from the road, m/s². Chosen.
-        cross_noise_mps2: Real = 0.05,
         /// Share of noise in the regressors in the regression of the gyro: a slip, or a nod, is shorter than a ramp and
         /// must not decide. Chosen.
         turn_noise: Real = 0.6,
@@ -238,17 +209,8 @@ groups! {
         /// Number of gaps in their mean and deviation. Chosen.
         gap_memory: Real = 16.0,
     }
-    /// Spike gate.
-    SPIKE_GATE: SpikeGate {
-        /// Number of samples in the usual jump. Chosen.
-        memory: Real = 64.0,
-    }
     /// Detection of another load after a standstill.
     STANDING_LOAD: StandingLoad {
-        /// Number of samples of the force balance after driving off that confirm the mass. Chosen.
-        confirming: u32 = 10,
-        /// Number of standard deviations above which a new mass counts as different. Chosen.
-        other_sd: Real = 4.0,
         /// Largest sum of the difference and twice its standard deviation for an equal mass, as a share of the mass.
         /// Derived: a load that is another by less may pass for the same, within three standard deviations of the
         /// gear's efficiency (3.5 %).
@@ -296,8 +258,6 @@ groups! {
         ramp_rad: Real = 0.2,
         /// Non-orthogonality of its axes, rad. Measured in `docs/notes/rail_fusion.md`, as above.
         askew_rad: Real = 0.025,
-        /// Longest time of a bend to one side, s. Chosen.
-        bend_s: Real = 3.0,
         /// Bias of a calibrated accelerometer, m/s². Data sheet of a calibrated unit: 1 mg.
         accel_bias_mps2: Real = 0.00978,
         /// Bias of a calibrated gyro, rad/s. Data sheet of a calibrated unit: 0.5 °/h.
@@ -317,14 +277,10 @@ groups! {
     }
     /// Shocks of the accelerometer, and spikes of the gyro.
     SHOCK: Shock {
-        /// Least jump of the accelerometer between samples that is a shock, m/s². Chosen.
-        jump_mps2: Real = 1.5,
         /// Low-pass of |f| − g, s. Chosen: 0.1 s rejects the shocks of rail joints, too.
         norm_lag_s: Real = 0.4,
         /// Deviation of |f| from g after this low-pass above which the accelerometer is out of use, m/s². Chosen.
         norm_gate_mps2: Real = 0.35,
-        /// Time for which a shock rings, s. Chosen.
-        ring_s: Real = 0.03,
         /// Largest jump of the gyro that is not a spike, rad/s. Chosen.
         min_jump_radps: Real = 0.1,
     }
@@ -336,16 +292,9 @@ groups! {
         max_speed_mps: Real = 100.0,
         /// Largest standard deviations of the state, in its units. Chosen.
         max_sd: [Real; crate::models::attitude::N] = [10.0, 0.6, 0.6, 2.0, 2.0, 2.0, 0.1, 0.1, 0.3, 0.3, 0.1],
-        /// Times without a wheel after which the variance of the speed grows by `coast`, and after which it grows by
-        /// `reopen`, s. Chosen.
-        coast_s: [Real; 2] = [1.0, 8.0],
-        /// Time after a start in motion in which wheels may slip unseen, s. Chosen.
-        opening_s: Real = 3.0,
-        /// Standard deviation of the pitch due to this slip, rad/√s. Chosen.
-        opening_rad: Real = 0.06,
-        /// Growth of the variance of the speed without wheels, m²/s² per s. Chosen.
-        coast: Real = 4e-4,
-        /// Growth of the variance of the speed after `reopen`, m²/s² per s. Chosen.
+        /// Time without a wheel after which the variance of the speed grows by `reopen`, s. Chosen.
+        coast_s: Real = 8.0,
+        /// Growth of the variance of the speed after `coast_s` without a wheel, m²/s² per s. Chosen.
         reopen: Real = 1.0,
         /// Standard deviations of the lateral force's model on a rail and on a road, m/s². On a road the side slip
         /// makes it wrong by some hundredths of m/s² for as long as a turn lasts, and the roll that passes for it
@@ -375,15 +324,11 @@ groups! {
     }
     /// The effective grade.
     EFFECTIVE: Effective {
-        /// Constant part of the standard deviation of the grade by the force, rad. Chosen.
-        force_sd_rad: Real = 0.001,
         /// Factor on acceleration over g, and on the swing, in that standard deviation: without it the error over drawn
         /// courses is 4 % larger. Chosen.
         force_motion: Real = 2.0,
         /// Share of a new block in the correction by force. Chosen.
         share: Real = 0.6,
-        /// Share of the correction that remains after an unused block on read rail. Chosen.
-        left: Real = 0.7,
         /// Standard deviation of the grade due to rail behind the read rail above which it counts as unread, rad.
         /// Chosen.
         unread_sd_rad: Real = 0.002,
@@ -449,25 +394,14 @@ groups! {
         same: Real = 0.1,
         /// Weight below which a hypothesis is forgotten. Chosen.
         least_weight: Real = 1e-12,
-        /// Number of used blocks after which a mass is known. Chosen.
-        first_blocks: u32 = 6,
     }
     /// Torque monitor.
     TORQUE: Torque {
         /// Speed of the rim over which the gear's efficiency reverses, m/s. Chosen.
         blend_mps: Real = 0.0085,
-        /// Number of standard deviations above which a drive differs from the others, and the mean from the command.
-        /// Chosen.
-        gate_sd: Real = 6.0,
         /// Share of a step of the command by which a motor with a lag of 0.07 s is late after this low-pass. Derived:
         /// e^(0.07/0.3) − 1.
         delay: Real = 0.25,
-        /// Lag behind the command that a motor may have, s. Chosen.
-        motor_lag_s: Real = 0.1,
-        /// Memory of the lag, s. Chosen.
-        lag_memory_s: Real = 30.0,
-        /// Largest unequal share of the torque between drives, beyond noise and gain. Chosen.
-        unequal: Real = 0.02,
     }
     /// Conditions for reading the rail.
     SOURCE: TrainSource {
@@ -480,8 +414,6 @@ groups! {
         /// Standard deviation of sin θ + b/g up to which the rail is read: what is read badly is told with its doubt.
         /// Chosen.
         read_sum_sd: Real = 0.02,
-        /// Standard deviation of the speed up to which the rail is read, m/s. Chosen.
-        max_speed_sd_mps: Real = 0.1,
     }
     /// The remembered rail.
     MEMORY: RailNodes {
@@ -499,7 +431,5 @@ groups! {
         onward_m: Real = 3.0,
         /// Standard deviation of the distance to the read rail above which the rail is forgotten, m. Chosen.
         max_doubt_m: Real = 0.5,
-        /// Standard deviation of this distance up to which it does not count, m. Chosen.
-        min_doubt_m: Real = 0.02,
     }
 }

@@ -113,9 +113,10 @@ impl InputError {
     /// The place followed by a colon; empty without a place.
     fn place(&self) -> String {
         let place = self.file_and_key();
-        match place.is_empty() {
-            true => place,
-            false => place + ": ",
+        if place.is_empty() {
+            place
+        } else {
+            place + ": "
         }
     }
 

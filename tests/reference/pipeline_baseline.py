@@ -1,7 +1,7 @@
 """`ekf_v_theta_biases` on a recorded drive: the textbook filter with both biases as states, and its gate.
 
 x = [v, θ, b_g, b_a]: v⁻ = v + dt (f − b_a − g sin θ), θ⁻ = θ + dt (ω − b_g), b⁻ = b; z = v.
-Gate: y²/S over 9 s², s² = max(1, running mean of min(y²/S, 4 s²) over 100 samples); beyond 1 a sample is rejected; after 0.5 s and three
+Gate: y²/S over 9 s², s² = max(1, running mean of min(y²/S, 4 s²) over 64 samples); beyond 1 a sample is rejected; after 0.5 s and three
 samples of nothing else P of the speed grows by y² and the sample enters.
 """
 
@@ -49,7 +49,7 @@ def oracle(table):
             y = speed - x[0]
             nis = y**2 / (P[0, 0] + R)
             ratio = nis / (9.0 * max(scale, 1.0))
-            scale = max(scale + (min(nis, 4.0 * scale) - scale) / 100.0, 1e-3)
+            scale = max(scale + (min(nis, 4.0 * scale) - scale) / 64.0, 1e-3)
             enters = ratio <= 1.0
             if enters:
                 rejected, rejecting = 0, 0.0

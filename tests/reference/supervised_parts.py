@@ -216,7 +216,7 @@ class Supervised:
         if self.age < 0.1 - 1e-6 and self.gone < 0.1:
             return
         if self.back > 0.0:
-            self.blind = min(self.blind + self.back, 10.0) if behind * BEHIND_SD > 0.002 else 0.0
+            self.blind = min(self.blind + self.back, 9.0) if behind * BEHIND_SD > 0.002 else 0.0
             self.met["goes back blind"] += self.blind > 0.1
         self.age = self.gone = self.back = 0.0
         mean = (means.S + load * means.load) / M
@@ -224,7 +224,7 @@ class Supervised:
         ahead = means.ahead / M * means.per_m
         self.variance = self.att.b.P[TH, TH] + self.read_sd**2 + ahead**2 + (behind * BEHIND_SD) ** 2 + (BLIND * self.blind * min(behind, 1.0)) ** 2
         self.variance += ((means.load - mean) / M * sd) ** 2
-        if self.rail.doubt > 0.02:
+        if self.rail.doubt > 0.0:
             off = Means(self.rail, self.rail.at - self.rail.doubt)
             self.variance += ((off.S + load * off.load) / M - mean) ** 2
 
@@ -272,7 +272,7 @@ class Gate:
 
     def judge(self, nis):
         self.ratio, period, self.since = nis / (25.0 * max(self.scale, 1.0)), self.since, 0.0
-        self.scale = max(self.scale + (min(nis, 4.0 * self.scale) - self.scale) / 100.0, 1e-3)
+        self.scale = max(self.scale + (min(nis, 4.0 * self.scale) - self.scale) / 64.0, 1e-3)
         passage = "fuse"
         if self.ratio > 1.0:
             self.rejecting, self.rejected = self.rejecting + period, self.rejected + 1

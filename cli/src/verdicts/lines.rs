@@ -61,10 +61,7 @@ pub(crate) fn detail(
     let mut add = |line: &str| text += &format!("{}\n", paragraph(line, INDENT));
     let mut findings = verdict.findings();
     findings.retain(|f| f.fails || all && !f.known);
-    let shown = match all {
-        true => findings.len(),
-        false => FINDINGS_SHOWN,
-    };
+    let shown = if all { findings.len() } else { FINDINGS_SHOWN };
     for finding in findings.iter().take(shown) {
         add(&format!("finding: {}", finding.text));
     }

@@ -16,10 +16,7 @@ pub fn sink(
     live: Option<SocketAddr>,
     full_rate: bool,
 ) -> Option<Box<dyn Sink + Send>> {
-    let rate = |sink: RerunSink| match full_rate {
-        true => sink,
-        false => sink.thinned(),
-    };
+    let rate = |sink: RerunSink| if full_rate { sink } else { sink.thinned() };
     let Some(viewer) = live else {
         return Some(Box::new(rate(RerunSink::file(path))));
     };

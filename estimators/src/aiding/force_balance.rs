@@ -18,7 +18,7 @@ use crate::models::swing_balance::{
     ANGLE, B, CV, D, ETA, LENGTH, MASS, N, QC, R0, RATE, SwingModel,
 };
 use crate::rail::train_means::TrainMeans;
-use crate::tuning;
+use crate::tuning::RAIL;
 
 /// The measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,7 +76,7 @@ impl BlockForce<'_> {
     /// g Σ m x/9 m of a load of `load_kg`, N per rad.
     fn behind(&self, load_kg: Real) -> Real {
         let means = self.means;
-        GRAVITY / tuning::RAIL.eta_m * (means.behind_tare_kgm + load_kg * means.behind_load_m)
+        GRAVITY / RAIL.eta_m * (means.behind_tare_kgm + load_kg * means.behind_load_m)
     }
 
     /// ∂a_L/∂φ̄, m/s² per rad.
@@ -172,7 +172,7 @@ impl Aid<N> for BlockForce<'_> {
         h[MASS] = self.load_acceleration(x)
             + GRAVITY * means.load_deep
             + self.friction_mps2()
-            + GRAVITY / tuning::RAIL.eta_m * means.behind_load_m * x[ETA]
+            + GRAVITY / RAIL.eta_m * means.behind_load_m * x[ETA]
             + h[LENGTH] * self.model.log_length_by_mass(x)
             - x[B];
         h[R0] = self.sign() * self.normal();

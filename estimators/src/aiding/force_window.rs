@@ -13,7 +13,7 @@ use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
 use crate::instruments::noise_learning::NoiseLearning;
 use crate::models::attitude::{GYRO_X, GYRO_Y, GYRO_Z, Lever, N, V};
-use crate::tuning;
+use crate::tuning::FORCE_WINDOW;
 
 /// Noise of the specific force across the body, from the sensor sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,8 +60,7 @@ impl ForceWindow {
     pub fn seen_turn_walk(&self) -> Real {
         let [.., turn] = &self.seen;
         if self.noise.learns {
-            turn.sd()
-                .map_or(0.0, |sd| sd * sqrt(tuning::FORCE_WINDOW.window_s))
+            turn.sd().map_or(0.0, |sd| sd * sqrt(FORCE_WINDOW.window_s))
         } else {
             0.0
         }
@@ -71,8 +70,8 @@ impl ForceWindow {
         if !self.noise.learns || self.rates.is_none() {
             return 0.0;
         }
-        seen.sd().map_or(tuning::FORCE_WINDOW.unseen_walk, |sd| {
-            sd * sqrt(tuning::FORCE_WINDOW.window_s)
+        seen.sd().map_or(FORCE_WINDOW.unseen_walk, |sd| {
+            sd * sqrt(FORCE_WINDOW.window_s)
         })
     }
 
@@ -96,7 +95,7 @@ impl ForceWindow {
         let raw = Vector3::from(rate);
         let rate = raw - Vector3::new(x[GYRO_X], x[GYRO_Y], x[GYRO_Z]);
         let [mut now, first] = self.rates.unwrap_or([rate; 2]);
-        now += (rate - now) * (dt / (tuning::FORCE_WINDOW.rate_lag_s + dt));
+        now += (rate - now) * (dt / (FORCE_WINDOW.window_s + dt));
         self.rates = Some([now, first]);
         let [fx, fy, fz] = force;
         let g_phi = GRAVITY * cos_theta;
@@ -107,7 +106,7 @@ impl ForceWindow {
         *y += (fy - x[V] * rate.z - g_phi * sin_phi) * dt;
         *z += (fz + x[V] * q - g_phi * cos_phi - lever.below_m * q * q) * dt;
         self.length_s += dt;
-        if self.length_s < tuning::FORCE_WINDOW.window_s - 1e-6 {
+        if self.length_s < FORCE_WINDOW.window_s - 1e-6 {
             return None;
         }
         let (T, turn) = (self.length_s, now - first);
@@ -126,8 +125,7 @@ impl ForceWindow {
                 residual_mps2: across,
                 yaw_rate_radps: raw.z,
                 turned_mps2: turned,
-                variance: self.variance(seen_across, tuning::FORCE_WINDOW.lateral_noise_factor, T)
-                    + side * side,
+                variance: self.variance(seen_across, 1.0, T) + side * side,
             },
             Vertical {
                 residual_mps2: up,
@@ -208,7 +206,7 @@ mod tests {
             let off = |k: usize| [0.1 * k as Real, -0.3 * k as Real];
             // a window in which the rates come up, and one in which they stay
             let mut last = None;
-            for _ in 0..20 {
+            for _ in 0..40 {
                 last = Some(of_samples(&mut window, |_| rate, off));
             }
             let (across, up) = last.unwrap();
@@ -262,8 +260,7 @@ mod tests {
         }
     }
 
-    /// Of the sheet a window of 0.05 s has the variance w²/0.05, 25 times that across, with the model's, and five times
-    /// upwards. Where the noise is learnt, one of a shaken robot is assumed until it has been seen.
+    /// Of the sheet a window of 0.05 s has the variance w²/0.05, across with the model's, and five times it upwards. Where the noise is learnt, one of a shaken robot is assumed until it has been seen.
     #[test]
     fn the_variance_is_that_of_the_sheet_or_that_of_a_shaken_robot() {
         let variances = |learns| {
@@ -275,7 +272,7 @@ mod tests {
             [across.variance, up.variance]
         };
         let side = 0.05 * 0.05;
-        let sheet = [25.0 * 4e-4 / 0.05 + side, 5.0 * 4e-4 / 0.05];
+        let sheet = [4e-4 / 0.05 + side, 5.0 * 4e-4 / 0.05];
         let shaken = [0.01 / 0.05 + side, 0.01 / 0.05];
         for (found, expected) in [(variances(false), sheet), (variances(true), shaken)] {
             for (found, expected) in found.iter().zip(expected) {

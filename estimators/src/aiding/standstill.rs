@@ -6,7 +6,7 @@ use nalgebra::SVector;
 use crate::Real;
 use crate::aiding::Aid;
 use crate::models::attitude::{GYRO_X, GYRO_Y, GYRO_Z, N};
-use crate::tuning;
+use crate::tuning::STANDSTILL;
 
 /// The measurement by one axis of the gyro.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +48,7 @@ impl Aid<N> for Standstill {
     }
 
     fn R(&self) -> Real {
-        tuning::STANDSTILL.noise * tuning::STANDSTILL.noise / self.dt
+        STANDSTILL.noise * STANDSTILL.noise / self.dt
     }
 }
 

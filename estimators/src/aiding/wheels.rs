@@ -13,7 +13,7 @@ use crate::api::snapshot::state;
 use crate::detect::control::Control;
 use crate::filters::gaussian::Gaussian;
 use crate::models::attitude::{LinearPitchRate, N, SCALE, V};
-use crate::tuning;
+use crate::tuning::{MOTION, STATISTICS, TIMES, WHEELS};
 
 /// Mean of the wheels in use, as a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,7 +134,7 @@ impl WheelGate {
             gained_mps,
         };
         let predicted = wheels.h(&belief.x);
-        let spread = tuning::WHEELS.spread * predicted;
+        let spread = WHEELS.spread * predicted;
         let variance = belief.P[(V, V)] + wheels.variance + gained_variance + spread * spread;
         let limit = self.gate_sd * sqrt(variance);
         let ballot = self.vote(new_mps, torque_nm, predicted, limit);
@@ -142,7 +142,7 @@ impl WheelGate {
         wheels.variance = wheels.variance / ballot.used.max(1) as Real + gained_variance;
         if ballot.rejected == 0
             && ballot.used == self.drives
-            && ballot.speed_mps.abs() > tuning::WHEELS.scale_mps
+            && ballot.speed_mps.abs() > MOTION.moves_mps
         {
             self.learn_scales(new_mps, ballot.speed_mps, dt);
         }
@@ -189,19 +189,16 @@ impl WheelGate {
             },
             limit_mps: limit,
             contradicts: used == 0
-                && rejected >= tuning::WHEELS.min_agreed
+                && rejected >= WHEELS.min_agreed
                 && slipping == 0
-                && most - least
-                    < tuning::STATISTICS.agree_sd * self.sd_mps
-                        + tuning::WHEELS.spread * most.abs(),
+                && most - least < STATISTICS.fault_sd * self.sd_mps + WHEELS.spread * most.abs(),
         }
     }
 
     fn learn_scales(&mut self, new_mps: &[Option<Real>; MAX_DRIVES], mean: Real, dt: Real) {
         for (scale, sample) in self.scale.iter_mut().zip(new_mps) {
             if let Some(v) = sample {
-                *scale += dt / tuning::TIMES.young_s * (v / mean - 1.0 - *scale);
-                *scale = scale.clamp(-tuning::WHEELS.max_scale, tuning::WHEELS.max_scale);
+                *scale += dt / TIMES.young_s * (v / mean - 1.0 - *scale);
             }
         }
     }
@@ -251,7 +248,7 @@ mod tests {
     /// Deviation from 2 m/s beyond which a wheel is rejected: five standard deviations of the speed, the wheel and its
     /// creep.
     fn limit() -> Real {
-        let creep = tuning::WHEELS.spread * SPEED_MPS;
+        let creep = WHEELS.spread * SPEED_MPS;
         GATE_SD * (SPEED_SD_MPS * SPEED_SD_MPS + SD_MPS * SD_MPS + creep * creep).sqrt()
     }
 
@@ -337,7 +334,7 @@ mod tests {
         };
         assert!(wheels.innovation(&belief().x).abs() < 1e-12);
         assert!((wheels.R() - SD_MPS * SD_MPS - 0.01).abs() < 1e-12);
-        let creep = tuning::WHEELS.spread * expected;
+        let creep = WHEELS.spread * expected;
         let known = SPEED_SD_MPS * SPEED_SD_MPS + SD_MPS * SD_MPS + creep * creep;
         let limit = GATE_SD * (known + 0.01).sqrt();
         assert!((ballot.limit_mps / limit - 1.0).abs() < 1e-9);
@@ -350,7 +347,7 @@ mod tests {
         for (speed, wheels, learnt) in [
             (2.0, 4, true),
             (-2.0, 4, true),
-            (0.1, 4, false),
+            (0.05, 4, false),
             (2.0, 3, false),
         ] {
             let mut gate = WheelGate::new(4, SD_MPS, GATE_SD, true);
@@ -395,12 +392,12 @@ mod tests {
         }
     }
 
-    /// Three wheels or more, all there are, that agree with each other to seven standard deviations and their creep, to
+    /// Three wheels or more, all there are, that agree with each other to six standard deviations and their creep, to
     /// either side, contradict what is expected unless they slip. Fewer, or one that is within the gate, do not.
     #[test]
     fn wheels_that_agree_contradict() {
         for speed in [10.0, -10.0, 0.5 as Real] {
-            let range = tuning::STATISTICS.agree_sd * SD_MPS + tuning::WHEELS.spread * speed.abs();
+            let range = STATISTICS.fault_sd * SD_MPS + WHEELS.spread * speed.abs();
             let contradicts = |off: &[Real], torque: Real| {
                 let gate = WheelGate::new(4, SD_MPS, GATE_SD, true);
                 let values: std::vec::Vec<Real> = off.iter().map(|off| speed + off).collect();

@@ -32,6 +32,13 @@ pub struct Value {
     pub valid: bool,
 }
 
+impl Value {
+    /// Builds an estimate from its value, its standard deviation in the same unit, and whether it can be used.
+    pub const fn new(value: Real, sd: Real, valid: bool) -> Self {
+        Self { value, sd, valid }
+    }
+}
+
 /// Protection levels of an estimate: sizes that its errors are meant to exceed no more often than the risk that the
 /// estimator is built for. 0 where an estimator has no level of its own: the rig then takes k standard deviations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -4,7 +4,7 @@ use crate::Real;
 use crate::api::real::lag;
 use crate::api::snapshot::state;
 use crate::filters::ewma_variance::EwmaVariance;
-use crate::tuning;
+use crate::tuning::EXCITATION;
 
 /// Excitation gate: open while the running standard deviation of the regressor is above a threshold.
 ///
@@ -34,7 +34,7 @@ impl ExcitationGate {
 
     /// Takes a value of the regressor, held for `period_s`.
     pub fn observe(&mut self, regressor: Real, period_s: Real) {
-        let share = lag(period_s.min(tuning::EXCITATION.max_period_s), self.memory_s);
+        let share = lag(period_s.min(EXCITATION.max_period_s), self.memory_s);
         self.regressor.add(regressor, share);
         self.excited = !self.on || self.regressor.sd() > self.threshold;
     }

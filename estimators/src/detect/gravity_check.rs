@@ -4,10 +4,10 @@ use crate::Real;
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
 use crate::filters::lag_share::LagShare;
-use crate::tuning;
+use crate::tuning::{GRAVITY_CHECK, TIMES};
 
-/// Gravity check of a three-axis accelerometer: the mean specific force must be g within 5 % standing and within a
-/// quarter moving, and its largest part must point up the vertical axis.
+/// Gravity check of a three-axis accelerometer: the mean specific force must be g within a fifth or a quarter, and
+/// its largest part must point up the vertical axis.
 ///
 /// Finds an accelerometer in g for m/s², a vertical axis swapped with another, and all axes of the wrong sign. It does
 /// not see a swap of the two horizontal axes, nor a wrong sign of the forward one: both leave gravity as it is.
@@ -21,30 +21,25 @@ pub struct GravityCheck {
 
 impl GravityCheck {
     /// One step of `dt` seconds with the specific force in IMU axes, m/s².
-    pub fn observe(&mut self, force_mps2: [Real; 3], standing: bool, dt: Real) {
+    pub fn observe(&mut self, force_mps2: [Real; 3], dt: Real) {
         let Some(mean) = &mut self.mean else {
             self.mean = Some(force_mps2);
             return;
         };
-        let share = self.share.of(dt, tuning::TIMES.mean_s);
+        let share = self.share.of(dt, TIMES.mean_s);
         for (mean, now) in mean.iter_mut().zip(force_mps2) {
             *mean += share * (now - *mean);
         }
-        self.seen_s = (self.seen_s + dt).min(tuning::TIMES.mean_s);
+        self.seen_s = (self.seen_s + dt).min(TIMES.mean_s);
         let [x, y, z] = *mean;
         let size = sqrt(x * x + y * y + z * z) / GRAVITY;
-        let [least, most] = if standing {
-            tuning::GRAVITY_CHECK.standing
-        } else {
-            tuning::GRAVITY_CHECK.moving
-        };
-        self.plausible =
-            (least..=most).contains(&size) && z > tuning::GRAVITY_CHECK.min_upright * GRAVITY;
+        let [least, most] = GRAVITY_CHECK.size;
+        self.plausible = (least..=most).contains(&size) && z > GRAVITY_CHECK.min_upright * GRAVITY;
     }
 
     /// Returns true if the accelerometer seems to be upright and in m/s²; also in the first second.
     pub fn plausible(&self) -> bool {
-        self.plausible || self.seen_s < tuning::TIMES.mean_s
+        self.plausible || self.seen_s < TIMES.mean_s
     }
 }
 
@@ -54,11 +49,11 @@ state!(GravityCheck { mean, seen_s, plausible; share });
 mod tests {
     use super::*;
 
-    fn plausible(force: [Real; 3], standing: bool) -> bool {
+    fn plausible(force: [Real; 3]) -> bool {
         let mut check = GravityCheck::default();
         assert!(check.plausible());
         for _ in 0..300 {
-            check.observe(force, standing, 0.01);
+            check.observe(force, 0.01);
         }
         check.plausible()
     }
@@ -67,38 +62,27 @@ mod tests {
     fn one_g_upwards_is_plausible_and_nothing_else() {
         let (sine, cosine) = 0.5f64.sin_cos();
         let slope = [9.81 * sine as Real, 0.0, 9.81 * cosine as Real];
-        assert!(plausible(slope, true) && plausible(slope, false));
+        assert!(plausible(slope));
         let [x, y, z] = slope;
-        assert!(!plausible(slope.map(|f| f / 9.81), true)); // in g
-        assert!(!plausible([z, y, x], true)); // forward and up swapped
-        assert!(!plausible([x, z, y], true)); // left and up swapped
-        assert!(!plausible(slope.map(|f| -f), true));
-        assert!(plausible([x + 3.0, y, z], false)); // a start at 3 m/s²
-        assert!(plausible([0.3, 0.2, 9.7], true)); // an uncalibrated one
+        assert!(!plausible(slope.map(|f| f / 9.81))); // in g
+        assert!(!plausible([z, y, x])); // forward and up swapped
+        assert!(!plausible([x, z, y])); // left and up swapped
+        assert!(!plausible(slope.map(|f| -f)));
+        assert!(plausible([x + 3.0, y, z])); // a start at 3 m/s²
+        assert!(plausible([0.3, 0.2, 9.7])); // an uncalibrated one
     }
 
-    /// Size of the mean within 5 % of g standing and a quarter moving, half of it upright.
+    /// Size of the mean 0.8 to 1.25 g, half of it upright.
     #[test]
-    fn the_limits_are_those_of_standing_and_moving() {
-        for (share, standing, moving) in [
-            (0.79, false, false),
-            (0.81, false, true),
-            (0.94, false, true),
-            (0.96, true, true),
-            (1.04, true, true),
-            (1.06, false, true),
-            (1.24, false, true),
-            (1.26, false, false),
-        ] {
-            // 2² + 3² + 6² = 7²
+    fn the_limits_are_a_fifth_and_a_quarter() {
+        for (share, fine) in [(0.79, false), (0.81, true), (1.24, true), (1.26, false)] {
             let force = [2.0, 3.0, 6.0].map(|part| share * GRAVITY * part / 7.0);
-            assert_eq!(plausible(force, true), standing, "{share}");
-            assert_eq!(plausible(force, false), moving, "{share}");
+            assert_eq!(plausible(force), fine, "{share}");
         }
         for (upright, fine) in [(0.51, true), (0.49, false)] {
             let across = GRAVITY * (1.0 - upright * upright as Real).sqrt();
-            assert_eq!(plausible([across, 0.0, GRAVITY * upright], false), fine);
-            assert_eq!(plausible([0.0, -across, GRAVITY * upright], false), fine);
+            assert_eq!(plausible([across, 0.0, GRAVITY * upright]), fine);
+            assert_eq!(plausible([0.0, -across, GRAVITY * upright]), fine);
         }
     }
 
@@ -106,11 +90,11 @@ mod tests {
     fn a_mean_of_a_second_counts() {
         let mut check = GravityCheck::default();
         let mut run = |up: Real, steps: usize| {
-            (0..steps).for_each(|_| check.observe([0.0, 0.0, up], true, 0.01));
+            (0..steps).for_each(|_| check.observe([0.0, 0.0, up], 0.01));
             check.plausible()
         };
         assert!(!run(0.0, 200));
-        // Within 5 % after three time constants.
-        assert!(!run(GRAVITY, 290) && run(GRAVITY, 20));
+        // 0.8 g after 1.6 time constants
+        assert!(!run(GRAVITY, 155) && run(GRAVITY, 12));
     }
 }

@@ -41,7 +41,7 @@ use crate::api::real::{GRAVITY, lag, sqrt};
 use crate::api::snapshot::state;
 use crate::filters::gaussian::Gaussian;
 use crate::filters::lag_share::LastTwo;
-use crate::tuning;
+use crate::tuning::{CONSISTENCY, RAIL, STATISTICS, TIMES};
 
 /// Shares of a step in the filters.
 #[derive(Clone, Copy, Debug, Default)]
@@ -57,12 +57,12 @@ struct Shares {
 impl Shares {
     fn of(dt_s: Real) -> Self {
         Self {
-            low: lag(dt_s, tuning::TIMES.brief_s),
-            high: lag(dt_s, tuning::CONSISTENCY.high_pass_s),
-            leak: lag(dt_s, tuning::CONSISTENCY.leak_s),
-            cross: lag(dt_s, tuning::CONSISTENCY.cross_high_pass_s),
-            step: lag(dt_s, 2.0 * tuning::TIMES.brief_s),
-            before: lag(dt_s, tuning::TIMES.pause_s),
+            low: lag(dt_s, TIMES.brief_s),
+            high: lag(dt_s, CONSISTENCY.high_pass_s),
+            leak: lag(dt_s, CONSISTENCY.leak_s),
+            cross: lag(dt_s, CONSISTENCY.cross_high_pass_s),
+            step: lag(dt_s, 2.0 * TIMES.brief_s),
+            before: lag(dt_s, TIMES.pause_s),
         }
     }
 }
@@ -143,10 +143,7 @@ impl Default for KinematicConsistency {
             pitch_leaked: 0.0,
             gains: right_gains(),
             wrong: [false; 2],
-            cross: [
-                0.0,
-                tuning::CONSISTENCY.gain_sd * tuning::CONSISTENCY.gain_sd,
-            ],
+            cross: [0.0, CONSISTENCY.gain_sd * CONSISTENCY.gain_sd],
             swapped: false,
             stepped: false,
             seen: 0.0,
@@ -173,8 +170,8 @@ impl KinematicConsistency {
         dt: Real,
     ) {
         let shares = self.shares.of(dt, Shares::of);
-        let settled = self.heard_s >= tuning::TIMES.mean_s;
-        self.heard_s = (self.heard_s + dt).min(tuning::TIMES.mean_s);
+        let settled = self.heard_s >= TIMES.mean_s;
+        self.heard_s = (self.heard_s + dt).min(TIMES.mean_s);
         let rate = pitch_rate_radps.unwrap_or(0.0);
         let first = [force_mps2, speed_mps, across_mps2];
         let [force, speed, across] = self.low.unwrap_or(first);
@@ -202,21 +199,19 @@ impl KinematicConsistency {
         }
         self.step_mps += dt * (a - f + slope) - shares.step * self.step_mps;
         self.before_mps += shares.before * (speed_mps - self.before_mps);
-        let most =
-            tuning::CONSISTENCY.step_mps + tuning::CONSISTENCY.step_share * self.before_mps.abs();
-        if self.step_mps.abs() > most && self.pitch_rate.abs() < tuning::CONSISTENCY.max_pitch_radps
-        {
+        let most = CONSISTENCY.step_mps + CONSISTENCY.step_share * self.before_mps.abs();
+        if self.step_mps.abs() > most && self.pitch_rate.abs() < CONSISTENCY.max_pitch_radps {
             self.disown_wheels();
         }
         self.since_s += dt;
-        if !settled || self.since_s * tuning::CONSISTENCY.rate_hz < 1.0 {
+        if !settled || self.since_s * CONSISTENCY.rate_hz < 1.0 {
             return;
         }
         self.since_s = 0.0;
         let unseen = if pitch_rate_radps.is_some() {
             0.0
         } else {
-            tuning::CONSISTENCY.slope_noise_per_s * speed_mps
+            CONSISTENCY.slope_noise_per_s * speed_mps
         };
         self.regress(f, vector![a, slope], unseen);
         self.regress_across(cross, unseen);
@@ -237,11 +232,8 @@ impl KinematicConsistency {
         let [wheels, _] = &mut self.wrong;
         (*wheels, self.stepped) = (true, true);
         self.step_mps = 0.0;
-        self.gains.set_independent(
-            0,
-            0.0,
-            tuning::CONSISTENCY.gain_sd * tuning::CONSISTENCY.gain_sd,
-        );
+        self.gains
+            .set_independent(0, 0.0, CONSISTENCY.gain_sd * CONSISTENCY.gain_sd);
     }
 
     /// The gyro is left out: a step of the wheels that rests on it is none.
@@ -249,69 +241,60 @@ impl KinematicConsistency {
         if self.stepped {
             let [wheels, _] = &mut self.wrong;
             (*wheels, self.stepped) = (false, false);
-            self.gains.set_independent(
-                0,
-                1.0,
-                tuning::CONSISTENCY.gain_sd * tuning::CONSISTENCY.gain_sd,
-            );
+            self.gains
+                .set_independent(0, 1.0, CONSISTENCY.gain_sd * CONSISTENCY.gain_sd);
         }
     }
 
     /// The accelerometer is wrong: the gyro is not compared with it until what it has read has died out.
     pub fn doubt_slope(&mut self) {
-        (self.turn, self.jumped_s) = (right_gains(), tuning::CONSISTENCY.leak_s);
+        (self.turn, self.jumped_s) = (right_gains(), CONSISTENCY.leak_s);
     }
 
     fn regress_turn(&mut self, turned: Real, h: Vector2<Real>, speed_mps: Real) {
         let (seen, size) = (h.sum(), h.dot(&h));
-        let most = tuning::RAIL.max_turn_radpm * GRAVITY * speed_mps.abs()
-            / tuning::CONSISTENCY.rate_hz
-            + tuning::CONSISTENCY.noise_mps2;
+        let most = RAIL.max_turn_radpm * GRAVITY * speed_mps.abs() / CONSISTENCY.rate_hz
+            + CONSISTENCY.noise_mps2;
         let jumps = (seen - self.seen).abs() > most;
-        self.jumped_s = (self.jumped_s - 1.0 / tuning::CONSISTENCY.rate_hz).max(0.0);
+        self.jumped_s = (self.jumped_s - 1.0 / CONSISTENCY.rate_hz).max(0.0);
         self.seen = seen;
         if jumps {
             self.doubt_slope();
         } else if self.jumped_s == 0.0
-            && size > tuning::CONSISTENCY.noise_mps2 * tuning::CONSISTENCY.noise_mps2 + self.shake
+            && size > CONSISTENCY.noise_mps2 * CONSISTENCY.noise_mps2 + self.shake
         {
-            let r = tuning::CONSISTENCY.noise_mps2 * tuning::CONSISTENCY.noise_mps2
-                + tuning::CONSISTENCY.turn_noise * tuning::CONSISTENCY.turn_noise * size;
+            let r = CONSISTENCY.noise_mps2 * CONSISTENCY.noise_mps2
+                + CONSISTENCY.turn_noise * CONSISTENCY.turn_noise * size;
             learn(&mut self.turn, turned, &h, r);
         }
     }
 
     fn regress_across(&mut self, [y, h]: [Real; 2], unseen: Real) {
-        let sizes = tuning::CONSISTENCY.relative_noise
-            * tuning::CONSISTENCY.relative_noise
-            * (h * h + y * y);
-        let r = tuning::CONSISTENCY.cross_noise_mps2 * tuning::CONSISTENCY.cross_noise_mps2
-            + sizes
-            + unseen * unseen;
+        let sizes = CONSISTENCY.relative_noise * CONSISTENCY.relative_noise * (h * h + y * y);
+        let r = CONSISTENCY.noise_mps2 * CONSISTENCY.noise_mps2 + sizes + unseen * unseen;
         if h * h < r {
             return;
         }
         let [gain, variance] = self.cross;
-        let variance = (variance / tuning::CONSISTENCY.cross_forgetting)
-            .min(tuning::CONSISTENCY.gain_sd * tuning::CONSISTENCY.gain_sd);
+        let variance = (variance / CONSISTENCY.cross_forgetting)
+            .min(CONSISTENCY.gain_sd * CONSISTENCY.gain_sd);
         let k = variance * h / (h * h * variance + r);
         let (gain, variance) = (gain + k * (y - h * gain), variance * (1.0 - k * h));
         if !(gain.is_finite() && variance > 0.0) {
             return;
         }
         self.cross = [gain, variance];
-        if gain.abs() > tuning::CONSISTENCY.tolerance + tuning::STATISTICS.same_sd * sqrt(variance)
-        {
+        if gain.abs() > CONSISTENCY.tolerance + STATISTICS.same_sd * sqrt(variance) {
             self.swapped = true;
-        } else if gain.abs() + sqrt(variance) < tuning::CONSISTENCY.tolerance {
+        } else if gain.abs() + sqrt(variance) < CONSISTENCY.tolerance {
             self.swapped = false;
         }
     }
 
     fn regress(&mut self, f: Real, h: Vector2<Real>, unseen: Real) {
         let size = h.dot(&h);
-        let r = tuning::CONSISTENCY.noise_mps2 * tuning::CONSISTENCY.noise_mps2
-            + tuning::CONSISTENCY.relative_noise * tuning::CONSISTENCY.relative_noise * size
+        let r = CONSISTENCY.noise_mps2 * CONSISTENCY.noise_mps2
+            + CONSISTENCY.relative_noise * CONSISTENCY.relative_noise * size
             + unseen * unseen;
         if size < r {
             return;
@@ -321,9 +304,9 @@ impl KinematicConsistency {
             let found = self.gains.x.iter().zip(variances.iter());
             for (wrong, (gain, variance)) in self.wrong.iter_mut().zip(found) {
                 let (error, sd) = ((gain - 1.0).abs(), sqrt(*variance));
-                if error > tuning::CONSISTENCY.tolerance + tuning::STATISTICS.noise_sd * sd {
+                if error > CONSISTENCY.tolerance + STATISTICS.noise_sd * sd {
                     *wrong = true;
-                } else if error + sd < tuning::CONSISTENCY.tolerance {
+                } else if error + sd < CONSISTENCY.tolerance {
                     *wrong = false;
                 }
             }
@@ -350,8 +333,8 @@ impl KinematicConsistency {
         let sd = self.turn.P.diagonal().map(sqrt);
         let [wheels, _] = self.wrong;
         let others = wheels && !self.stepped;
-        error.x > tuning::CONSISTENCY.tolerance + tuning::STATISTICS.noise_sd * sd.x
-            && error.y > tuning::CONSISTENCY.tolerance + sd.y
+        error.x > CONSISTENCY.tolerance + STATISTICS.noise_sd * sd.x
+            && error.y > CONSISTENCY.tolerance + sd.y
             && !others
     }
 
@@ -366,7 +349,7 @@ impl KinematicConsistency {
 fn right_gains() -> Gaussian<2> {
     Gaussian::independent(
         vector![1.0, 1.0],
-        vector![tuning::CONSISTENCY.gain_sd, tuning::CONSISTENCY.gain_sd],
+        vector![CONSISTENCY.gain_sd, CONSISTENCY.gain_sd],
     )
 }
 
@@ -374,13 +357,11 @@ fn right_gains() -> Gaussian<2> {
 fn learn(gains: &mut Gaussian<2>, y: Real, h: &Vector2<Real>, r: Real) -> bool {
     // Forgets along the regressor alone (Kulhavý 1987 in its simplest form): what is not excited is kept.
     let along = Matrix2::identity()
-        + (h * h.transpose() / h.dot(h)) * (1.0 / sqrt(tuning::CONSISTENCY.forgetting) - 1.0);
+        + (h * h.transpose() / h.dot(h)) * (1.0 / sqrt(CONSISTENCY.forgetting) - 1.0);
     let mut next = *gains;
     next.P = along * next.P * along;
     next.symmetrise();
-    next.limit_variance(&Vector2::repeat(
-        tuning::CONSISTENCY.gain_sd * tuning::CONSISTENCY.gain_sd,
-    ));
+    next.limit_variance(&Vector2::repeat(CONSISTENCY.gain_sd * CONSISTENCY.gain_sd));
     let learnt = next.correct_scalar(y - h.dot(&next.x), h, r).is_some() && next.is_finite();
     if learnt {
         *gains = next;

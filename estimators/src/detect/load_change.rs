@@ -3,7 +3,7 @@
 use crate::Real;
 use crate::api::snapshot::state;
 use crate::detect::cusum::Cusum;
-use crate::tuning;
+use crate::tuning::LOAD_CHANGE;
 
 /// Load-change detector: two-sided CUSUM of the mass regression's normalised residuals. Residuals that keep to one side
 /// mean another load.
@@ -19,7 +19,7 @@ impl LoadChangeDetector {
     pub fn new(on: bool, threshold: Real) -> Self {
         Self {
             on,
-            sum: Cusum::new(tuning::LOAD_CHANGE.ordinary_sd, threshold),
+            sum: Cusum::new(LOAD_CHANGE.ordinary_sd, threshold),
             changes: 0,
         }
     }

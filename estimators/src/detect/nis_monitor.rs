@@ -5,7 +5,7 @@ use crate::Real;
 use crate::api::real::sqrt;
 use crate::api::snapshot::state;
 use crate::filters::lag_share::LagShare;
-use crate::tuning;
+use crate::tuning::STATISTICS;
 
 /// NIS monitor: exponentially windowed mean of the NIS of one source, against the limit that the mean of a consistent
 /// filter exceeds with a stated probability (Bar-Shalom, Li & Kirubarajan 2001, section 5.4).
@@ -41,9 +41,9 @@ impl NisMonitor {
     /// Takes the NIS of an innovation, divided by its degrees of freedom, `period_s` after the last one.
     pub fn observe(&mut self, nis: Real, period_s: Real) {
         let nis = if nis.is_finite() {
-            nis.min(tuning::STATISTICS.max_nis)
+            nis.min(STATISTICS.max_nis)
         } else {
-            tuning::STATISTICS.max_nis
+            STATISTICS.max_nis
         };
         let share = self.share.of(period_s.min(self.window_s), self.window_s);
         self.mean += share * (nis - self.mean);

@@ -2,7 +2,7 @@
 
 use crate::Real;
 use crate::api::snapshot::state;
-use crate::tuning;
+use crate::tuning::OBSERVABILITY;
 
 /// Observability of the grade: lost by dead reckoning (moving under the brake or without torque, where the force
 /// balance does not hold), back once the filter has found the grade again.
@@ -19,8 +19,8 @@ impl GradeObservability {
 
     /// Notes the variance of the grade after a measurement, rad².
     pub fn update(&mut self, grade_variance: Real) {
-        self.dead_reckoning &= grade_variance
-            > tuning::OBSERVABILITY.found_sd_rad * tuning::OBSERVABILITY.found_sd_rad;
+        self.dead_reckoning &=
+            grade_variance > OBSERVABILITY.found_sd_rad * OBSERVABILITY.found_sd_rad;
     }
 
     /// Returns true if the grade has been found since the train last moved by dead reckoning.

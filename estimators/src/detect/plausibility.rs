@@ -24,7 +24,6 @@ pub struct Instruments {
 pub struct Plausibility {
     on: bool,
     uses: Instruments,
-    standstill_mps: Real,
     gravity: GravityCheck,
     gyro: GyroRange,
     kinematics: KinematicConsistency,
@@ -34,11 +33,10 @@ pub struct Plausibility {
 
 impl Plausibility {
     /// Checks of the instruments that an estimate `uses`, beside the wheels. If not `on`, all are plausible.
-    pub fn new(on: bool, uses: Instruments, standstill_mps: Real) -> Self {
+    pub fn new(on: bool, uses: Instruments) -> Self {
         Self {
             on,
             uses,
-            standstill_mps,
             gravity: GravityCheck::default(),
             gyro: GyroRange::default(),
             kinematics: KinematicConsistency::default(),
@@ -86,8 +84,7 @@ impl Plausibility {
         }
         let across = reading.lateral_force_mps2.zip(reading.vertical_force_mps2);
         if let Some((forward, (left, up))) = reading.specific_force_mps2.zip(across) {
-            let standing = speed.abs() < self.standstill_mps;
-            self.gravity.observe([forward, left, up], standing, dt);
+            self.gravity.observe([forward, left, up], dt);
             let across = left - speed * reading.yaw_rate_radps.unwrap_or(0.0);
             if self.gravity.plausible() {
                 self.kinematics
@@ -120,7 +117,7 @@ impl Plausibility {
     }
 }
 
-state!(Plausibility { gravity, gyro, kinematics, gyro_wrong; on, uses, standstill_mps });
+state!(Plausibility { gravity, gyro, kinematics, gyro_wrong; on, uses });
 
 #[cfg(test)]
 mod tests {
@@ -137,7 +134,6 @@ mod tests {
                 gyro,
                 spare_gyro: false,
             },
-            0.05,
         );
         (0..200).for_each(|_| checks.observe(reading, reading.pitch_rate_radps, 0.01));
         let mut off = Plausibility::new(
@@ -147,7 +143,6 @@ mod tests {
                 gyro,
                 spare_gyro: false,
             },
-            0.05,
         );
         (0..200).for_each(|_| off.observe(reading, reading.pitch_rate_radps, 0.01));
         assert!(off.plausible());
@@ -182,18 +177,6 @@ mod tests {
         }
     }
 
-    /// 7 % beside g: too much standing, and little enough moving.
-    #[test]
-    fn it_stands_below_the_standstill_speed() {
-        for (speed, fine) in [(0.0, false), (0.04, false), (-0.04, false), (0.06, true)] {
-            assert_eq!(
-                plausible(true, false, &level(9.1, speed, 0.0)),
-                fine,
-                "{speed}"
-            );
-        }
-    }
-
     /// Drives over hills of 0.1 rad for two minutes, with a stop every 40 s. For the time `wrong_s` a fault changes the
     /// reading. Returns true if the gyro is sound at the end.
     fn gyro_is_kept(fault: Fault, wrong_s: core::ops::Range<Real>) -> bool {
@@ -202,7 +185,7 @@ mod tests {
             gyro: false,
             spare_gyro: true,
         };
-        let mut checks = Plausibility::new(true, uses, 0.05);
+        let mut checks = Plausibility::new(true, uses);
         let mut random = Random::new(5);
         let (dt, mut v, mut s): (Real, Real, Real) = (0.01, 0.0, 0.0);
         for k in 0..12_000 {

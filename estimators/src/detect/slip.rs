@@ -1,7 +1,7 @@
 //! Slip detector: whether wheel speed follows the force balance.
 
 use crate::Real;
-use crate::tuning;
+use crate::tuning::STATISTICS;
 
 /// Slip detector: wheels slip while the adapted standard deviation of wheel speed is three times the nominal one or
 /// more.
@@ -22,7 +22,7 @@ impl SlipDetector {
     /// Returns true if wheel speed follows the force balance about as closely as its noise allows, by the ratio of
     /// adapted to un-adapted standard deviation.
     pub fn wheel_speed_consistent(&self, adapted_ratio: Real) -> bool {
-        !self.on || adapted_ratio < tuning::STATISTICS.noise_sd
+        !self.on || adapted_ratio < STATISTICS.noise_sd
     }
 }
 

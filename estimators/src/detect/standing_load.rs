@@ -3,7 +3,7 @@
 use crate::Real;
 use crate::api::real::sqrt;
 use crate::api::snapshot::state;
-use crate::tuning;
+use crate::tuning::{STANDING_LOAD, STATISTICS};
 
 /// Doubt of the load after a standstill: loads are hung on and set down while the train stands, and nothing there
 /// shows it. After a standstill of a given length a method that can do so opens its mass, and the mass is not valid
@@ -36,10 +36,7 @@ impl StandingLoad {
 
     /// One step of `dt` seconds at standstill, or in motion.
     pub fn observe(&mut self, standing: bool, dt: Real) {
-        self.standing_s = match standing {
-            true => self.standing_s + dt,
-            false => 0.0,
-        };
+        self.standing_s = if standing { self.standing_s + dt } else { 0.0 };
         self.begins = self.samples > 0 && self.standing_s >= self.after_s;
         if self.begins {
             (self.doubted, self.samples) = (true, 0);
@@ -53,12 +50,12 @@ impl StandingLoad {
 
     /// Notes that the force balance has used a sample.
     pub fn sample(&mut self) {
-        self.samples = (self.samples + 1).min(tuning::STANDING_LOAD.confirming);
+        self.samples = (self.samples + 1).min(STATISTICS.confirming);
     }
 
     /// Returns true if an unseen other load is impossible.
     pub fn is_confirmed(&self) -> bool {
-        !self.doubted || self.samples >= tuning::STANDING_LOAD.confirming
+        !self.doubted || self.samples >= STATISTICS.confirming
     }
 }
 
@@ -87,11 +84,11 @@ impl KeptMass {
         let kept = self.kept?;
         let [old, old_variance] = kept;
         let (off, sd) = ((mass - old).abs(), sqrt(variance + old_variance));
-        if off > tuning::STANDING_LOAD.other_sd * sd {
+        if off > STATISTICS.fault_sd * sd {
             self.kept = None;
         }
-        let same = off < tuning::STATISTICS.same_sd * sd
-            && off + 2.0 * sd < tuning::STANDING_LOAD.same_share * mass;
+        let same =
+            off < STATISTICS.same_sd * sd && off + 2.0 * sd < STANDING_LOAD.same_share * mass;
         same.then(|| self.kept.take()).flatten()
     }
 }
@@ -103,9 +100,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_stop_is_no_reason_to_doubt_and_a_stay_is_until_ten_samples_of_a_drive() {
+    fn a_stop_is_no_reason_to_doubt_and_a_stay_is_until_six_samples_of_a_drive() {
         let mut load = StandingLoad::new(10.0);
-        (0..10).for_each(|_| load.sample());
+        (0..6).for_each(|_| load.sample());
         (0..99).for_each(|_| load.observe(true, 0.1));
         assert!(load.is_confirmed());
         load.observe(false, 0.1);
@@ -116,7 +113,7 @@ mod tests {
         assert_eq!((0..200).filter(begins).count(), 1);
         assert!(!load.is_confirmed());
         load.observe(false, 0.1);
-        (0..9).for_each(|_| load.sample());
+        (0..5).for_each(|_| load.sample());
         assert!(!load.is_confirmed());
         load.sample();
         assert!(load.is_confirmed());
@@ -132,13 +129,13 @@ mod tests {
     #[test]
     fn samples_of_before_a_second_stay_do_not_count() {
         let mut load = StandingLoad::new(10.0);
-        for samples in [10, 9, 9] {
+        for samples in [6, 5, 5] {
             (0..samples).for_each(|_| load.sample());
             (0..101).for_each(|_| load.observe(true, 0.1));
             load.observe(false, 0.1);
             assert!(!load.is_confirmed());
         }
-        (0..9).for_each(|_| load.sample());
+        (0..5).for_each(|_| load.sample());
         assert!(!load.is_confirmed());
         load.sample();
         assert!(load.is_confirmed());

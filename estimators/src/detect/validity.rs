@@ -28,7 +28,7 @@ use crate::api::snapshot::state;
 use crate::detect::dynamic_lag::DynamicLag;
 use crate::detect::nis_monitor::NisMonitor;
 use crate::instruments::gate::Gate;
-use crate::tuning;
+use crate::tuning::VALIDITY;
 
 params! {
     /// Innovation gates and validity rule.
@@ -90,7 +90,7 @@ pub struct Validity {
 impl Validity {
     /// Builds the rule.
     pub fn new(params: Integrity) -> Self {
-        let [state_hz, regression_hz] = tuning::VALIDITY.independent_hz;
+        let [state_hz, regression_hz] = VALIDITY.independent_hz;
         let monitor = |window_s: Real, hz: Real| {
             NisMonitor::new(params.nis_monitor, window_s, hz, params.nis_quantile_sd)
         };
@@ -130,7 +130,7 @@ impl Validity {
             .filter(|_| self.params.nis_monitor);
         monitor
             .map(NisMonitor::mean)
-            .filter(|mean| *mean > tuning::VALIDITY.inconsistent)
+            .filter(|mean| *mean > VALIDITY.inconsistent)
             .unwrap_or(1.0)
     }
 
@@ -324,7 +324,7 @@ mod tests {
     #[test]
     fn wrong_units_end_the_validity_of_all() {
         let mut rule = validity(Integrity::default());
-        let mut checks = Plausibility::new(true, Instruments::default(), 0.05);
+        let mut checks = Plausibility::new(true, Instruments::default());
         let mut reading = Reading {
             specific_force_mps2: Some(0.0),
             lateral_force_mps2: Some(0.0),

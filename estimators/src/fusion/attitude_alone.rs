@@ -62,7 +62,6 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> AttitudePipeline {
                 gyro: vehicle.road.is_some(),
                 spare_gyro: vehicle.road.is_none(),
             },
-            vehicle.standstill_mps(None),
         ),
         validity: Validity::new(params.integrity),
         filter: AttitudeFilter::new(
@@ -113,11 +112,7 @@ impl Pipeline for AttitudePipeline {
         let sd = self.filter.grade_at_imu_sd_rad();
         let sd = sqrt(sd * sd + lean_sd * lean_sd);
         let (innovation, nis) = self.filter.innovation();
-        let grade = |angle: Real| Value {
-            value: angle - lean,
-            sd,
-            valid: awake,
-        };
+        let grade = |angle: Real| Value::new(angle - lean, sd, awake);
         let estimate = Estimate {
             t,
             total_mass_kg: self.mass,
@@ -127,11 +122,7 @@ impl Pipeline for AttitudePipeline {
                 valid: awake && self.point,
                 ..grade(found.pitch_rad)
             },
-            speed_mps: Value {
-                value: found.speed_mps,
-                sd: found.speed_sd_mps,
-                valid: awake,
-            },
+            speed_mps: Value::new(found.speed_mps, found.speed_sd_mps, awake),
             innovation,
             nis,
             flags: Flags {

@@ -8,7 +8,7 @@ use crate::models::force_balance::MAX_GRADE_RAD;
 use crate::rail::mass_on_rail::MassOnRail;
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::TrainOnRail;
-use crate::tuning;
+use crate::tuning::{BLOCK, EFFECTIVE, MEMORY, RAIL};
 
 /// The effective grade.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,12 +59,12 @@ impl EffectiveGrade {
             Some([difference, variance]) => {
                 self.blind_m = 0.0;
                 let correction = unread / (unread + variance) * difference;
-                self.correction += tuning::EFFECTIVE.share * (correction - self.correction);
+                self.correction += EFFECTIVE.share * (correction - self.correction);
             }
             None if unread > least_unread() => {
-                self.correction *= exp(-block.way_m / tuning::RAIL.fade_m);
+                self.correction *= exp(-block.way_m / RAIL.eta_m);
             }
-            None => self.correction *= tuning::EFFECTIVE.left,
+            None => self.correction *= EFFECTIVE.share,
         }
     }
 
@@ -80,10 +80,7 @@ impl EffectiveGrade {
         self.age_s += dt;
         self.way_m += unit.speed_mps.abs() * dt;
         self.back_m += (-unit.speed_mps * dt).max(0.0);
-        if self.looked
-            && self.age_s < tuning::BLOCK.substep_s - 1e-6
-            && self.way_m < tuning::MEMORY.min_pitch_m
-        {
+        if self.looked && self.age_s < BLOCK.substep_s - 1e-6 && self.way_m < MEMORY.min_pitch_m {
             return;
         }
         (self.age_s, self.way_m, self.looked) = (0.0, 0.0, true);
@@ -91,7 +88,7 @@ impl EffectiveGrade {
         let behind = mass.behind(&means);
         if self.back_m > 0.0 {
             self.blind_m = match mass.behind_variance(&means) > least_unread() {
-                true => (self.blind_m + self.back_m).min(tuning::RAIL.fade_m),
+                true => (self.blind_m + self.back_m).min(RAIL.eta_m),
                 false => 0.0,
             };
             self.back_m = 0.0;
@@ -99,15 +96,9 @@ impl EffectiveGrade {
         let mean = (means.tare_kg + mass.load_kg * means.load) / mass.mass_kg;
         self.sine = mean - unit.bias_mps2 / GRAVITY + mass.eta_rad * behind + self.correction;
         let (pitch, constant) = (unit.pitch_sd_rad, unit.constant_sd_rad);
-        let blind = tuning::RAIL.blind_rad_per_m * self.blind_m * behind.min(1.0);
-        let doubt_m = rail.doubt_m();
-        let by_place = match doubt_m > 0.0 {
-            true => {
-                let off = train.at(rail, rail.ahead(rail.here(), -doubt_m));
-                (off.tare_kg + mass.load_kg * off.load) / mass.mass_kg - mean
-            }
-            false => 0.0,
-        };
+        let blind = RAIL.blind_rad_per_m * self.blind_m * behind.min(1.0);
+        let off = train.at(rail, rail.ahead(rail.here(), -rail.doubt_m()));
+        let by_place = (off.tare_kg + mass.load_kg * off.load) / mass.mass_kg - mean;
         let by_load = (means.load - mean) / mass.mass_kg * mass.load_sd_kg;
         self.variance = pitch * pitch
             + constant * constant
@@ -129,7 +120,7 @@ impl EffectiveGrade {
 
 /// Variance of the mean grade due to unread rail above which the grade counts as unread, rad².
 fn least_unread() -> Real {
-    tuning::EFFECTIVE.unread_sd_rad * tuning::EFFECTIVE.unread_sd_rad
+    EFFECTIVE.unread_sd_rad * EFFECTIVE.unread_sd_rad
 }
 
 state!(EffectiveGrade { correction, age_s, way_m, sine, variance, looked, back_m, blind_m; });
@@ -142,7 +133,7 @@ mod tests {
     const DT: Real = 0.01;
 
     /// Where the rail was not read, the correction comes to the share of the difference that its doubt has in that of
-    /// both; it is added to the mean over the train. Where the force is of no use it fades over ten metres, and once
+    /// both; it is added to the mean over the train. Where the force is of no use it fades over nine metres, and once
     /// the rail is read block by block.
     #[test]
     fn the_force_corrects_the_grade_of_rail_that_is_not_read() {
@@ -160,12 +151,12 @@ mod tests {
             effective.step(&UnitGrade::default(), &train, &mass, &rail, DT);
             assert!((effective.value(true).value.sin() - sine - expected).abs() < 1e-9);
             block.difference = None;
-            (0..20).for_each(|_| effective.correct(&block));
+            (0..18).for_each(|_| effective.correct(&block));
             assert!((effective.correction / expected * (1.0 as Real).exp() - 1.0).abs() < 1e-9);
             block.unread_variance = 3e-6;
             let before = effective.correction;
             effective.correct(&block);
-            assert!((effective.correction / before - tuning::EFFECTIVE.left).abs() < 1e-9);
+            assert!((effective.correction / before - EFFECTIVE.share).abs() < 1e-9);
         }
     }
 
@@ -284,7 +275,7 @@ mod tests {
         assert!(((variance - ahead).sqrt() / 0.2 - 1.0).abs() < 1e-6);
     }
 
-    /// The way gone back is counted while rail behind is unread, up to ten metres; forwards none is, and where the rail
+    /// The way gone back is counted while rail behind is unread, up to nine metres; forwards none is, and where the rail
     /// is known it is forgotten.
     #[test]
     fn the_way_gone_back_onto_unread_rail_is_counted() {
@@ -310,7 +301,7 @@ mod tests {
         );
         assert_eq!(
             [go(-9.0, &unread), go(0.5, &mass), go(-0.5, &mass)],
-            [10.0, 10.0, 0.0]
+            [9.0, 9.0, 0.0]
         );
         // the limit is 0.002 rad in the mean
         let means = train.at(&rail, rail.here());

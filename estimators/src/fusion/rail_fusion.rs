@@ -116,11 +116,7 @@ impl RailFusion {
 
     fn estimate(&mut self, input: &TrainInput) -> Estimate {
         let [mass, mass_sd] = self.mass.published();
-        let total_mass_kg = Value {
-            value: mass,
-            sd: mass_sd,
-            valid: input.is_awake() && self.mass.is_known(),
-        };
+        let total_mass_kg = Value::new(mass, mass_sd, input.is_awake() && self.mass.is_known());
         let estimate = Estimate {
             total_mass_kg,
             effective_grade_rad: self.effective.value(self.core.is_placed(input)),

@@ -10,7 +10,7 @@ use crate::detect::standing_load::StandingLoad;
 use crate::detect::validity::{Integrity, Source, Validity};
 use crate::fusion::train_source::{TrainInput, TrainSample};
 use crate::rail::rail_memory::RailMemory;
-use crate::tuning;
+use crate::tuning::SOURCE;
 
 /// The core.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +39,7 @@ impl TrainCore {
     /// Takes a sample of `dt` seconds, in which the speed had the standard deviation `speed_sd_mps`: reads the rail.
     pub fn take(&mut self, sample: &TrainSample, speed_sd_mps: Real, dt: Real) {
         let v = sample.block.speed_mps;
-        let unseen_m = (speed_sd_mps - tuning::SOURCE.seen_speed_sd_mps).max(0.0) * dt;
+        let unseen_m = (speed_sd_mps - SOURCE.seen_speed_sd_mps).max(0.0) * dt;
         self.lost = self.rail.doubt(unseen_m);
         if sample.starts && (self.rail.is_known() || v.abs() > self.standstill_mps) {
             self.rail.forget();
@@ -187,10 +187,10 @@ mod tests {
         }
     }
 
-    /// A mass is valid again ten blocks after a stand of five seconds; in the step in which the stand becomes so long
+    /// A mass is valid again six blocks after a stand of five seconds; in the step in which the stand becomes so long
     /// another load may hang on the train.
     #[test]
-    fn after_a_stand_ten_blocks_make_a_mass_valid() {
+    fn after_a_stand_six_blocks_make_a_mass_valid() {
         let mut core = core();
         let block = |core: &mut TrainCore| core.supervise(&input(), Some((1.0, 0.5)));
         let known = Estimate {
@@ -213,7 +213,7 @@ mod tests {
         assert!(begun.len() == 1 && (begun[0] - 500).abs() < 3, "{begun:?}");
         core.take(&sample(0.5, true, false), 0.0, DT);
         for k in 0..12 {
-            assert_eq!(valid(&core), k >= 10);
+            assert_eq!(valid(&core), k >= 6);
             block(&mut core);
         }
     }

@@ -19,7 +19,7 @@ use crate::fusion::swing_balance::params::SwingBalanceParams;
 use crate::fusion::swing_balance::torque_monitor::TorqueMonitor;
 use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::Bends;
-use crate::tuning;
+use crate::tuning::{MOTION, SOURCE, TIMES};
 use crate::{Real, Time};
 
 /// Limits and filters of the signals.
@@ -124,9 +124,8 @@ impl TrainSource {
             // On a rail the slope can be found without a gyro.
             spare_gyro: vehicle.road.is_none(),
         };
-        let standstill_mps = vehicle.standstill_mps(None);
         Self {
-            standstill_mps,
+            standstill_mps: vehicle.standstill_mps(None),
             air: ForceBalance::new(vehicle),
             max_sum_sd: signals.max_sum_sd,
             bends: Bends::new(vehicle),
@@ -134,7 +133,7 @@ impl TrainSource {
             torques: TorqueMonitor::new(vehicle, torque, monitored),
             brake: 0.0,
             read_sd: 0.0,
-            plausibility: Plausibility::new(integrity.plausibility, uses, standstill_mps),
+            plausibility: Plausibility::new(integrity.plausibility, uses),
         }
     }
 
@@ -167,16 +166,12 @@ impl TrainSource {
             t,
             dt,
             sample,
-            grade_rad: Value {
-                value: self.attitude.grade_at_imu_rad(),
-                sd: self.attitude.grade_at_imu_sd_rad(),
-                valid: awake,
-            },
-            speed_mps: Value {
-                value: found.speed_mps,
-                sd: found.speed_sd_mps,
-                valid: awake,
-            },
+            grade_rad: Value::new(
+                self.attitude.grade_at_imu_rad(),
+                self.attitude.grade_at_imu_sd_rad(),
+                awake,
+            ),
+            speed_mps: Value::new(found.speed_mps, found.speed_sd_mps, awake),
             innovation: self.attitude.innovation(),
             new_nis: self.attitude.new_nis(),
             lagged: self.attitude.lagged_grade(),
@@ -188,20 +183,20 @@ impl TrainSource {
     /// Makes the signals for the mass, with this attitude.
     fn sample(&mut self, reading: &Reading, attitude: &Attitude, dt: Real) -> TrainSample {
         let v = attitude.speed_mps;
-        let bend = if v.abs() > tuning::MOTION.moves_mps {
+        let bend = if v.abs() > MOTION.moves_mps {
             (attitude.yaw_rate_radps / v).abs()
         } else {
             0.0
         };
         let u = self.attitude.pitch_sine() + attitude.bias_mps2 / GRAVITY;
         let apart = self.attitude.apart_rad();
-        let readable = attitude.sum_sd < tuning::SOURCE.read_sum_sd
-            && attitude.speed_sd_mps < tuning::SOURCE.max_speed_sd_mps;
+        let readable = attitude.sum_sd < SOURCE.read_sum_sd;
         if readable {
-            let kept = self.read_sd * exp(-v.abs() * dt / tuning::SOURCE.read_m);
-            self.read_sd = unusual_sd(attitude.sum_sd).max(kept);
+            let kept = self.read_sd * exp(-v.abs() * dt / SOURCE.read_m);
+            let (own, calm) = (attitude.sum_sd, SOURCE.calm_sum_sd);
+            self.read_sd = sqrt((own * own - calm * calm).max(0.0)).max(kept);
         }
-        self.brake += dt / (tuning::TIMES.brief_s + dt) * (reading.brake - self.brake);
+        self.brake += dt / (TIMES.brief_s + dt) * (reading.brake - self.brake);
         let drag = self.air.drag(v);
         let traction = self
             .torques
@@ -223,7 +218,7 @@ impl TrainSource {
                 brake: self.brake,
                 sound: attitude.imu
                     && attitude.sum_sd < self.max_sum_sd
-                    && apart < self.max_sum_sd.min(tuning::SOURCE.read_sum_sd)
+                    && apart < self.max_sum_sd.min(SOURCE.read_sum_sd)
                     && !standing
                     && (used > 0 || reading.new_speed_mps.is_none()),
                 slip: slipping > 0,
@@ -269,11 +264,6 @@ impl TrainSource {
         let mount = self.attitude.mount_sd_rad();
         sqrt(mount * mount + self.read_sd * self.read_sd)
     }
-}
-
-/// Part of a standard deviation of sin θ + b/g beyond a calm instrument.
-fn unusual_sd(sum_sd: Real) -> Real {
-    sqrt((sum_sd * sum_sd - tuning::SOURCE.calm_sum_sd * tuning::SOURCE.calm_sum_sd).max(0.0))
 }
 
 state!(TrainSource { plausibility, bends, attitude, torques, brake, read_sd; standstill_mps, air, max_sum_sd });
@@ -322,8 +312,8 @@ mod tests {
         }
     }
 
-    /// The rail is read as sin θ + b/g and the size of its bend, which is that of the heading over the way, where both
-    /// are known well enough; at a crawl there is no bend.
+    /// The rail is read as sin θ + b/g and the size of its bend, which is that of the heading over the way, where it is
+    /// known well enough; at a crawl there is no bend.
     #[test]
     fn the_rail_is_read_where_it_is_known() {
         let at = |attitude: &Attitude| source(&vehicle()).sample(&reading(), attitude, DT);
@@ -348,14 +338,9 @@ mod tests {
             );
             assert_eq!(read, sample.block.bend_per_m);
         }
-        for (sum_sd, speed_sd, readable) in [
-            (0.0199, 0.099, true),
-            (0.0201, 0.0, false),
-            (0.0, 0.101, false),
-        ] {
+        for (sum_sd, readable) in [(0.0199, true), (0.0201, false)] {
             let sample = at(&Attitude {
                 sum_sd,
-                speed_sd_mps: speed_sd,
                 ..running()
             });
             assert_eq!(sample.rail.is_some(), readable);

@@ -1,7 +1,7 @@
 //! Arrivals of the samples of a channel, and the time for which the last sample stays fresh.
 
 use crate::api::snapshot::state;
-use crate::tuning;
+use crate::tuning::{ARRIVALS, TIMES};
 use crate::{Real, Time};
 
 /// Arrivals of the samples of one channel: its last one is fresh for three mean gaps between arrivals and four mean
@@ -35,7 +35,7 @@ impl Arrivals {
     pub fn take(&mut self, stamp: Time, now: Time, first: bool) -> bool {
         if !first {
             let gap = now.since(self.arrived);
-            let set_back = stamp < self.stamp && gap > tuning::TIMES.mean_s;
+            let set_back = stamp < self.stamp && gap > TIMES.mean_s;
             if !(stamp > self.stamp || set_back) {
                 return false;
             }
@@ -53,22 +53,21 @@ impl Arrivals {
             return;
         }
         let away = gap.min(self.timeout_s()) - self.gap_s;
-        self.gap_s += away / tuning::ARRIVALS.gap_memory;
-        self.deviation_s += (away.abs() - self.deviation_s) / tuning::ARRIVALS.gap_memory;
+        self.gap_s += away / ARRIVALS.gap_memory;
+        self.deviation_s += (away.abs() - self.deviation_s) / ARRIVALS.gap_memory;
     }
 
     #[inline]
     fn timeout_s(&self) -> Real {
-        tuning::ARRIVALS.timeout_gaps * self.gap_s
-            + tuning::ARRIVALS.timeout_deviations * self.deviation_s
+        ARRIVALS.timeout_gaps * self.gap_s + ARRIVALS.timeout_deviations * self.deviation_s
     }
 
     /// Returns true if the last sample is still fresh.
     #[inline]
     pub fn fresh(&self, now: Time, dt_s: Real) -> bool {
         let age_s = now.since(self.arrived);
-        age_s <= tuning::ARRIVALS.min_timeout_s
-            || age_s <= self.timeout_s().max(tuning::ARRIVALS.timeout_gaps * dt_s) + 1e-9
+        age_s <= ARRIVALS.min_timeout_s
+            || age_s <= self.timeout_s().max(ARRIVALS.timeout_gaps * dt_s) + 1e-9
     }
 }
 

@@ -4,7 +4,7 @@
 use crate::Real;
 use crate::api::aid::{AidOutcome, AidStatus, Rejection};
 use crate::api::snapshot::state;
-use crate::tuning;
+use crate::tuning::STATISTICS;
 
 /// Passage of a measurement through the gate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,8 +93,7 @@ impl Gate {
             return (Passage::Fuse, 0.0);
         }
         let test_ratio = nis / (self.threshold * self.scale.max(1.0));
-        self.scale += (nis.min(tuning::STATISTICS.clip * self.scale) - self.scale)
-            / tuning::INNOVATION_GATE.scale_memory;
+        self.scale += (nis.min(STATISTICS.clip * self.scale) - self.scale) / STATISTICS.samples;
         self.scale = self.scale.max(1e-3);
         if test_ratio <= 1.0 {
             (self.rejecting_s, self.rejected) = (0.0, 0);
@@ -102,7 +101,7 @@ impl Gate {
         }
         self.rejecting_s += period_s;
         self.rejected = self.rejected.saturating_add(1);
-        if self.rejecting_s > self.timeout_s && self.rejected >= tuning::STATISTICS.in_a_row {
+        if self.rejecting_s > self.timeout_s && self.rejected >= STATISTICS.in_a_row {
             (self.rejecting_s, self.rejected) = (0.0, 0);
             return (Passage::Reopen, test_ratio);
         }
@@ -183,7 +182,7 @@ mod tests {
         assert_eq!(gate.pass(1e9, 0.01), (Passage::Fuse, 0.0));
     }
 
-    /// The scale goes to the mean square of the innovations with a memory of a hundred, whatever they are by; an
+    /// The scale goes to the mean square of the innovations with a memory of 64, whatever they are by; an
     /// outlier counts in it for no more than four times what is usual. Below what is expected the gate is that of the
     /// noise given. A square that is no number is for others.
     #[test]
@@ -191,7 +190,7 @@ mod tests {
         for square in [0.5, 2.0, 3.9] {
             let mut gate = Gate::new(true, 5.0, 0.5);
             for n in 0..400 {
-                let scale = 1.0 + (square - 1.0) * (1.0 - (0.99 as Real).powi(n));
+                let scale = 1.0 + (square - 1.0) * (1.0 - (63.0 / 64.0 as Real).powi(n));
                 assert!((gate.scale / scale - 1.0).abs() < 1e-9);
                 let (_, test_ratio) = gate.pass(square, 0.01);
                 let ratio = square / (25.0 * scale.max(1.0));
@@ -201,7 +200,7 @@ mod tests {
             for (by, passage) in [(0.999, Passage::Fuse), (1.001, Passage::Reject)] {
                 let mut gate = gate;
                 assert_eq!(gate.pass(by * limit, 0.01).0, passage);
-                assert!((gate.scale / scale - 1.03).abs() < 1e-9);
+                assert!((gate.scale / scale - 1.0 - 3.0 / 64.0).abs() < 1e-9);
                 assert_eq!(gate.pass(Real::NAN, 0.01).0, Passage::Fuse);
             }
         }

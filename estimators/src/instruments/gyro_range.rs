@@ -3,7 +3,7 @@
 use crate::Real;
 use crate::api::snapshot::state;
 use crate::filters::lag_share::LagShare;
-use crate::tuning;
+use crate::tuning::{GYRO_RANGE, RAIL, TIMES};
 
 /// Gyro range check: the mean rate of pitch and yaw is at most that of the tightest curve at the speed, min(v ρ, a/v),
 /// plus a bias.
@@ -21,16 +21,15 @@ pub struct GyroRange {
 impl GyroRange {
     /// One step of `dt` seconds with the rates of pitch and yaw, rad/s, and the speed, m/s.
     pub fn observe(&mut self, rates_radps: [Real; 2], speed_mps: Real, dt: Real) {
-        let share = self.share.of(dt, tuning::TIMES.lost_s);
+        let share = self.share.of(dt, TIMES.lost_s);
         for (mean, now) in self.mean.iter_mut().zip(rates_radps) {
             *mean += share * (now - *mean);
         }
         // The rate lags; so must the speed.
         self.speed_mps += share * (speed_mps.abs() - self.speed_mps);
         let v = self.speed_mps.max(0.1);
-        let most = (tuning::RAIL.max_track_per_m * v)
-            .min(tuning::GYRO_RANGE.max_acceleration_mps2 / v)
-            + tuning::GYRO_RANGE.max_bias_radps;
+        let most = (RAIL.max_track_per_m * v).min(GYRO_RANGE.max_acceleration_mps2 / v)
+            + GYRO_RANGE.max_bias_radps;
         self.implausible = self.mean.iter().any(|rate| rate.abs() > most);
     }
 

@@ -4,7 +4,7 @@ use crate::Real;
 use crate::api::real::{PI, sqrt};
 use crate::api::snapshot::state;
 use crate::filters::lag_share::LagShare;
-use crate::tuning;
+use crate::tuning::{STATISTICS, TIMES};
 
 /// Trend that is subtracted from a sample before its size counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,10 +85,10 @@ impl NoiseLearning {
                 value - before
             }
         };
-        self.known_s = (self.known_s + period_s).min(tuning::TIMES.memory_s);
+        self.known_s = (self.known_s + period_s).min(TIMES.memory_s);
         let share = self.share.of(period_s, self.known_s);
-        let size = if self.known_s > tuning::TIMES.brief_s {
-            away.abs().min(tuning::STATISTICS.clip * self.mean + 1e-6)
+        let size = if self.known_s > TIMES.brief_s {
+            away.abs().min(STATISTICS.clip * self.mean + 1e-6)
         } else {
             away.abs()
         };
@@ -97,7 +97,7 @@ impl NoiseLearning {
 
     /// Standard deviation, in the unit of the channel; `None` before the first 0.3 s of samples.
     pub fn sd(&self) -> Option<Real> {
-        (self.known_s > tuning::TIMES.brief_s).then_some(self.scale * self.mean)
+        (self.known_s > TIMES.brief_s).then_some(self.scale * self.mean)
     }
 }
 

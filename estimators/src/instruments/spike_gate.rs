@@ -2,7 +2,7 @@
 
 use crate::Real;
 use crate::api::snapshot::state;
-use crate::tuning;
+use crate::tuning::STATISTICS;
 
 /// Limits of a spike gate, in the unit of the instrument. Times are in seconds; or in samples, where the period of each
 /// sample is given as 1.
@@ -28,8 +28,6 @@ pub struct SpikeLimits {
 /// and the running mean of jumps, clipped at the threshold, in place of the median deviation. An instrument with a
 /// period beyond the longest time holds nothing out.
 ///
-/// A blow to the body moves gyro and accelerometer; its rates have both signs and an integral of nearly nothing, which
-/// must not be cut: while the body is shaken, nothing is held out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpikeGate<const N: usize> {
     limits: SpikeLimits,
@@ -57,29 +55,27 @@ impl<const N: usize> SpikeGate<N> {
         }
     }
 
-    /// Takes a new sample, `period` after the last sample; `shaken` is true while the body is shaken; `None` if the
-    /// sample is rejected.
-    pub fn take(&mut self, sample: [Real; N], period: Real, shaken: bool) -> Option<[Real; N]> {
+    /// Takes a new sample, `period` after the last sample; `None` if the sample is rejected.
+    pub fn take(&mut self, sample: [Real; N], period: Real) -> Option<[Real; N]> {
         let limits = &self.limits;
         let Some(last) = self.last.filter(|_| period <= limits.longest) else {
             return Some(self.accept(sample));
         };
         let waited = self.held_for + period;
-        let limit =
-            limits.floor + limits.rate * waited + tuning::STATISTICS.jump_factor * self.jump;
+        let limit = limits.floor + limits.rate * waited + STATISTICS.fault_sd * self.jump;
         let jump = apart(sample, last);
         let held = self.held.filter(|_| limits.keeps_integral);
-        let held = held.filter(|held| shaken || apart(sample, *held) <= limit);
-        if !shaken && (self.held_for == 0.0 || held.is_some()) {
-            self.jump += (jump.min(limit) - self.jump) / tuning::SPIKE_GATE.memory;
+        let held = held.filter(|held| apart(sample, *held) <= limit);
+        if self.held_for == 0.0 || held.is_some() {
+            self.jump += (jump.min(limit) - self.jump) / STATISTICS.samples;
         }
         let beyond = jump > limit;
-        if beyond && !shaken && held.is_none() && waited <= limits.longest {
+        if beyond && held.is_none() && waited <= limits.longest {
             (self.held, self.held_for) = (Some(sample), waited);
             return None;
         }
         let mut used = sample;
-        if let Some(held) = held.filter(|_| beyond || shaken) {
+        if let Some(held) = held.filter(|_| beyond) {
             let jumps = held.iter().zip(last).map(|(held, last)| held - last);
             used.iter_mut()
                 .zip(jumps)
@@ -126,11 +122,7 @@ mod tests {
                 _ => 0.0,
             };
             let value = 1.0 + 0.005 * random.normal() + bump;
-            assert_eq!(
-                hold.take([value], 0.01, false).is_none(),
-                bump != 0.0,
-                "{k}"
-            );
+            assert_eq!(hold.take([value], 0.01).is_none(), bump != 0.0, "{k}");
         }
     }
 
@@ -138,9 +130,9 @@ mod tests {
     fn what_stays_is_real() {
         let mut hold = SpikeGate::new(SPEED);
         for _ in 0..100 {
-            hold.take([1.0], 0.05, false);
+            hold.take([1.0], 0.05);
         }
-        let taken: std::vec::Vec<_> = (0..6).map(|_| hold.take([3.6], 0.05, false)).collect();
+        let taken: std::vec::Vec<_> = (0..6).map(|_| hold.take([3.6], 0.05)).collect();
         assert_eq!(taken[..4], [None; 4]);
         assert_eq!(taken[4..], [Some([3.6]); 2]);
     }
@@ -150,17 +142,16 @@ mod tests {
         let mut random = Random::new(95);
         let mut noise = SpikeGate::new(SPEED);
         let mut ramp = SpikeGate::new(SPEED);
-        let held =
-            (0..10_000).filter(|_| noise.take([0.02 * random.normal()], 0.01, false).is_none());
+        let held = (0..10_000).filter(|_| noise.take([0.02 * random.normal()], 0.01).is_none());
         assert!(held.count() < 10);
-        assert!((0..1000).all(|k| ramp.take([0.03 * Real::from(k)], 0.01, false).is_some()));
+        assert!((0..1000).all(|k| ramp.take([0.03 * Real::from(k)], 0.01).is_some()));
     }
 
     #[test]
     fn a_slow_channel_and_the_first_sample_after_a_pause_pass() {
         let mut hold = SpikeGate::new(SPEED);
-        hold.take([1.0], 0.01, false);
-        assert_eq!(hold.take([5.0], 1.0, false), Some([5.0]));
+        hold.take([1.0], 0.01);
+        assert_eq!(hold.take([5.0], 1.0), Some([5.0]));
     }
 
     /// A sample may jump by the floor, by what the channel can change by since the last one that was taken, and by six
@@ -172,21 +163,21 @@ mod tests {
                 let mut hold = SpikeGate::new(SPEED);
                 for k in 0..=n {
                     let value = if k % 2 == 0 { 0.0 } else { u };
-                    assert_eq!(hold.take([value], 0.01, false), Some([value]));
+                    assert_eq!(hold.take([value], 0.01), Some([value]));
                 }
                 let [last] = hold.value().unwrap();
                 let usual = u * (1.0 - (63.0 / 64.0 as Real).powi(n));
                 let mut limit = 0.05 + 3.0 * 0.01 + 6.0 * usual;
                 let learnt = usual + (limit - usual) / 64.0;
                 for _ in 0..held {
-                    assert_eq!(hold.take([last - 50.0], 0.01, false), None);
+                    assert_eq!(hold.take([last - 50.0], 0.01), None);
                 }
                 if held > 0 {
                     limit = 0.05 + 3.0 * 0.01 * Real::from(held + 1) + 6.0 * learnt;
                 }
                 for (by, taken) in [(0.99, true), (1.01, false), (-0.99, true), (-1.01, false)] {
                     let value = last + by * limit;
-                    let found = { hold }.take([value], 0.01, false);
+                    let found = { hold }.take([value], 0.01);
                     assert_eq!(found, taken.then_some([value]), "{n} {held} {by}");
                 }
             }
@@ -200,44 +191,26 @@ mod tests {
         keeps_integral: true,
     };
 
-    /// The largest axis counts. A jump is added, on each axis its own, once the next sample agrees with it; or as soon
-    /// as the body is shaken, however far the instrument has come back then. One that comes back was a spike, and what
-    /// jumps to and fro is held out.
+    /// The largest axis counts. A jump is added, on each axis its own, once the next sample agrees with it. One
+    /// that comes back was a spike, and what jumps to and fro is held out.
     #[test]
     fn a_jump_that_stays_loses_nothing_of_its_integral() {
         let (jump, near, back) = ([0.4, -0.5, 0.6], [0.41, -0.49, 0.62], [0.05, 0.06, -0.07]);
-        for (fro, next, shaken, counts) in [
-            (0, near, false, true),
-            (0, back, true, true),
-            (0, back, false, false),
-            (5, back, false, false),
-        ] {
+        for (fro, next, counts) in [(0, near, true), (0, back, false), (5, back, false)] {
             let mut gate = SpikeGate::new(RATE);
-            assert_eq!(gate.take([0.0; 3], 1.0, false), Some([0.0; 3]));
-            assert_eq!(gate.take(jump, 1.0, false), None);
+            assert_eq!(gate.take([0.0; 3], 1.0), Some([0.0; 3]));
+            assert_eq!(gate.take(jump, 1.0), None);
             for k in 0..fro {
                 let sample = if k % 2 == 0 { jump.map(|x| -x) } else { jump };
-                assert_eq!(gate.take(sample, 1.0, false), None);
+                assert_eq!(gate.take(sample, 1.0), None);
             }
-            let taken = gate.take(next, 1.0, shaken).unwrap();
+            let taken = gate.take(next, 1.0).unwrap();
             for axis in 0..3 {
                 let late = if counts { jump[axis] } else { 0.0 };
                 assert!((taken[axis] - next[axis] - late).abs() < 1e-12, "{next:?}");
             }
             assert_eq!(gate.value(), Some(next));
-            assert_eq!(gate.take(next, 1.0, false), Some(next));
+            assert_eq!(gate.take(next, 1.0), Some(next));
         }
-    }
-
-    /// Jumps of a body that is shaken are no usual ones, and none of them is held out.
-    #[test]
-    fn a_body_that_is_shaken_teaches_no_jump() {
-        let mut gate = SpikeGate::new(RATE);
-        for k in 0..50 {
-            let sample = [if k % 2 == 0 { 2.0 } else { 0.0 }; 3];
-            assert_eq!(gate.take(sample, 1.0, true), Some(sample));
-        }
-        assert_eq!(gate.take([0.101, 0.0, 0.0], 1.0, false), None);
-        assert!(gate.take([0.099, 0.0, 0.0], 1.0, false).is_some());
     }
 }

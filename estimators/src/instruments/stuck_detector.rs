@@ -4,7 +4,7 @@
 //! a value legitimately (coarse quantisation, no noise, a train at rest) is never flagged.
 
 use crate::api::snapshot::state;
-use crate::tuning;
+use crate::tuning::{STATISTICS, STUCK, TIMES};
 use crate::{Real, Time};
 
 /// Stuck-at fault detector of an instrument that repeats a sample.
@@ -39,18 +39,18 @@ impl<const N: usize> StuckDetector<N> {
     #[inline]
     pub fn is_stuck(&self, now: Time) -> bool {
         let repeats = match N {
-            1 => tuning::STUCK.max_repeats,
-            _ => tuning::STATISTICS.in_a_row,
+            1 => STUCK.max_repeats,
+            _ => STATISTICS.in_a_row,
         };
         if self.run < repeats {
             return false;
         }
-        let noisy = self.changes >= tuning::STUCK.min_changes_per_repeat
+        let noisy = self.changes >= STUCK.min_changes_per_repeat
             && self
                 .legitimate_repeats
-                .saturating_mul(tuning::STUCK.min_changes_per_repeat)
+                .saturating_mul(STUCK.min_changes_per_repeat)
                 < self.changes;
-        noisy && (N > 1 || now.since(self.changed) > tuning::TIMES.lost_s)
+        noisy && (N > 1 || now.since(self.changed) > TIMES.lost_s)
     }
 }
 

@@ -91,11 +91,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> ComplementaryFilter {
         theta: own.grade0_deg * PI / 180.0,
         bias: 0.0,
         gate: params.integrity.gate(params.baseline.innovation_gate),
-        plausibility: Plausibility::new(
-            params.integrity.plausibility,
-            uses,
-            vehicle.standstill_mps(None),
-        ),
+        plausibility: Plausibility::new(params.integrity.plausibility, uses),
         validity: Validity::new(params.integrity),
         corrected_s: 0.0,
         clamped: false,
@@ -184,11 +180,7 @@ impl Pipeline for ComplementaryFilter {
         let bias = self.bias_sd_mps2 / GRAVITY;
         let sd = sqrt(bias * bias + noise * noise * share + start * start);
         let fresh = residual.is_some() && reading.pitch_rate_radps.is_some();
-        let grade_rad = Value {
-            value: self.theta,
-            sd,
-            valid: fresh && !self.clamped,
-        };
+        let grade_rad = Value::new(self.theta, sd, fresh && !self.clamped);
         let estimate = Estimate {
             t,
             total_mass_kg: self.mass,
@@ -198,11 +190,11 @@ impl Pipeline for ComplementaryFilter {
                 valid: grade_rad.valid && self.point,
                 ..grade_rad
             },
-            speed_mps: Value {
-                value: self.speed.value().unwrap_or(0.0),
-                sd: 0.05,
-                valid: reading.speed_mps.is_some(),
-            },
+            speed_mps: Value::new(
+                self.speed.value().unwrap_or(0.0),
+                0.05,
+                reading.speed_mps.is_some(),
+            ),
             innovation: self.residual,
             nis: (self.residual / own.residual_sd_mps2) * (self.residual / own.residual_sd_mps2),
             flags: Flags {

@@ -167,11 +167,7 @@ pub fn new(vehicle: &Vehicle, params: &Params) -> EkfVThetaBiases {
             own.reject_sd,
             params.integrity.gate_timeout_s,
         ),
-        plausibility: Plausibility::new(
-            params.integrity.plausibility,
-            uses,
-            vehicle.standstill_mps(None),
-        ),
+        plausibility: Plausibility::new(params.integrity.plausibility, uses),
         validity: Validity::new(params.integrity),
         started: false,
         clamped: false,
@@ -239,11 +235,11 @@ impl Pipeline for EkfVThetaBiases {
         let Gaussian { x, P } = self.ekf.belief;
         let fresh = reading.speed_mps.is_some();
         let imu = reading.specific_force_mps2.is_some() && reading.pitch_rate_radps.is_some();
-        let grade_rad = Value {
-            value: x.y,
-            sd: sqrt(P.m22),
-            valid: self.started && fresh && imu && !self.clamped,
-        };
+        let grade_rad = Value::new(
+            x.y,
+            sqrt(P.m22),
+            self.started && fresh && imu && !self.clamped,
+        );
         let (innovation, nis) = self.last;
         let estimate = Estimate {
             t,
@@ -254,11 +250,7 @@ impl Pipeline for EkfVThetaBiases {
                 valid: grade_rad.valid && self.point,
                 ..grade_rad
             },
-            speed_mps: Value {
-                value: x.x,
-                sd: sqrt(P.m11),
-                valid: self.started && fresh,
-            },
+            speed_mps: Value::new(x.x, sqrt(P.m11), self.started && fresh),
             innovation,
             nis,
             flags: Flags {

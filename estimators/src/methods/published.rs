@@ -63,11 +63,7 @@ impl<T: Method + fmt::Debug> Pipeline for Published<T> {
             total_mass_kg: mass,
             grade_rad: grade,
             effective_grade_rad: grade,
-            speed_mps: Value {
-                value: speed.value,
-                sd: speed.sd,
-                valid: input.signals.speed_mps.is_some(),
-            },
+            speed_mps: Value::new(speed.value, speed.sd, input.signals.speed_mps.is_some()),
             innovation,
             nis,
             flags: Flags {
@@ -91,11 +87,7 @@ impl<T: Method + fmt::Debug> Pipeline for Published<T> {
 /// Mass of a method without a mass: a uniform distribution over the vehicle's range, not valid.
 pub fn no_mass(vehicle: &Vehicle) -> Value {
     let [low, high] = vehicle.mass_range_kg;
-    Value {
-        value: 0.5 * (low + high),
-        sd: (high - low) / sqrt(12.0),
-        valid: false,
-    }
+    Value::new(0.5 * (low + high), (high - low) / sqrt(12.0), false)
 }
 
 /// Standard deviation of wheel speed for a method without one, m/s.
@@ -105,11 +97,7 @@ const WHEEL_SPEED_SD_MPS: Real = 0.01;
 fn cut(found: Found, [low, high]: [Real; 2]) -> (Value, bool) {
     let inside = within(found.value, low, high);
     let limited = inside != found.value;
-    let value = Value {
-        value: inside,
-        sd: found.sd,
-        valid: found.started && !limited,
-    };
+    let value = Value::new(inside, found.sd, found.started && !limited);
     (value, limited)
 }
 

@@ -69,7 +69,7 @@ impl Conditioning {
     /// Takes a new speed of the wheels, m/s, `period_s` after the last speed; `None` if the speed is rejected.
     pub fn speed(&mut self, speed_mps: Real, period_s: Real, standing: bool) -> Option<Real> {
         let [passed] = match self.params.outlier_hold {
-            true => self.speed.take([speed_mps], period_s, false)?,
+            true => self.speed.take([speed_mps], period_s)?,
             false => [speed_mps],
         };
         let [noise, _] = &mut self.noise;

@@ -94,11 +94,7 @@ struct PrintedAnswer {
 
 impl PrintedAnswer {
     fn estimate(&self, t: Time, moving: bool, running: bool) -> Estimate {
-        let value = |(value, variance): (Real, Real)| Value {
-            value,
-            sd: sqrt(variance),
-            valid: running,
-        };
+        let value = |(value, variance): (Real, Real)| Value::new(value, sqrt(variance), running);
         let grade_rad = value(self.grade);
         Estimate {
             t,

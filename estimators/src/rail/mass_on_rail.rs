@@ -2,7 +2,7 @@
 
 use crate::Real;
 use crate::rail::train_means::TrainMeans;
-use crate::tuning;
+use crate::tuning::RAIL;
 
 /// Masses for the mean in the effective grade, and the grade of the rail behind the read rail.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,9 +22,7 @@ pub struct MassOnRail {
 impl MassOnRail {
     /// Mean distance of the masses behind the read rail, as a share of `RAIL.eta_m`.
     pub fn behind(&self, means: &TrainMeans) -> Real {
-        (means.behind_tare_kgm + self.load_kg * means.behind_load_m)
-            / tuning::RAIL.eta_m
-            / self.mass_kg
+        (means.behind_tare_kgm + self.load_kg * means.behind_load_m) / RAIL.eta_m / self.mass_kg
     }
 
     /// Variance of the mean grade due to rail behind the read rail.

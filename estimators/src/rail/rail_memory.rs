@@ -13,7 +13,7 @@
 use crate::Real;
 use crate::api::real::{floor, stored, within};
 use crate::api::snapshot::state;
-use crate::tuning;
+use crate::tuning::{MEMORY, RAIL};
 
 /// A place on the covered track: whole nodes and a rest of less than their distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,7 +38,7 @@ pub struct Spot {
 pub struct RailMemory {
     pitch_m: Real,
     /// u and the curvature at each node.
-    nodes: [[f32; 2]; tuning::MEMORY.nodes],
+    nodes: [[f32; 2]; MEMORY.nodes],
     /// First and last node read.
     known: Option<[i64; 2]>,
     here: Place,
@@ -53,9 +53,8 @@ impl RailMemory {
     /// Builds the rail memory for a train that reaches over `span_m`.
     pub fn new(span_m: Real) -> Self {
         Self {
-            pitch_m: ((span_m + tuning::MEMORY.spare_m) / tuning::MEMORY.nodes as Real)
-                .max(tuning::MEMORY.min_pitch_m),
-            nodes: [[0.0; 2]; tuning::MEMORY.nodes],
+            pitch_m: ((span_m + MEMORY.spare_m) / MEMORY.nodes as Real).max(MEMORY.min_pitch_m),
+            nodes: [[0.0; 2]; MEMORY.nodes],
             known: None,
             here: Place::default(),
             last: None,
@@ -68,7 +67,7 @@ impl RailMemory {
     /// rail; returns true if the rail is forgotten because of it.
     pub fn doubt(&mut self, way_sd_m: Real) -> bool {
         self.doubt_m += way_sd_m;
-        let lost = self.doubt_m > tuning::MEMORY.max_doubt_m;
+        let lost = self.doubt_m > MEMORY.max_doubt_m;
         if lost {
             self.forget();
         }
@@ -88,17 +87,13 @@ impl RailMemory {
 
     /// Standard deviation of the grade 9 m behind the read rail, rad.
     pub fn behind_sd_rad(&self) -> Real {
-        let [seen, unseen] = tuning::RAIL.behind_sd_rad;
+        let [seen, unseen] = RAIL.behind_sd_rad;
         if self.unseen { unseen } else { seen }
     }
 
-    /// Standard deviation of the distance to the read rail, m; 0 if it does not count.
+    /// Standard deviation of the distance to the read rail, m.
     pub fn doubt_m(&self) -> Real {
-        if self.doubt_m > tuning::MEMORY.min_doubt_m {
-            self.doubt_m
-        } else {
-            0.0
-        }
+        self.doubt_m
     }
 
     /// Place of the unit's middle.
@@ -127,8 +122,7 @@ impl RailMemory {
     pub fn step(&mut self, way_m: Real, now: Option<[Real; 2]>) {
         self.here = self.ahead(self.here, way_m);
         // What was read before goes out of the memory as the train runs on.
-        self.doubt_m *=
-            1.0 - (way_m.abs() / (tuning::MEMORY.nodes as Real * self.pitch_m)).min(1.0);
+        self.doubt_m *= 1.0 - (way_m.abs() / (MEMORY.nodes as Real * self.pitch_m)).min(1.0);
         let Some(now) = now else { return };
         let (start, before) = self
             .last
@@ -136,7 +130,7 @@ impl RailMemory {
             .unwrap_or((self.here, now));
         let (from, to) = (start.node, self.here.node);
         let whole = (to - from) as Real * self.pitch_m + self.here.rest_m - start.rest_m;
-        if self.known.is_none() || (to - from).abs() > tuning::MEMORY.nodes as i64 {
+        if self.known.is_none() || (to - from).abs() > MEMORY.nodes as i64 {
             self.write(to, now);
         } else if to > from {
             // Nodes passed forwards: from + 1 … to.
@@ -153,14 +147,14 @@ impl RailMemory {
     }
 
     fn write(&mut self, node: i64, value: [Real; 2]) {
-        let room = tuning::MEMORY.nodes as i64;
+        let room = MEMORY.nodes as i64;
         let seen = self
             .known
             .is_some_and(|[low, high]| (low..=high).contains(&node));
         let near = self
             .known
             .filter(|[low, high]| node >= low - 1 && node <= high + 1);
-        let share = if seen { tuning::MEMORY.revisit } else { 1.0 };
+        let share = if seen { MEMORY.revisit } else { 1.0 };
         if let Some(place) = self.nodes.get_mut(slot(node)) {
             *place = mix(place.map(Real::from), value, share).map(stored);
         }
@@ -183,7 +177,7 @@ impl RailMemory {
         let Some([low, high]) = self.known else {
             return 0.0;
         };
-        let count = floor(tuning::MEMORY.end_m / self.pitch_m).max(1.0) as i64;
+        let count = floor(MEMORY.end_m / self.pitch_m).max(1.0) as i64;
         if high - low < count {
             return 0.0;
         }
@@ -203,7 +197,7 @@ impl RailMemory {
             let [u, _] = self.node(high);
             let ahead_m = beyond(high);
             Spot {
-                u: u + gradient * ahead_m.min(tuning::MEMORY.onward_m),
+                u: u + gradient * ahead_m.min(MEMORY.onward_m),
                 ahead_m,
                 behind_m: 0.0,
             }
@@ -241,12 +235,12 @@ impl RailMemory {
 }
 
 fn slot(node: i64) -> usize {
-    node.rem_euclid(tuning::MEMORY.nodes as i64) as usize
+    node.rem_euclid(MEMORY.nodes as i64) as usize
 }
 
 /// Returns true if these can be the first and the last node read.
 fn is_whole([low, high]: [i64; 2]) -> bool {
-    low <= high && high.saturating_sub(low) < tuning::MEMORY.nodes as i64
+    low <= high && high.saturating_sub(low) < MEMORY.nodes as i64
 }
 
 fn mix([a, b]: [Real; 2], [c, d]: [Real; 2], share: Real) -> [Real; 2] {

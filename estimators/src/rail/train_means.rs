@@ -8,7 +8,7 @@ use crate::Real;
 use crate::api::mass_layout::{CarriedMass, MAX_MASSES, MassLayout, SuspendedLoad};
 use crate::api::real::sqrt;
 use crate::rail::rail_memory::{Place, RailMemory};
-use crate::tuning;
+use crate::tuning::RAIL;
 
 /// Means at one place of the train.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -119,8 +119,7 @@ impl TrainOnRail {
             let [front, rear] = mass.places_m;
             bend += mass.mass_kg * rail.curvature_per_m(place, -0.5 * (front + rear));
         }
-        means.ahead_rad_per_m =
-            tuning::RAIL.ahead_rad_per_m + tuning::RAIL.ahead_m * gradient.abs();
+        means.ahead_rad_per_m = RAIL.ahead_rad_per_m + RAIL.ahead_m * gradient.abs();
         means.bend_per_m = bend / self.rigid_kg.max(1.0);
         let ends = self.ends(rail, place, self.load.places_m, gradient);
         let cos = cosine(ends.mean);

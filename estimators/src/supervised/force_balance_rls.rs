@@ -251,11 +251,7 @@ impl MassEstimator for ForceBalanceRls {
     fn mass_kg(&self) -> Value {
         let value = self.found() * self.mass0_kg;
         let sd = sqrt(self.covariance.m11) * self.mass0_kg;
-        Value {
-            value,
-            sd,
-            valid: !self.saturated,
-        }
+        Value::new(value, sd, !self.saturated)
     }
 
     /// Running resistance, as far as it is separated from the accelerometer's bias, with the addition of the curve

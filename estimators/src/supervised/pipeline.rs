@@ -72,8 +72,6 @@ pub struct Step<'a> {
     /// Traction at the rims less air drag, N; `None` while the force balance does not hold (standing, braking, torques
     /// unknown or in doubt, wheels that slip).
     pub traction_n: Option<Real>,
-    /// Effective grade by the core, rad, and its standard deviation.
-    pub effective_rad: [Real; 2],
     /// Standard deviation of the accelerometer's bias that the attitude has, m/s².
     pub bias_sd_mps2: Real,
     /// Mean horizontal curvature under the train, 1/m.
@@ -372,7 +370,6 @@ impl<M: SupervisedMethod> Supervised<M> {
             reading,
             attitude: &attitude,
             traction_n: traction,
-            effective_rad: [by_core.value, by_core.sd],
             bias_sd_mps2,
             curvature_per_m: self.curvature_per_m,
             bend: source.bends().now(),
@@ -393,10 +390,7 @@ impl<M: SupervisedMethod> Supervised<M> {
             valid: true,
         };
         // Without samples of the IMU its errors are no longer those of the rail read before.
-        let common_sd = match attitude.found().imu {
-            true => at_imu.sd,
-            false => 0.0,
-        };
+        let common_sd = if attitude.found().imu { at_imu.sd } else { 0.0 };
         let grades = self
             .trust
             .weigh([by_core, at_imu], common_sd, by_method, dt);

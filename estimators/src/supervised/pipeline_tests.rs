@@ -39,11 +39,7 @@ impl SupervisedMethod for Recorder {
     fn step(&mut self, _: &Step) {}
 
     fn mass_kg(&self) -> Value {
-        Value {
-            value: self.mass_kg,
-            sd: 0.0,
-            valid: true,
-        }
+        Value::new(self.mass_kg, 0.0, true)
     }
 
     fn effective_grade_rad(&self) -> Value {
@@ -307,11 +303,7 @@ fn the_sums_of_a_sample_weigh_tare_and_load() {
 }
 
 fn value(value: Real, sd: Real) -> Value {
-    Value {
-        value,
-        sd,
-        valid: true,
-    }
+    Value::new(value, sd, true)
 }
 
 /// Effective grade by [`MethodTrust::weigh`] alone.

@@ -154,11 +154,7 @@ impl<M: MassEstimator> TwoStage<M> {
             && self.mass.mass_kg().valid
             && self.slip.wheel_speed_consistent(self.slope.adapted_ratio())
             && self.observability.grade_observable();
-        Value {
-            value: belief.x.y,
-            sd: sqrt(variance),
-            valid: basis,
-        }
+        Value::new(belief.x.y, sqrt(variance), basis)
     }
 }
 

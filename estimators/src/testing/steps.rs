@@ -31,7 +31,6 @@ pub fn step<'a>(
         reading,
         attitude,
         traction_n: reading.motor_torque_nm.filter(|_| running).map(net),
-        effective_rad: [attitude.pitch_rad, 0.0],
         bias_sd_mps2: 0.0,
         curvature_per_m: 0.0,
         bend: Bend::default(),

@@ -28,10 +28,7 @@ pub(crate) fn excited(drive: &DriveCycle) -> Option<String> {
         return None;
     }
     // the last value holds: the ripple goes on for as long as a run may well take
-    let end = match speed == 0.0 {
-        true => last,
-        false => last + 600.0,
-    };
+    let end = if speed == 0.0 { last } else { last + 600.0 };
     points.push((end, speed, None));
     let mut all: Vec<Value> = Vec::new();
     for pair in points.windows(2) {

@@ -59,10 +59,7 @@ impl Cell {
 
     /// Marks the cell as good or bad news.
     pub fn judged(self, good: bool) -> Self {
-        self.graded(match good {
-            true => Grade::Held,
-            false => Grade::Failed,
-        })
+        self.graded(if good { Grade::Held } else { Grade::Failed })
     }
 
     /// Adds a link to another page.

@@ -99,10 +99,7 @@ impl Dimension {
                     *scale,
                     bend(*scale, *from) * (1.0 - u) + bend(*scale, *to) * u,
                 );
-                let x = match integer {
-                    true => x.round(),
-                    false => digits(x, 8),
-                };
+                let x = if integer { x.round() } else { digits(x, 8) };
                 number(x.clamp(*from, *to))
             }
         }

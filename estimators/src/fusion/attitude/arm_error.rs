@@ -8,13 +8,13 @@
 use crate::Real;
 use crate::api::real::sqrt;
 use crate::api::snapshot::state;
-use crate::tuning;
+use crate::tuning::{ARM, CURVATURE};
 
 /// Measured error of the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmError {
     arm_m: Real,
-    ring: [Option<Real>; tuning::ARM.places],
+    ring: [Option<Real>; ARM.places],
     next: usize,
     way_m: Real,
     variance: Real,
@@ -25,7 +25,7 @@ impl ArmError {
     pub fn new(arm_m: Real) -> Self {
         Self {
             arm_m,
-            ring: [None; tuning::ARM.places],
+            ring: [None; ARM.places],
             next: 0,
             way_m: 0.0,
             variance: 0.0,
@@ -34,14 +34,14 @@ impl ArmError {
 
     /// Takes a step of `way_m` at the pitch `theta` (`None` if it is not known well) in a curve of `kappa`.
     pub fn step(&mut self, way_m: Real, theta: Option<Real>, kappa: Real) {
-        let part_m = self.arm_m / tuning::ARM.places as Real;
+        let part_m = self.arm_m / ARM.places as Real;
         self.way_m += way_m;
         if part_m <= 0.0 || self.way_m.abs() < part_m {
             return;
         }
         let Some(theta) = theta.filter(|_| self.way_m > 0.0) else {
             // Going back nothing is ahead: the rail was read before.
-            self.ring = [None; tuning::ARM.places];
+            self.ring = [None; ARM.places];
             self.way_m = 0.0;
             return;
         };
@@ -53,21 +53,21 @@ impl ArmError {
             let predicted = place.replace(theta + self.arm_m * kappa);
             if let Some(predicted) = predicted {
                 let error = theta - predicted;
-                let keep = 1.0 - part_m / tuning::ARM.memory_m;
-                self.variance = (keep * self.variance).max(error * error * tuning::ARM.peak);
+                let keep = 1.0 - part_m / ARM.memory_m;
+                self.variance = (keep * self.variance).max(error * error * ARM.peak);
             }
         }
-        self.next = (self.next + 1) % tuning::ARM.places;
+        self.next = (self.next + 1) % ARM.places;
     }
 
     /// Standard deviation of the grade at the IMU from the arm, rad, in a curve of `kappa`.
     pub fn sd_rad(&self, kappa: Real) -> Real {
-        let lag = tuning::CURVATURE.memory_m * kappa;
+        let lag = CURVATURE.memory_m * kappa;
         sqrt(self.variance + lag * lag)
     }
 }
 
-state!(ArmError { ring, next, way_m, variance; arm_m } where |this| this.next < tuning::ARM.places);
+state!(ArmError { ring, next, way_m, variance; arm_m } where |this| this.next < ARM.places);
 
 #[cfg(test)]
 mod tests {
@@ -107,7 +107,7 @@ mod tests {
         let mut told = ArmError::new(ARM_M);
         go(&mut told, 0.0, 2.0, rail, 0.1);
         assert!(told.sd_rad(0.0) < 0.1 * sd);
-        assert!((told.sd_rad(-0.1) / (0.1 * tuning::CURVATURE.memory_m) - 1.0).abs() < 0.1);
+        assert!((told.sd_rad(-0.1) / (0.1 * CURVATURE.memory_m) - 1.0).abs() < 0.1);
     }
 
     /// Over the memory in way the variance of a large error falls to 1/e of it.
@@ -117,7 +117,7 @@ mod tests {
         let at_m = go(&mut arm, 0.0, 2.0, |s| 0.1 * s, 0.0);
         let at_m = go(&mut arm, at_m, 1.0, |_| 0.2, 0.0);
         let before = arm.sd_rad(0.0);
-        go(&mut arm, at_m, tuning::ARM.memory_m, |_| 0.2, 0.0);
+        go(&mut arm, at_m, ARM.memory_m, |_| 0.2, 0.0);
         let left = arm.sd_rad(0.0) / before;
         assert!((left / exp(-0.5) - 1.0).abs() < 0.02, "{left}");
     }

@@ -4,7 +4,7 @@ use crate::Real;
 use crate::api::real::GRAVITY;
 use crate::filters::gaussian::Gaussian;
 use crate::models::attitude::{BIAS_X, N, PHI, THETA};
-use crate::tuning;
+use crate::tuning::{CALIBRATION, TIMES};
 
 /// Calibration of an IMU.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +19,7 @@ impl Calibration {
     /// gyro, rad/s.
     pub fn new(bias_sd: [Real; 2]) -> Self {
         let [accel_bias_sd_mps2, _] = bias_sd;
-        let [calibrated_sd, doubted_sd] = tuning::CALIBRATION.calibrated_sd;
+        let [calibrated_sd, doubted_sd] = CALIBRATION.calibrated_sd;
         let largest_sd = bias_sd.iter().fold(0.0, |most: Real, sd| most.max(*sd));
         let doubt = (largest_sd - calibrated_sd) / (doubted_sd - calibrated_sd);
         Self {
@@ -57,13 +57,12 @@ impl Calibration {
         if self.doubt == 0.0 {
             return;
         }
-        let scale = tuning::CALIBRATION.scale_sd * GRAVITY;
+        let scale = CALIBRATION.scale_sd * GRAVITY;
         belief.P[(BIAS_X, BIAS_X)] +=
-            self.doubt * scale * scale * tuning::CALIBRATION.ramp_rad * turn_rad.abs();
-        let askew = tuning::CALIBRATION.askew_rad * yaw_rate_radps;
+            self.doubt * scale * scale * CALIBRATION.ramp_rad * turn_rad.abs();
+        let askew = CALIBRATION.askew_rad * yaw_rate_radps;
         for angle in [THETA, PHI] {
-            belief.P[(angle, angle)] +=
-                self.doubt * askew * askew * tuning::CALIBRATION.bend_s * dt;
+            belief.P[(angle, angle)] += self.doubt * askew * askew * TIMES.pause_s * dt;
         }
     }
 }
@@ -87,17 +86,17 @@ mod tests {
     }
 
     /// A scale that is wrong by 0.75 % reads g sin θ wrong by as much: over a ramp of 0.2 rad the bias is another by
-    /// 0.0075 g 0.2. Axes askew by 0.025 rad read, in a bend of 3 s at 0.4 rad/s, 0.025 · 0.4 · 3 rad of pitch and of
+    /// 0.0075 g 0.2. Axes askew by 0.025 rad read, in a bend of 2 s at 0.4 rad/s, 0.025 · 0.4 · 2 rad of pitch and of
     /// roll that are none. Up or down, left or right is the same.
     #[test]
     fn scale_counts_as_one_error_over_a_ramp_and_axes_as_one_over_a_bend() {
         for sign in [1.0, -1.0] {
-            let [bias, pitch, roll] = grown(0.1, sign * 0.2, sign * 0.4, 3.0);
+            let [bias, pitch, roll] = grown(0.1, sign * 0.2, sign * 0.4, 2.0);
             assert!(
                 (bias / (0.0075 * GRAVITY * 0.2) - 1.0).abs() < 1e-6,
                 "{bias}"
             );
-            assert!((pitch / (0.025 * 0.4 * 3.0) - 1.0).abs() < 1e-6, "{pitch}");
+            assert!((pitch / (0.025 * 0.4 * 2.0) - 1.0).abs() < 1e-6, "{pitch}");
             assert_eq!(pitch, roll);
         }
     }

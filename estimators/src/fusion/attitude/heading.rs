@@ -4,7 +4,7 @@
 use crate::Real;
 use crate::api::real::{PI, sqrt};
 use crate::api::snapshot::state;
-use crate::tuning;
+use crate::tuning::{HEADING, RAIL};
 
 /// Heading since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -42,10 +42,9 @@ impl Heading {
                 }
                 .clamp(-PI, PI);
                 let walked = sqrt(self.sd_rad * self.sd_rad + turn.walk * turn.walk * dt);
-                self.sd_rad =
-                    walked + (turn.bias_sd_radps + tuning::HEADING.scale * rate.abs()) * dt;
+                self.sd_rad = walked + (turn.bias_sd_radps + HEADING.scale * rate.abs()) * dt;
             }
-            None => self.sd_rad += tuning::RAIL.max_bend_per_m * turn.speed_mps.abs() * dt,
+            None => self.sd_rad += RAIL.max_track_per_m * turn.speed_mps.abs() * dt,
         }
         // Beyond half a turn nothing is known.
         self.sd_rad = self.sd_rad.min(PI);
@@ -96,7 +95,7 @@ mod tests {
         }
     }
 
-    /// Without a gyro for 4 m a bend of 4 m radius may have been gone round: 1 rad.
+    /// Without a gyro for 4 m a bend of 2 m radius may have been gone round: 2 rad.
     #[test]
     fn without_a_gyro_it_may_have_gone_round_a_bend() {
         let mut heading = Heading::default();
@@ -106,7 +105,7 @@ mod tests {
         };
         (0..400).for_each(|_| heading.step(&without, 0.01));
         assert_eq!(heading.angle_rad(), 0.0);
-        assert!((heading.sd_rad() - 1.0).abs() < 1e-9);
+        assert!((heading.sd_rad() - 2.0).abs() < 1e-9);
         (0..4000).for_each(|_| heading.step(&without, 0.01));
         assert_eq!(heading.sd_rad(), PI);
     }

@@ -3,9 +3,9 @@
 use crate::api::reading::Channels;
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
-use crate::instruments::spike_gate::{SpikeGate, SpikeLimits, apart};
+use crate::instruments::spike_gate::{SpikeGate, SpikeLimits};
 use crate::instruments::stuck_detector::StuckDetector;
-use crate::tuning;
+use crate::tuning::{SHOCK, TIMES};
 use crate::{Real, Time};
 
 /// Instant for the stuck detectors of vectors, which do not depend on time.
@@ -13,7 +13,7 @@ const NO_CLOCK: Time = Time::from_ns(0);
 
 /// Limits of the gyro's spike gate, which counts samples.
 const RATE_LIMITS: SpikeLimits = SpikeLimits {
-    floor: tuning::SHOCK.min_jump_radps,
+    floor: SHOCK.min_jump_radps,
     rate: 0.0,
     longest: Real::INFINITY,
     keeps_integral: true,
@@ -44,7 +44,6 @@ pub struct ImuHealth {
     rate: StuckDetector<3>,
     norm_error_mps2: Real,
     out_s: Real,
-    ring_s: Real,
 }
 
 impl ImuHealth {
@@ -60,7 +59,6 @@ impl ImuHealth {
             rate: StuckDetector::default(),
             norm_error_mps2: 0.0,
             out_s: 0.0,
-            ring_s: 0.0,
         }
     }
 
@@ -75,15 +73,13 @@ impl ImuHealth {
         dt: Real,
     ) -> SoundImu {
         let [new_force, new_rate] = z.new;
-        let before = self.last_force;
-        self.look_for_shock(z.specific_force_mps2, dt);
         let mut imu = SoundImu::default();
         if let Some(raw) = z.angular_rate_radps.filter(|_| gyro) {
             let mut despiked = raw;
             if new_rate {
                 let before = self.last_rate.replace(raw);
                 before.inspect(|before| self.rate.take(raw, *before, NO_CLOCK));
-                let passed = self.spikes.take(raw, 1.0, self.ring_s > 0.0);
+                let passed = self.spikes.take(raw, 1.0);
                 despiked = passed.or(self.spikes.value()).unwrap_or(raw);
             } else if let Some(held) = self.spikes.value() {
                 despiked = held;
@@ -96,6 +92,7 @@ impl ImuHealth {
             self.spikes = SpikeGate::new(RATE_LIMITS);
         }
         if let Some(force) = z.specific_force_mps2 {
+            let before = self.last_force.replace(force);
             if let (true, Some(before)) = (new_force, before) {
                 self.force.take(force, before, NO_CLOCK);
             }
@@ -103,7 +100,7 @@ impl ImuHealth {
             imu.stuck |= stuck;
             if !stuck {
                 let yaw_rate = imu.rate_radps.map_or(0.0, |[_, _, r]| r - yaw_bias_radps);
-                let lag_s = before.map_or(0.0, |_| tuning::SHOCK.norm_lag_s);
+                let lag_s = before.map_or(0.0, |_| SHOCK.norm_lag_s);
                 self.check_norm(force, yaw_rate * speed_mps, dt / (lag_s + dt));
             }
             self.out_s = (self.out_s - dt).max(0.0);
@@ -120,29 +117,19 @@ impl ImuHealth {
         self.gate && self.out_s > 0.0
     }
 
-    /// A jump of the accelerometer, an outlier or a rail joint, rings.
-    fn look_for_shock(&mut self, force: Option<[Real; 3]>, dt: Real) {
-        self.ring_s = (self.ring_s - dt).max(0.0);
-        let Some(force) = force else { return };
-        let last = self.last_force.replace(force);
-        if last.is_some_and(|last| apart(force, last) > tuning::SHOCK.jump_mps2) {
-            self.ring_s = tuning::SHOCK.ring_s;
-        }
-    }
-
     fn check_norm(&mut self, [x, y, z]: [Real; 3], centripetal_mps2: Real, share: Real) {
         let expected = sqrt(GRAVITY * GRAVITY + centripetal_mps2 * centripetal_mps2);
         let length = sqrt(x * x + y * y + z * z);
         // upside down the length is that of a wrong sign
         let error = if z < 0.0 { -length } else { length } - expected;
         self.norm_error_mps2 += share * (error - self.norm_error_mps2);
-        if self.norm_error_mps2.abs() > tuning::SHOCK.norm_gate_mps2 {
-            self.out_s = tuning::TIMES.lost_s;
+        if self.norm_error_mps2.abs() > SHOCK.norm_gate_mps2 {
+            self.out_s = TIMES.lost_s;
         }
     }
 }
 
-state!(ImuHealth { spikes, last_force, last_rate, force, rate, norm_error_mps2, out_s, ring_s; gate, spike_gate });
+state!(ImuHealth { spikes, last_force, last_rate, force, rate, norm_error_mps2, out_s; gate, spike_gate });
 
 #[cfg(test)]
 mod tests {
@@ -179,16 +166,6 @@ mod tests {
     #[test]
     fn a_jump_that_stays_loses_nothing_of_its_integral() {
         assert!((used(&[[0.3, 0.0]; 10]) - 3.0).abs() < 1e-2);
-    }
-
-    /// A blow, with its sample first on the gyro or first on the accelerometer.
-    #[test]
-    fn a_blow_loses_nothing_of_its_integral() {
-        let blow = [[0.03, 8.0], [0.06, 7.0], [-0.12, -5.0], [0.03, 2.0]];
-        assert!(used(&blow).abs() < 1e-2);
-        let [before, after] = [[[0.4, 0.0], [-0.3, 9.0]], [[0.0, 9.0], [0.1, 0.0]]];
-        assert!((used(&before) - 0.1).abs() < 1e-2);
-        assert!((used(&after) - 0.1).abs() < 1e-2);
     }
 
     /// Bias of the gyro about z, rad/s: large, so that a wrong one shows.

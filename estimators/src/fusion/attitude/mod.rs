@@ -43,7 +43,7 @@ use crate::models::attitude::{
     PHI, SCALE, THETA, V,
 };
 use crate::models::force_balance::MAX_GRADE_RAD;
-use crate::tuning;
+use crate::tuning::{ATTITUDE, RAIL, SOURCE, STANDSTILL, STATISTICS, TIMES};
 use arm_error::ArmError;
 use calibration::Calibration;
 use heading::{Heading, HeadingInput};
@@ -116,8 +116,6 @@ pub struct AttitudeFilter {
     /// it alike, s.
     young_s: Real,
     contradicted_s: Real,
-    /// Time for which the pitch stays open after a start in motion, s.
-    opening_s: Real,
     ahead: WheelsAhead,
     belief: Gaussian<N>,
     angles: Angles,
@@ -166,7 +164,7 @@ impl AttitudeFilter {
                 },
                 noise: params.noise(vehicle.drives),
             },
-            standing_mps: tuning::STANDSTILL.speed_share * vehicle.standstill_mps(None),
+            standing_mps: STANDSTILL.speed_share * vehicle.standstill_mps(None),
             road: vehicle.road.is_some(),
             turn_walk: params.turn_walk(vehicle),
             started: false,
@@ -176,10 +174,9 @@ impl AttitudeFilter {
             standing_bias: StandingBias::default(),
             coast_s: 0.0,
             silent_s: 0.0,
-            gyro_out_s: tuning::TIMES.memory_s,
+            gyro_out_s: TIMES.memory_s,
             young_s: 0.0,
             contradicted_s: 0.0,
-            opening_s: 0.0,
             ahead: WheelsAhead::default(),
             belief: Gaussian::independent(SVector::zeros(), SVector::zeros()),
             angles: Angles::default(),
@@ -248,7 +245,7 @@ impl AttitudeFilter {
         };
         let excess = self.separation.step(&compared, dt);
         if !self.road && wheels.used > 0 && wheels.rejected == 0 {
-            self.belief.P[(THETA, THETA)] += excess * excess * dt / tuning::TIMES.brief_s;
+            self.belief.P[(THETA, THETA)] += excess * excess * dt / TIMES.brief_s;
         }
     }
 
@@ -258,7 +255,7 @@ impl AttitudeFilter {
         if z.specific_force_mps2.is_none() && !wheels {
             self.silent_s += dt;
         } else {
-            self.started &= self.silent_s.max(z.since_s) < tuning::TIMES.pause_s;
+            self.started &= self.silent_s.max(z.since_s) < TIMES.pause_s;
             self.silent_s = 0.0;
         }
         self.gyro_out_s = match z.angular_rate_radps {
@@ -269,7 +266,7 @@ impl AttitudeFilter {
 
     /// Returns true while samples come: without any the last output is nobody's.
     pub fn is_awake(&self) -> bool {
-        self.started && self.silent_s < tuning::TIMES.lost_s
+        self.started && self.silent_s < TIMES.lost_s
     }
 
     /// Returns true if the last step has started the filter, for the first time or after a pause.
@@ -288,10 +285,7 @@ impl AttitudeFilter {
         )?;
         (self.started, self.starts) = (true, true);
         let moves = self.belief.x[V].abs() > self.standing_mps;
-        [self.opening_s, self.young_s] = match moves {
-            true => [tuning::ATTITUDE.opening_s, tuning::TIMES.young_s],
-            false => [0.0; 2],
-        };
+        self.young_s = if moves { TIMES.young_s } else { 0.0 };
         Some(())
     }
 
@@ -308,11 +302,6 @@ impl AttitudeFilter {
         };
         let sin_cos = self.angles.of(&self.belief.x);
         let rates = self.model.predict(&mut self.belief, sin_cos, &input, dt);
-        if self.opening_s > 0.0 {
-            self.opening_s -= dt;
-            self.belief.P[(THETA, THETA)] +=
-                tuning::ATTITUDE.opening_rad * tuning::ATTITUDE.opening_rad * dt;
-        }
         let [_, _, yaw_rate] = rates.body_radps.unwrap_or_default();
         self.belief.P[(THETA, THETA)] += self.turn_walk * yaw_rate * yaw_rate * dt;
         self.calibration
@@ -326,10 +315,7 @@ impl AttitudeFilter {
         if gyro == known {
             let (curvature, sd) = match gyro {
                 true => (0.0, 0.0),
-                false => (
-                    self.curvature.per_m(),
-                    tuning::ATTITUDE.lost_curvature_sd_per_m,
-                ),
+                false => (self.curvature.per_m(), ATTITUDE.lost_curvature_sd_per_m),
             };
             self.belief.set_independent(KAPPA, curvature, sd * sd);
         }
@@ -362,7 +348,7 @@ impl AttitudeFilter {
         };
         let wheels = match wheels {
             Control::Held if z.wheels_stuck => Control::Out(AidOutcome::Rejected(Rejection::Stuck)),
-            Control::Held if self.coast_s > tuning::TIMES.lost_s => Control::Out(AidOutcome::Stale),
+            Control::Held if self.coast_s > TIMES.lost_s => Control::Out(AidOutcome::Stale),
             wheels => wheels,
         };
         let [status, ..] = &mut self.status;
@@ -381,12 +367,8 @@ impl AttitudeFilter {
     /// speeds are used again.
     fn coast(&mut self, dt: Real) {
         self.coast_s += dt;
-        let [drifting_s, lost_s] = tuning::ATTITUDE.coast_s;
-        if self.coast_s > drifting_s {
-            self.belief.P[(V, V)] += tuning::ATTITUDE.coast * dt;
-        }
-        if self.coast_s > lost_s {
-            self.belief.P[(V, V)] += tuning::ATTITUDE.reopen * dt;
+        if self.coast_s > ATTITUDE.coast_s {
+            self.belief.P[(V, V)] += ATTITUDE.reopen * dt;
         }
     }
 
@@ -412,7 +394,7 @@ impl AttitudeFilter {
             Some(variance) => Control::New(Vertical { variance, ..up }),
             None => Control::Out(AidOutcome::Stale),
         };
-        let gate = GateRule::Deweight(tuning::STATISTICS.noise_sd);
+        let gate = GateRule::Deweight(STATISTICS.noise_sd);
         let [_, lateral, vertical] = &mut self.status;
         *lateral = fuse(&mut self.belief, Control::New(across), gate).unwrap_or(*lateral);
         *vertical = fuse(&mut self.belief, up, gate).unwrap_or(*vertical);
@@ -425,10 +407,7 @@ impl AttitudeFilter {
             (true, false) => self.quiet_s,
             (false, _) => 0.0,
         };
-        let Some(rate) = imu
-            .rate_radps
-            .filter(|_| self.quiet_s > tuning::TIMES.brief_s)
-        else {
+        let Some(rate) = imu.rate_radps.filter(|_| self.quiet_s > TIMES.brief_s) else {
             self.standing_bias = StandingBias::default();
             return;
         };
@@ -444,18 +423,18 @@ impl AttitudeFilter {
     fn limit(&mut self, z: &Channels, dt: Real) -> Option<()> {
         let x = &mut self.belief.x;
         let limits = [
-            (V, tuning::ATTITUDE.max_speed_mps),
+            (V, ATTITUDE.max_speed_mps),
             (THETA, MAX_GRADE_RAD),
             (PHI, MAX_GRADE_RAD),
-            (KAPPA, tuning::RAIL.max_turn_radpm),
+            (KAPPA, RAIL.max_turn_radpm),
         ];
         for (place, most) in limits {
             x[place] = x[place].clamp(-most, most);
         }
         self.belief
-            .limit_variance(&SVector::from(tuning::ATTITUDE.max_sd.map(|sd| sd * sd)));
+            .limit_variance(&SVector::from(ATTITUDE.max_sd.map(|sd| sd * sd)));
         let positive = self.belief.P.diagonal().iter().all(|p| *p >= 0.0);
-        let contradicted = self.contradicted_s > tuning::TIMES.mean_s;
+        let contradicted = self.contradicted_s > TIMES.mean_s;
         if positive && self.belief.is_finite() && !contradicted {
             return Some(());
         }
@@ -477,7 +456,7 @@ impl AttitudeFilter {
             Some(_) => self.curvature.step(speed, rates.theta_dot, dt),
             None => self.curvature.set(x[KAPPA]),
         }
-        let known = P[(THETA, THETA)] < tuning::SOURCE.calm_sum_sd * tuning::SOURCE.calm_sum_sd;
+        let known = P[(THETA, THETA)] < SOURCE.calm_sum_sd * SOURCE.calm_sum_sd;
         self.arm.step(
             speed * dt,
             known.then_some(x[THETA]),
@@ -503,7 +482,7 @@ impl AttitudeFilter {
             curvature_per_m: self.curvature.per_m(),
             imu: imu.force_mps2.is_some() && (imu.rate_radps.is_some() || !self.has_gyro()),
             wheels: [ballot.used, ballot.slipping],
-            moved_on_rad: rates.theta_dot * within(force_age_s, 0.0, tuning::TIMES.mean_s),
+            moved_on_rad: rates.theta_dot * within(force_age_s, 0.0, TIMES.mean_s),
         };
         self.heading.step(
             &HeadingInput {
@@ -518,7 +497,7 @@ impl AttitudeFilter {
 
     /// Returns true if there is a gyro that may be used.
     fn has_gyro(&self) -> bool {
-        self.supervision.gyro && self.gyro_sound && self.gyro_out_s < tuning::TIMES.memory_s
+        self.supervision.gyro && self.gyro_sound && self.gyro_out_s < TIMES.memory_s
     }
 
     /// Returns true unless the gyro has been excluded.
@@ -588,7 +567,7 @@ impl AttitudeFilter {
 }
 
 state!(Attitude { speed_mps, speed_sd_mps, speed_noise_mps, acceleration_mps2, pitch_rad, pitch_sd_rad, roll_rad, bias_mps2, sum_sd, pitch_rate_radps, yaw_rate_radps, curvature_per_m, imu, wheels, moved_on_rad; });
-state!(AttitudeFilter { started, gyro_sound, starts, quiet_s, standing_bias, coast_s, silent_s, gyro_out_s, young_s, contradicted_s, opening_s, ahead, belief, health, wheels, separation, window, curvature, arm, heading, found, innovation, nis, is_new, status; params, bias_sd, supervision, calibration, model, standing_mps, road, turn_walk, angles });
+state!(AttitudeFilter { started, gyro_sound, starts, quiet_s, standing_bias, coast_s, silent_s, gyro_out_s, young_s, contradicted_s, ahead, belief, health, wheels, separation, window, curvature, arm, heading, found, innovation, nis, is_new, status; params, bias_sd, supervision, calibration, model, standing_mps, road, turn_walk, angles });
 
 #[cfg(test)]
 mod tests;

@@ -6,7 +6,7 @@ use crate::api::real::sqrt;
 use crate::api::tolerances::TOLERANCES;
 use crate::api::vehicle::Vehicle;
 use crate::models::attitude::AttitudeNoise;
-use crate::tuning;
+use crate::tuning::{ATTITUDE, CALIBRATION, TIMES};
 
 params! {
     /// Sensor sheet and model noise of the attitude filter.
@@ -46,7 +46,7 @@ params! {
 impl AttitudeParams {
     /// Standard deviation of the lateral force's model, m/s².
     pub fn lateral_sd(&self, vehicle: &Vehicle) -> Real {
-        let [rail, road] = tuning::ATTITUDE.lateral_sd_mps2;
+        let [rail, road] = ATTITUDE.lateral_sd_mps2;
         let default = if vehicle.road.is_some() { road } else { rail };
         self.lateral_force_sd_mps2.unwrap_or(default)
     }
@@ -54,12 +54,12 @@ impl AttitudeParams {
     /// Variance of the pitch by time and yaw rate squared, s, that the coupling of turns makes.
     pub fn turn_walk(&self, vehicle: &Vehicle) -> Real {
         let default = if vehicle.road.is_some() {
-            tuning::ATTITUDE.road_coupling_rad
+            ATTITUDE.road_coupling_rad
         } else {
             0.0
         };
         let coupling = self.turn_coupling_sd_rad.unwrap_or(default);
-        coupling * coupling * tuning::TIMES.pause_s
+        coupling * coupling * TIMES.pause_s
     }
 
     /// Process noise of the model, for a number of drives.
@@ -82,8 +82,8 @@ impl AttitudeParams {
     pub fn bias_sd(&self, vehicle: &Vehicle) -> [Real; 2] {
         let gyro = self.gyro_bias_sd_radps.or(vehicle.gyro_bias_sd_radps);
         [
-            vehicle.accel_bias_sd(self.accel_bias_sd_mps2, tuning::CALIBRATION.accel_bias_mps2),
-            gyro.unwrap_or(tuning::CALIBRATION.gyro_bias_radps),
+            vehicle.accel_bias_sd(self.accel_bias_sd_mps2, CALIBRATION.accel_bias_mps2),
+            gyro.unwrap_or(CALIBRATION.gyro_bias_radps),
         ]
     }
 }

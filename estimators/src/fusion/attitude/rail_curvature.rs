@@ -3,7 +3,7 @@
 use crate::Real;
 use crate::api::real::within;
 use crate::api::snapshot::state;
-use crate::tuning;
+use crate::tuning::{CURVATURE, MOTION, RAIL};
 
 /// Low-pass of θ̇/v over distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -14,24 +14,16 @@ pub struct RailCurvature {
 impl RailCurvature {
     /// Takes a step at `speed_mps` with the pitch rate `theta_dot`, rad/s.
     pub fn step(&mut self, speed_mps: Real, theta_dot: Real, dt: Real) {
-        if speed_mps.abs() > tuning::MOTION.moves_mps {
-            let way = speed_mps.abs() * dt / tuning::CURVATURE.memory_m;
+        if speed_mps.abs() > MOTION.moves_mps {
+            let way = speed_mps.abs() * dt / CURVATURE.memory_m;
             self.per_m += way / (1.0 + way) * (theta_dot / speed_mps - self.per_m);
-            self.per_m = within(
-                self.per_m,
-                -tuning::RAIL.max_turn_radpm,
-                tuning::RAIL.max_turn_radpm,
-            );
+            self.per_m = within(self.per_m, -RAIL.max_turn_radpm, RAIL.max_turn_radpm);
         }
     }
 
     /// Sets a curvature from another source.
     pub fn set(&mut self, per_m: Real) {
-        self.per_m = within(
-            per_m,
-            -tuning::RAIL.max_turn_radpm,
-            tuning::RAIL.max_turn_radpm,
-        );
+        self.per_m = within(per_m, -RAIL.max_turn_radpm, RAIL.max_turn_radpm);
     }
 
     /// 1/m, + where the grade grows.
@@ -61,7 +53,7 @@ mod tests {
                     (0..steps).for_each(|_| curvature.step(speed, kappa * speed, DT));
                     curvature.per_m() / kappa
                 };
-                let share = go(tuning::CURVATURE.memory_m);
+                let share = go(CURVATURE.memory_m);
                 assert!((share + exp(-1.0) - 1.0).abs() < 0.01, "{speed}: {share}");
                 assert!((go(1.0) - 1.0).abs() < 1e-6, "{speed} {kappa}");
             }
@@ -84,10 +76,10 @@ mod tests {
         for sign in [1.0, -1.0] {
             let mut curvature = RailCurvature::default();
             curvature.set(sign);
-            assert_eq!(curvature.per_m(), sign * tuning::RAIL.max_turn_radpm);
+            assert_eq!(curvature.per_m(), sign * RAIL.max_turn_radpm);
             curvature.set(0.0);
             (0..100).for_each(|_| curvature.step(1.0, sign, 0.01));
-            assert_eq!(curvature.per_m(), sign * tuning::RAIL.max_turn_radpm);
+            assert_eq!(curvature.per_m(), sign * RAIL.max_turn_radpm);
         }
     }
 }

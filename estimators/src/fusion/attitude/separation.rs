@@ -14,7 +14,7 @@ use crate::Real;
 use crate::api::real::{GRAVITY, sin_cos, sqrt};
 use crate::api::snapshot::{Blank, state};
 use crate::models::force_balance::MAX_GRADE_RAD;
-use crate::tuning;
+use crate::tuning::{SEPARATION, SOURCE, STATISTICS, TIMES};
 
 /// Signals of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -85,7 +85,7 @@ impl Carried {
         self.age_s += dt;
         let ([low, high], [pitch, _]) = (self.range, z.angles);
         self.range = [low.min(pitch), high.max(pitch)];
-        let limit = tuning::STATISTICS.noise_sd * self.sd() + tuning::SEPARATION.nominal_rad;
+        let limit = STATISTICS.noise_sd * self.sd() + SEPARATION.nominal_rad;
         self.apart |= !calm || self.from(z).abs() > limit;
     }
 
@@ -128,11 +128,11 @@ impl Separation {
     pub fn step(&mut self, z: &Compared, dt: Real) -> Real {
         self.take_force(z, dt);
         let [own, _] = z.sd;
-        let limit = tuning::STATISTICS.noise_sd * own + tuning::SEPARATION.nominal_rad;
+        let limit = STATISTICS.noise_sd * own + SEPARATION.nominal_rad;
         let excess = self.without_gyro.abs() - limit;
         let calm = excess < 0.0;
         // A gyro drifts. What is suddenly further apart is an accelerometer or wheels.
-        let opens = !calm && self.is_heard() && excess < tuning::SOURCE.read_sum_sd;
+        let opens = !calm && self.is_heard() && excess < SOURCE.read_sum_sd;
         if self.carried.is_none() && calm && self.is_heard() {
             self.carried = Some([Carried::begin(z); 2]);
         }
@@ -165,19 +165,13 @@ impl Separation {
     /// Compares the acceleration by accelerometer and pitch with that of the wheels: its mean is too small by g times
     /// what the pitch is too large.
     fn take_force(&mut self, z: &Compared, dt: Real) {
-        let memory_s = tuning::TIMES.mean_s;
+        let memory_s = TIMES.mean_s;
         self.waited_s += dt;
         self.heard_s += dt;
-        let Some(acceleration) = z
-            .acceleration_mps2
-            .filter(|_| self.waited_s < tuning::TIMES.lost_s)
+        let Some(acceleration) = z.acceleration_mps2.filter(|_| self.waited_s < TIMES.lost_s)
         else {
             (self.low, self.heard_s) = (None, 0.0);
-            self.waited_s = if z.wheels_mps.is_some() {
-                0.0
-            } else {
-                self.waited_s
-            };
+            self.waited_s *= Real::from(u8::from(z.wheels_mps.is_none()));
             return;
         };
         if let Some([_, mean]) = &mut self.low {
@@ -200,22 +194,22 @@ impl Separation {
 
     /// True after accelerometer and wheels have given samples for twice the memory.
     fn is_heard(&self) -> bool {
-        self.heard_s > 2.0 * tuning::TIMES.mean_s
+        self.heard_s > 2.0 * TIMES.mean_s
     }
 
     /// Restarts the young pitch after it has become old or uncertain. The kept one gives way to it if all have agreed
     /// with the young one all its life; after a contradiction they must have done so while the pitch changed.
     fn renew(&self, [kept, young]: &mut [Carried; 2], z: &Compared) {
         let [own, _] = z.sd;
-        let says = |one: &Carried| one.sd() < 2.0 * own + tuning::SEPARATION.nominal_rad;
-        let old = young.age_s > tuning::TIMES.young_s;
+        let says = |one: &Carried| one.sd() < 2.0 * own + SEPARATION.nominal_rad;
+        let old = young.age_s > TIMES.young_s;
         if !old && says(young) {
             return;
         }
         let [low, high] = young.range;
         let due = match kept.apart {
-            true => old && high - low > tuning::SEPARATION.excited_rad,
-            false => kept.age_s > 2.0 * tuning::TIMES.young_s || !says(kept),
+            true => old && high - low > SEPARATION.excited_rad,
+            false => kept.age_s > 2.0 * TIMES.young_s || !says(kept),
         };
         let agreed = !young.apart && self.heard_s >= young.age_s;
         if !is_known(kept) || agreed && due {
@@ -239,7 +233,7 @@ impl Separation {
 
 /// Returns true while a pitch is known well enough.
 fn is_known(one: &Carried) -> bool {
-    one.sd() < tuning::SOURCE.read_sum_sd
+    one.sd() < SOURCE.read_sum_sd
 }
 
 impl Blank for Carried {
@@ -378,7 +372,7 @@ mod tests {
     /// 2 s, and not where that is more than 0.02 rad.
     #[test]
     fn a_pitch_is_opened_by_a_drift_and_not_by_a_jump() {
-        let usual = 3.0 * OWN + tuning::SEPARATION.nominal_rad;
+        let usual = 3.0 * OWN + SEPARATION.nominal_rad;
         let opens = |beyond: Real, seconds: Real| {
             let mut separation = Separation::default();
             let z = Compared {

@@ -9,7 +9,7 @@ use crate::api::real::sqrt;
 use crate::api::snapshot::state;
 use crate::filters::gaussian::Gaussian;
 use crate::models::attitude::{GYRO_X, GYRO_Y, GYRO_Z, N, PHI, THETA};
-use crate::tuning;
+use crate::tuning::{STANDSTILL, STATISTICS};
 
 /// Windows in a row of one axis that contradict the filter alike: least and largest mean, rad/s, their sum and number.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,8 +24,7 @@ impl Run {
     /// Takes the mean of a window; `off` is its difference from the filter's bias, rad/s.
     fn take(&mut self, mean: Real, off: Real) {
         let (least, most) = (self.least.min(mean), self.most.max(mean));
-        let alike =
-            self.windows > 0 && most - least < tuning::STANDSTILL.max_difference * off.abs();
+        let alike = self.windows > 0 && most - least < STANDSTILL.max_difference * off.abs();
         *self = match alike {
             true => Self {
                 least,
@@ -63,31 +62,25 @@ impl StandingBias {
             *turned += rate * dt;
         }
         self.length_s += dt;
-        if self.length_s < tuning::STANDSTILL.window_s {
+        if self.length_s < STANDSTILL.window_s {
             return;
         }
         let means = self.turned_rad.map(|turned| turned / self.length_s);
-        let all_s = Real::from(tuning::STANDSTILL.windows as u8) * self.length_s;
+        let all_s = Real::from(STANDSTILL.windows as u8) * self.length_s;
         (self.turned_rad, self.length_s) = ([0.0; 3], 0.0);
-        let noise = tuning::STANDSTILL.noise * tuning::STANDSTILL.noise / all_s;
+        let noise = STANDSTILL.noise * STANDSTILL.noise / all_s;
         let axes = [(GYRO_X, Some(PHI)), (GYRO_Y, Some(THETA)), (GYRO_Z, None)];
         for (((bias, angle), mean), run) in axes.into_iter().zip(means).zip(&mut self.runs) {
             let off = mean - belief.x[bias];
-            if off.abs()
-                < tuning::STANDSTILL.contradiction_sd * sqrt(belief.P[(bias, bias)] + noise)
-            {
+            if off.abs() < STATISTICS.fault_sd * sqrt(belief.P[(bias, bias)] + noise) {
                 *run = Run::default();
                 continue;
             }
             run.take(mean, off);
-            if run.windows < tuning::STANDSTILL.windows {
+            if run.windows < STANDSTILL.windows {
                 continue;
             }
-            belief.set_independent(
-                bias,
-                run.sum / Real::from(tuning::STANDSTILL.windows as u8),
-                noise,
-            );
+            belief.set_independent(bias, run.sum / Real::from(STANDSTILL.windows as u8), noise);
             if let Some(angle) = angle {
                 belief.P[(angle, angle)] += off * off * all_s * all_s;
             }
@@ -160,10 +153,10 @@ mod tests {
         }
     }
 
-    /// A reading within five standard deviations, of the bias and of what is read, is the filter's.
+    /// A reading within six standard deviations, of the bias and of what is read, is the filter's.
     #[test]
     fn a_reading_that_the_filter_allows_is_left_to_it() {
-        let limit = 5.0 * (BIAS_SD * BIAS_SD + READ).sqrt();
+        let limit = 6.0 * (BIAS_SD * BIAS_SD + READ).sqrt();
         for sign in [1.0, -1.0] {
             assert_eq!(after(1, &[0.99 * sign * limit; 12]), belief());
             assert_ne!(after(1, &[1.01 * sign * limit; 6]), belief());

@@ -9,7 +9,7 @@ use crate::api::reading::Channels;
 use crate::api::real::{GRAVITY, asin, cos, sqrt};
 use crate::filters::gaussian::Gaussian;
 use crate::models::attitude::{BIAS_X, BIAS_Y, N, PHI, THETA};
-use crate::tuning;
+use crate::tuning::{ATTITUDE, STATISTICS};
 
 /// The belief by the first samples, `dt` seconds long, of a vehicle (on a `road`) that stands below `standing_mps`
 /// and whose biases of accelerometer and gyro have the standard deviations `bias_sd` (m/s², rad/s). `None` until
@@ -35,11 +35,11 @@ pub fn first_belief(
         return None;
     }
     let v: Real = sum / count;
-    let [steepest, leaning] = tuning::ATTITUDE.max_sines;
+    let [steepest, leaning] = ATTITUDE.max_sines;
     let theta = asin((fx / GRAVITY).clamp(-steepest, steepest));
     let g_theta = GRAVITY * cos(theta);
     let phi = asin((fy / g_theta).clamp(-leaning, leaning));
-    let [standing, on_rail, on_road] = tuning::ATTITUDE.first_acceleration_sd_mps2;
+    let [standing, on_rail, on_road] = ATTITUDE.first_acceleration_sd_mps2;
     let v_dot = match (v.abs() < standing_mps, road) {
         (true, _) => standing,
         (false, false) => on_rail,
@@ -49,7 +49,7 @@ pub fn first_belief(
     let noise = params.velocity_random_walk / sqrt(dt);
     let angle = sqrt(bias * bias + v_dot * v_dot + noise * noise) / g_theta;
     let scale = params.wheel_scale_sd / sqrt(count);
-    let slip = (high - low - tuning::STATISTICS.agree_sd * params.wheel_speed_sd_mps).max(0.0);
+    let slip = (high - low - STATISTICS.fault_sd * params.wheel_speed_sd_mps).max(0.0);
     let speed = 2.0 * params.wheel_speed_sd_mps + scale * v.abs() + slip;
     let x = SVector::from([v, theta, phi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let sd = SVector::from([
@@ -134,7 +134,7 @@ mod tests {
     }
 
     /// The speed is the mean of the wheels. Its standard deviation is that of two samples and of the scale, which n
-    /// wheels have 1/√n of; wheels further apart than seven standard deviations slip by what is beyond.
+    /// wheels have 1/√n of; wheels further apart than six standard deviations slip by what is beyond.
     #[test]
     fn the_speed_is_as_uncertain_as_its_wheels() {
         let params = AttitudeParams::default();
@@ -143,12 +143,12 @@ mod tests {
             (&[2.0][..], 2.0 * noise + 2.0 * scale),
             (&[-2.0; 4], 2.0 * noise + 2.0 * scale / 2.0),
             (
-                &[2.0, 2.0 + 6.9 * noise, 2.0, 2.0],
+                &[2.0, 2.0 + 5.9 * noise, 2.0, 2.0],
                 2.0 * noise + 2.0 * scale / 2.0,
             ),
             (
                 &[1.8, 2.2, 2.0, 2.0],
-                2.0 * noise + scale + 0.4 - 7.0 * noise,
+                2.0 * noise + scale + 0.4 - 6.0 * noise,
             ),
         ] {
             let Gaussian { x, P } = belief([0.0; 2], wheels, false);

@@ -11,20 +11,18 @@ use crate::api::real::{PI, sqrt};
 use crate::api::snapshot::state;
 use crate::models::attitude::{BIAS_X, GYRO_Z, SCALE};
 use crate::models::force_balance::MAX_GRADE_RAD;
-use crate::tuning;
+use crate::tuning::SURVEY;
 
-/// A grade with a lag in distance.
+/// A grade with a lag of one arm of the IMU in distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LaggedGrade {
     /// Grade of the rail under the middle of the unit that carries the IMU, rad.
     pub grade_rad: Real,
     /// Its standard deviation, rad.
     pub sd_rad: Real,
-    /// Distance of that place behind the IMU, m.
-    pub lag_m: Real,
 }
 
-state!(LaggedGrade { grade_rad, sd_rad, lag_m; });
+state!(LaggedGrade { grade_rad, sd_rad; });
 
 impl AttitudeFilter {
     /// Grade at the IMU, rad: that under the unit's middle and the curvature over the arm.
@@ -38,10 +36,8 @@ impl AttitudeFilter {
         let arm = self.arm.sd_rad(self.found.curvature_per_m);
         let pitch = self.found.pitch_sd_rad;
         let (mount, moved) = (self.mount_sd_rad(), self.found.moved_on_rad);
-        let known = pitch * pitch
-            + arm * arm
-            + mount * mount
-            + tuning::SURVEY.model_sd_rad * tuning::SURVEY.model_sd_rad;
+        let known =
+            pitch * pitch + arm * arm + mount * mount + SURVEY.model_sd_rad * SURVEY.model_sd_rad;
         sqrt(known + moved * moved)
     }
 
@@ -53,18 +49,12 @@ impl AttitudeFilter {
 
     /// Largest separation of the pitches beyond what is usual, rad; 0 without separation.
     pub fn apart_rad(&self) -> Real {
-        match self.supervision.separation {
-            true => self.separation.apart_rad(),
-            false => 0.0,
-        }
+        Real::from(u8::from(self.supervision.separation)) * self.separation.apart_rad()
     }
 
     /// Standard deviation of the pitch due to instruments that contradict each other, rad; 0 while they agree.
     pub fn separation_sd_rad(&self) -> Real {
-        match self.supervision.separation {
-            true => self.separation.open_rad(),
-            false => 0.0,
-        }
+        Real::from(u8::from(self.supervision.separation)) * self.separation.open_rad()
     }
 
     /// The grade at the place where the IMU was one arm length ago.
@@ -72,7 +62,7 @@ impl AttitudeFilter {
         let pitch = self.found.pitch_sd_rad;
         let (mount, chord) = (
             self.mount_sd_rad(),
-            tuning::SURVEY.chord_share * self.arm.sd_rad(0.0),
+            SURVEY.chord_share * self.arm.sd_rad(0.0),
         );
         LaggedGrade {
             grade_rad: self.found.pitch_rad,
@@ -80,9 +70,8 @@ impl AttitudeFilter {
                 pitch * pitch
                     + mount * mount
                     + chord * chord
-                    + tuning::SURVEY.model_sd_rad * tuning::SURVEY.model_sd_rad,
+                    + SURVEY.model_sd_rad * SURVEY.model_sd_rad,
             ),
-            lag_m: self.model.lever.ahead_m,
         }
     }
 
@@ -94,7 +83,7 @@ impl AttitudeFilter {
         let read = self.found.sum_sd;
         [
             sqrt(P[(BIAS_X, BIAS_X)]),
-            sqrt(read * read + tuning::SURVEY.model_sd_rad * tuning::SURVEY.model_sd_rad),
+            sqrt(read * read + SURVEY.model_sd_rad * SURVEY.model_sd_rad),
             sqrt(P[(SCALE, SCALE)]),
             self.model.lever.ahead_m,
         ]

@@ -6,7 +6,7 @@
 use crate::Real;
 use crate::api::reading::Channels;
 use crate::api::snapshot::state;
-use crate::tuning;
+use crate::tuning::{TIMES, WHEELS};
 
 /// Mean time by which wheel speeds are newer than specific forces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,16 +20,16 @@ impl WheelsAhead {
     pub fn step(&mut self, z: &Channels, dt: Real) {
         // A stamp of the future is that of a clock of its own.
         let [_, force_s, wheels_s] = z.age_s.map(|age_s| age_s.max(0.0));
-        self.known_s = (self.known_s + dt).min(tuning::TIMES.mean_s);
+        self.known_s = (self.known_s + dt).min(TIMES.mean_s);
         self.mean_s += dt / (self.known_s + dt) * (force_s - wheels_s - self.mean_s);
     }
 
     /// Speed gained in this time at an acceleration, m/s, and its variance, m²/s².
     pub fn gained(&self, acceleration_mps2: Real) -> (Real, Real) {
-        if self.mean_s.abs() > tuning::TIMES.mean_s {
+        if self.mean_s.abs() > TIMES.mean_s {
             return (0.0, 0.0);
         }
-        let sd = 0.5 * tuning::WHEELS.jerk_mps3 * self.mean_s * self.mean_s;
+        let sd = 0.5 * WHEELS.jerk_mps3 * self.mean_s * self.mean_s;
         (acceleration_mps2 * self.mean_s, sd * sd)
     }
 }
@@ -70,7 +70,7 @@ mod tests {
     #[test]
     fn what_is_not_known_of_the_gain_grows_with_the_square_of_the_time() {
         let of = |mean_s| {
-            let known_s = tuning::TIMES.mean_s;
+            let known_s = TIMES.mean_s;
             WheelsAhead { mean_s, known_s }.gained(0.0).1
         };
         assert_eq!(of(0.0), 0.0);

@@ -15,7 +15,7 @@ use crate::Real;
 use crate::api::aid::AidStatus;
 use crate::api::real::{exp, ln, sqrt};
 use crate::api::snapshot::state;
-use crate::tuning;
+use crate::tuning::{BANK, STATISTICS};
 
 use super::block::Block;
 use super::filter::{Hypothesis, SwingBalance};
@@ -25,7 +25,7 @@ use crate::rail::train_means::TrainMeans;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadBank {
     balance: SwingBalance,
-    all: [Hypothesis; tuning::BANK.most],
+    all: [Hypothesis; BANK.most],
     count: usize,
     /// Time, s, and number of used blocks since the last share for another load.
     due_s: Real,
@@ -36,13 +36,13 @@ impl LoadBank {
     /// Starts with the loads that a train may have, each with the weight of its width.
     pub fn new(balance: SwingBalance) -> Self {
         let all = core::array::from_fn(|i| {
-            let load = tuning::BANK.loads.get(i).copied().unwrap_or([0.0, 1.0]);
+            let load = BANK.loads.get(i).copied().unwrap_or([0.0, 1.0]);
             balance.start(load, share(load))
         });
         Self {
             balance,
             all,
-            count: tuning::BANK.loads.len(),
+            count: BANK.loads.len(),
             due_s: 0.0,
             since: 0,
         }
@@ -103,8 +103,8 @@ impl LoadBank {
         self.due_s += block.length_s();
         let found = of_use.then(|| {
             self.since += 1;
-            if self.since >= tuning::BANK.share_blocks {
-                self.share_out(1.0 - exp(-tuning::BANK.hazard_hz * self.due_s));
+            if self.since >= BANK.share_blocks {
+                self.share_out(1.0 - exp(-BANK.hazard_hz * self.due_s));
             }
             self.weigh(block, means)
         });
@@ -118,7 +118,7 @@ impl LoadBank {
 
     /// Assumes that another load may have been hung on.
     pub fn open(&mut self) {
-        self.share_out(tuning::BANK.stand_share);
+        self.share_out(BANK.stand_share);
     }
 
     /// Reopens the values that depend on the place on the rail.
@@ -131,32 +131,32 @@ impl LoadBank {
     fn share_out(&mut self, of_all: Real) {
         let heaviest = *self.heaviest();
         (self.due_s, self.since) = (0.0, 0);
-        self.keep(tuning::BANK.most - tuning::BANK.loads.len());
+        self.keep(BANK.most - BANK.loads.len());
         for h in self.all.iter_mut().take(self.count) {
             h.weight *= 1.0 - of_all;
         }
-        for (place, load) in self.all.iter_mut().skip(self.count).zip(tuning::BANK.loads) {
+        for (place, load) in self.all.iter_mut().skip(self.count).zip(BANK.loads) {
             *place = self.balance.other(&heaviest, load, of_all * share(load));
         }
-        self.count += tuning::BANK.loads.len();
+        self.count += BANK.loads.len();
     }
 
     fn weigh(&mut self, block: &Block, means: &TrainMeans) -> (AidStatus, Real) {
         let balance = self.balance;
         let z = balance.measurement(&self.heaviest().belief.x, block, means);
-        let (mut squares, mut least) = ([0.0; tuning::BANK.most], Real::MAX);
+        let (mut squares, mut least) = ([0.0; BANK.most], Real::MAX);
         let (mut mean, mut most, mut status) = (0.0, 0.0, AidStatus::default());
         for (h, square) in self.all.iter_mut().zip(&mut squares).take(self.count) {
             let (now, nis) = balance.correct(h, &z);
             (*square, least) = (nis, least.min(nis));
-            mean += h.weight * nis.min(tuning::STATISTICS.max_nis);
+            mean += h.weight * nis.min(STATISTICS.max_nis);
             if h.weight > most {
                 (most, status) = (h.weight, now);
             }
         }
         let mut sum = 0.0;
         for (h, square) in self.all.iter_mut().zip(squares).take(self.count) {
-            let ratio = (tuning::BANK.freedom + least) / (tuning::BANK.freedom + square);
+            let ratio = (BANK.freedom + least) / (BANK.freedom + square);
             h.weight *= ratio * ratio;
             sum += h.weight;
         }
@@ -164,7 +164,7 @@ impl LoadBank {
             h.weight /= sum.max(Real::MIN_POSITIVE);
         }
         self.merge();
-        self.keep(tuning::BANK.kept);
+        self.keep(BANK.kept);
         (status, mean)
     }
 
@@ -197,7 +197,7 @@ impl LoadBank {
             else {
                 return;
             };
-            if self.count <= most && weight >= tuning::BANK.least_weight {
+            if self.count <= most && weight >= BANK.least_weight {
                 return;
             }
             self.forget(lightest);
@@ -212,7 +212,7 @@ impl LoadBank {
 
 /// Share of the weight for a new load: its width among all.
 fn share([_, width]: [Real; 2]) -> Real {
-    width / tuning::BANK.loads.iter().map(|[_, w]| w).sum::<Real>()
+    width / BANK.loads.iter().map(|[_, w]| w).sum::<Real>()
 }
 
 /// True if the Bhattacharyya distance of two loads is small.
@@ -220,10 +220,10 @@ fn are_same(a: &Hypothesis, b: &Hypothesis) -> bool {
     let ([load, own], [other, others]) = (a.load(), b.load());
     let (apart, mean) = (load - other, 0.5 * (own + others));
     let distance = 0.125 * apart * apart / mean + 0.5 * ln(mean / sqrt(own * others));
-    distance < tuning::BANK.same
+    distance < BANK.same
 }
 
-state!(LoadBank { all, count, due_s, since; balance } where |this| this.count > 0 && this.count <= tuning::BANK.most);
+state!(LoadBank { all, count, due_s, since; balance } where |this| this.count > 0 && this.count <= BANK.most);
 
 #[cfg(test)]
 mod tests {
@@ -307,13 +307,13 @@ mod tests {
         for _ in 0..5 {
             bank.open();
         }
-        assert_eq!(bank.hypotheses().len(), tuning::BANK.most);
+        assert_eq!(bank.hypotheses().len(), BANK.most);
         let mut weights: std::vec::Vec<Real> = bank.hypotheses().iter().map(|h| h.weight).collect();
         weights.sort_by(|a, b| b.total_cmp(a));
-        bank.keep(tuning::BANK.kept);
+        bank.keep(BANK.kept);
         let left: std::vec::Vec<Real> = bank.hypotheses().iter().map(|h| h.weight).collect();
-        assert_eq!(left.len(), tuning::BANK.kept);
-        assert!(left.iter().all(|w| *w >= weights[tuning::BANK.kept - 1]));
+        assert_eq!(left.len(), BANK.kept);
+        assert!(left.iter().all(|w| *w >= weights[BANK.kept - 1]));
     }
 
     /// Two loads are the same where their Bhattacharyya distance is below 0.1: of one standard deviation at 0.89 of

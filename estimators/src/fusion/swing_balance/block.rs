@@ -11,7 +11,7 @@ use crate::api::real::{sqrt, stored};
 use crate::api::snapshot::{Blank, state};
 use crate::models::swing::SUBSTEPS;
 use crate::rail::rail_memory::{Place, RailMemory};
-use crate::tuning;
+use crate::tuning::BLOCK;
 
 /// Signals of one sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -146,7 +146,7 @@ impl BlockBuilder {
         self.part_way += z.acceleration_mps2 * dt;
         self.part_s += dt;
         self.length_s += dt;
-        if self.part_s < tuning::BLOCK.substep_s - 1e-6 {
+        if self.part_s < BLOCK.substep_s - 1e-6 {
             return None;
         }
         let by_speed = (z.speed_mps - self.part_mps) / self.part_s;
@@ -188,7 +188,7 @@ impl BlockBuilder {
 
 impl BlockBuilder {
     fn outcome(&self) -> AidOutcome {
-        if self.brake > tuning::BLOCK.max_brake {
+        if self.brake > BLOCK.max_brake {
             AidOutcome::Rejected(Rejection::NotRunning)
         } else if self.unsound {
             AidOutcome::Stale
@@ -204,11 +204,11 @@ impl BlockBuilder {
     /// Standard deviation of the noise of the acceleration of a part, m/s², 0 up to the nominal noise, and the share of
     /// the speed at its ends in it, beside the shaken accelerometer.
     fn part_noise(&self) -> [Real; 2] {
-        let by_force = self.seen_walk * self.seen_walk / tuning::BLOCK.substep_s;
-        if by_force < tuning::BLOCK.nominal_part_mps2 * tuning::BLOCK.nominal_part_mps2 {
+        let by_force = self.seen_walk * self.seen_walk / BLOCK.substep_s;
+        if by_force < BLOCK.nominal_part_mps2 * BLOCK.nominal_part_mps2 {
             return [0.0; 2];
         }
-        let speed = self.noise / tuning::BLOCK.substep_s;
+        let speed = self.noise / BLOCK.substep_s;
         let by_speed = 2.0 * speed * speed;
         let share = by_force / (by_force + by_speed);
         [sqrt(share * by_speed), share]
@@ -217,16 +217,14 @@ impl BlockBuilder {
     /// Variance of the traction due to its possible delay, N².
     fn late_variance(&self) -> Real {
         let [first, last] = self.tractions.unwrap_or_default();
-        let late = self.lag_s / self.length_s.max(tuning::BLOCK.substep_s) * (last - first);
+        let late = self.lag_s / self.length_s.max(BLOCK.substep_s) * (last - first);
         late * late
     }
 
     /// Variance of the force of inertia of `mass_kg` due to the noise of the speed, beyond the model's noise, N².
     fn inertia_variance(&self, mass_kg: Real) -> Real {
-        let noise = self.noise / self.length_s.max(tuning::BLOCK.substep_s);
-        let beyond = (2.0 * noise * noise
-            - tuning::BLOCK.nominal_mps2 * tuning::BLOCK.nominal_mps2)
-            .max(0.0);
+        let noise = self.noise / self.length_s.max(BLOCK.substep_s);
+        let beyond = (2.0 * noise * noise - BLOCK.nominal_mps2 * BLOCK.nominal_mps2).max(0.0);
         mass_kg * mass_kg * beyond
     }
 }

@@ -23,7 +23,7 @@ use crate::models::swing_balance::{
     ANGLE, CV, ETA, LENGTH, MASS, N, Nominal, R0, RATE, SwingInput, SwingModel,
 };
 use crate::rail::train_means::TrainMeans;
-use crate::tuning;
+use crate::tuning::{BALANCE, MOTION, RAIL, STATISTICS};
 
 /// A load that may hang on the train, and the state that follows from the blocks in this case.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +52,7 @@ impl Hypothesis {
     }
 
     fn open_swing(&mut self) {
-        let [angle, rate] = tuning::BALANCE.new_swing_sd;
+        let [angle, rate] = BALANCE.new_swing_sd;
         self.belief.set_independent(ANGLE, 0.0, angle * angle);
         self.belief.set_independent(RATE, 0.0, rate * rate);
     }
@@ -126,7 +126,7 @@ impl SwingBalance {
         other.belief.set_independent(MASS, load_kg, sd_kg * sd_kg);
         other.open_swing();
         let first = resistance_sd_n(&self.model.nominal, &self.params);
-        other.belief.P[(R0, R0)] += tuning::BALANCE.reopen * first * first;
+        other.belief.P[(R0, R0)] += BALANCE.reopen * first * first;
         other
     }
 
@@ -185,11 +185,11 @@ impl SwingBalance {
     pub fn correct(&self, to: &mut Hypothesis, z: &BlockOfAll<'_>) -> (AidStatus, Real) {
         let innovation = Innovation::of(&to.belief, &z.aid);
         let normalised = innovation.normalised();
-        let gate = GateRule::Deweight(tuning::STATISTICS.noise_sd);
+        let gate = GateRule::Deweight(STATISTICS.noise_sd);
         let status = innovation.fuse(&mut to.belief, gate);
         let x = &mut to.belief.x;
         x[MASS] = x[MASS].clamp(0.0, self.model.nominal.max_load_kg);
-        x[LENGTH] = x[LENGTH].clamp(-tuning::BALANCE.max_length, tuning::BALANCE.max_length);
+        x[LENGTH] = x[LENGTH].clamp(-BALANCE.max_length, BALANCE.max_length);
         (status, normalised * normalised)
     }
 
@@ -219,9 +219,8 @@ impl SwingBalance {
         let mass = self.model.nominal.tare_kg + x[MASS];
         let grade = (means.tare_deep_kg + x[MASS] * means.load_deep) / mass;
         let v = Real::from(block.speed_mps).abs();
-        let turn = if v > tuning::MOTION.moves_mps {
-            ((grade - of.last_grade).abs() / (v * block.length_s()))
-                .min(tuning::RAIL.max_turn_radpm)
+        let turn = if v > MOTION.moves_mps {
+            ((grade - of.last_grade).abs() / (v * block.length_s())).min(RAIL.max_turn_radpm)
         } else {
             0.0
         };
@@ -230,7 +229,7 @@ impl SwingBalance {
         let behind_m = (means.behind_tare_kgm + x[MASS] * means.behind_load_m) / mass;
         let onto_m = (behind_m - of.last_behind_m).max(0.0);
         of.last_behind_m = behind_m;
-        let same = exp(-onto_m / tuning::RAIL.eta_memory_m);
+        let same = exp(-onto_m / RAIL.eta_memory_m);
         u.length_m = self.model.length_m(x);
         u.noise_mass_kg = z.noise_kg;
         u.part_noise_mps2 = block.part_noise_mps2();

@@ -22,7 +22,7 @@ use crate::models::swing_balance::{ANGLE, CV, ETA, MASS, N, Nominal, R0};
 use crate::rail::mass_on_rail::MassOnRail;
 use crate::rail::rail_memory::RailMemory;
 use crate::rail::train_means::{TrainMeans, TrainOnRail};
-use crate::tuning;
+use crate::tuning::{BLOCK, EFFECTIVE, MOTION, QUEUE, RAIL, STATISTICS, TIMES};
 use bank::LoadBank;
 use block::{Block, BlockBuilder, BlockInput};
 use filter::{Hypothesis, SwingBalance};
@@ -73,7 +73,7 @@ pub struct SwingMass {
     outlook: Option<[Real; 2]>,
     jumped: u64,
     builder: BlockBuilder,
-    blocks: [Block; tuning::QUEUE.blocks],
+    blocks: [Block; QUEUE.blocks],
     /// Numbers of blocks written and used since the start.
     written: u64,
     taken: u64,
@@ -115,7 +115,7 @@ impl SwingMass {
             outlook: None,
             jumped: 0,
             builder: BlockBuilder::default(),
-            blocks: [Block::default(); tuning::QUEUE.blocks],
+            blocks: [Block::default(); QUEUE.blocks],
             written: 0,
             taken: 0,
             settle_s: 0.0,
@@ -153,21 +153,21 @@ impl SwingMass {
             self.written += 1;
             self.taken = self
                 .taken
-                .max(self.written.saturating_sub(tuning::QUEUE.blocks as u64 - 1));
+                .max(self.written.saturating_sub(QUEUE.blocks as u64 - 1));
         }
         if self.taken < self.written {
             let block = self.block(self.taken);
-            let full = self.written - self.taken >= tuning::QUEUE.blocks as u64 - 1;
+            let full = self.written - self.taken >= QUEUE.blocks as u64 - 1;
             let waits = self.supervision.wait_for_rail
                 && !full
-                && z.speed_mps > tuning::MOTION.moves_mps
+                && z.speed_mps > MOTION.moves_mps
                 && !rail.read_up_to(block.place, self.front_m);
             if !waits {
                 self.taken += 1;
                 self.take(&block, rail);
             }
         }
-        if z.brake > tuning::BLOCK.max_brake {
+        if z.brake > BLOCK.max_brake {
             self.status = AidStatus::not_fused(AidOutcome::Rejected(Rejection::NotRunning));
         }
         grade
@@ -177,7 +177,7 @@ impl SwingMass {
     fn watch(&mut self, block: &Block, rail: &RailMemory) -> GradeByForce {
         let v = Real::from(block.speed_mps);
         let means = self.train.at(rail, block.place);
-        let sound = block.outcome == AidOutcome::Fused && v.abs() > tuning::MOTION.moves_mps;
+        let sound = block.outcome == AidOutcome::Fused && v.abs() > MOTION.moves_mps;
         let now = sound.then(|| {
             let mut x = self.bank.heaviest().belief.x;
             for number in self.taken..self.written {
@@ -198,8 +198,7 @@ impl SwingMass {
             unread_variance: carried.unread_variance(&means),
             difference: now.filter(|_| self.has_weighed()).map(|[y, variance]| {
                 let moved = of(block.mean_acceleration() / GRAVITY) + of(swing_rad);
-                let sd =
-                    of(tuning::EFFECTIVE.force_sd_rad) + of(tuning::EFFECTIVE.force_motion) * moved;
+                let sd = of(EFFECTIVE.unread_sd_rad) + of(EFFECTIVE.force_motion) * moved;
                 [y / weight_n, variance / of(weight_n) + sd]
             }),
         }
@@ -213,32 +212,31 @@ impl SwingMass {
         let (Some([y, variance]), Some([last, last_variance])) = (now, last) else {
             return;
         };
-        let unread_kg = 2.0 * means.ahead_kgm / means.ahead_m.max(tuning::RAIL.min_ahead_m);
+        let unread_kg = 2.0 * means.ahead_kgm / means.ahead_m.max(RAIL.edge_m);
         // The rail ahead turns, and so does the gradient at the end of what was read, which it is taken to go on by.
-        let turn_rad =
-            tuning::RAIL.max_turn_radpm * v.abs() * block.length_s() * (1.0 + means.ahead_m);
+        let turn_rad = RAIL.max_turn_radpm * v.abs() * block.length_s() * (1.0 + means.ahead_m);
         let behind_m = match means.behind_tare_kgm > 0.0 {
-            true => v.abs() * block.length_s() / tuning::RAIL.eta_m,
+            true => v.abs() * block.length_s() / RAIL.eta_m,
             false => 0.0,
         };
         let behind_rad = sqrt(self.found.eta_variance) * behind_m;
         let bent = GRAVITY * (unread_kg * turn_rad + self.mass_kg() * behind_rad);
-        if (y - last).abs() > tuning::QUEUE.jump_sd * sqrt(variance + last_variance) + bent {
-            self.jumped = self.written + tuning::QUEUE.settling_blocks;
+        if (y - last).abs() > QUEUE.jump_sd * sqrt(variance + last_variance) + bent {
+            self.jumped = self.written + QUEUE.settling_blocks;
         }
     }
 
     /// Reason why a block cannot be used; `None` if it can.
     fn refusal(&self, block: &Block, means: &TrainMeans) -> Option<AidOutcome> {
-        let moving = Real::from(block.speed_mps).abs() > tuning::MOTION.moves_mps;
+        let moving = Real::from(block.speed_mps).abs() > MOTION.moves_mps;
         // Going back over rail that is no longer remembered, or never was.
-        let onto_unknown = block.speed_mps < 0.0
-            && means.behind_tare_kgm > tuning::RAIL.max_behind_m * self.tare_kg;
+        let onto_unknown =
+            block.speed_mps < 0.0 && means.behind_tare_kgm > RAIL.edge_m * self.tare_kg;
         if !moving || self.settle_s > 0.0 {
             Some(AidOutcome::Rejected(Rejection::NotRunning))
         } else if block.outcome != AidOutcome::Fused {
             Some(block.outcome)
-        } else if means.ahead_m > tuning::RAIL.max_ahead_m || onto_unknown {
+        } else if means.ahead_m > RAIL.edge_m || onto_unknown {
             Some(AidOutcome::Rejected(Rejection::NotExcited))
         } else {
             None
@@ -248,10 +246,10 @@ impl SwingMass {
     /// Means over the train at a block, and the reason why the block cannot be used, if there is one.
     fn look(&mut self, block: &Block, rail: &RailMemory) -> (Option<AidOutcome>, TrainMeans) {
         let means = self.train.at(rail, block.place);
-        let moving = Real::from(block.speed_mps).abs() > tuning::MOTION.moves_mps;
+        let moving = Real::from(block.speed_mps).abs() > MOTION.moves_mps;
         self.settle_s = match moving {
             true => (self.settle_s - block.length_s()).max(0.0),
-            false => tuning::TIMES.brief_s,
+            false => TIMES.brief_s,
         };
         (self.refusal(block, &means), means)
     }
@@ -337,7 +335,7 @@ impl SwingMass {
 
     /// Returns true if the mass has been measured for long enough.
     pub fn is_known(&self) -> bool {
-        self.used >= tuning::BANK.first_blocks && self.taken >= self.jumped
+        self.used >= STATISTICS.confirming && self.taken >= self.jumped
     }
 
     /// Returns true if a block has been used for the load that hangs on the train now.
@@ -368,7 +366,7 @@ impl SwingMass {
 }
 
 fn slot(block: u64) -> usize {
-    (block % tuning::QUEUE.blocks as u64) as usize
+    (block % QUEUE.blocks as u64) as usize
 }
 
 state!(BalanceState { x, mass_variance, protection_kg, eta_variance; });

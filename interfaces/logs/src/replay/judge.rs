@@ -190,11 +190,11 @@ fn estimate(columns: &[String], values: &[f64]) -> Estimate {
     };
     for q in &QUANTITIES {
         let value = find(q.value).unwrap_or(f64::NAN);
-        *(q.place)(&mut estimate) = Value {
+        *(q.place)(&mut estimate) = Value::new(
             value,
-            sd: find(q.sd).unwrap_or(f64::NAN),
-            valid: value.is_finite() && find(q.valid).is_none_or(|valid| valid > 0.5),
-        };
+            find(q.sd).unwrap_or(f64::NAN),
+            value.is_finite() && find(q.valid).is_none_or(|valid| valid > 0.5),
+        );
     }
     for (names, place) in LEVELS {
         *place(&mut estimate.protection) = find(names).unwrap_or(0.0).max(0.0);

@@ -22,10 +22,7 @@ pub(super) struct Segmented {
 
 /// A step of a second, which is as long as steps of estimators may be, without the rounding of the times at its ends.
 fn within_a_second(dt: Real) -> Real {
-    match dt > 1.0 && dt < 1.0 + 1e-6 {
-        true => 1.0,
-        false => dt,
-    }
+    if dt > 1.0 && dt < 1.0 + 1e-6 { 1.0 } else { dt }
 }
 
 impl Estimator for Segmented {
