@@ -99,7 +99,7 @@ impl Dimension {
                     *scale,
                     bend(*scale, *from) * (1.0 - u) + bend(*scale, *to) * u,
                 );
-                let x = if integer { x.round() } else { digits(x, 8) };
+                let x = if *integer { x.round() } else { digits(x, 8) };
                 number(x.clamp(*from, *to))
             }
         }

@@ -22,10 +22,9 @@ pub(crate) fn section(run: &Recorded) -> Result<Section, Error> {
     let slope = slope(run)?;
     let mass = mass(run)?;
     let after_s = run.summary.after_s;
-    let truth = if run.is_replay() {
-        "reference"
-    } else {
-        "truth"
+    let truth = match run.is_replay() {
+        true => "reference",
+        false => "truth",
     };
     let section = Section::new("Errors").text(format!(
             "Estimate minus {truth} where the estimator marks its value valid; distributions from {after_s} s on. The slope's \

@@ -110,10 +110,9 @@ fn chart(
         let effective = run.over_time("truth/grade_effective", quantity.factor)?;
         chart.add(Line::new("truth, whole vehicle", Ink::Muted, effective));
     }
-    let called = if run.is_replay() {
-        "reference"
-    } else {
-        "truth"
+    let called = match run.is_replay() {
+        true => "reference",
+        false => "truth",
     };
     let (of, key, factor) = quantity.reference;
     let sd = run.reference_sd(of, key).map(|sd| 2.0 * sd * factor);
