@@ -43,9 +43,9 @@ groups! {
         /// rad/m. Derived: half of a curvature of 0.1/m; on drawn courses no sample misled
         /// (`docs/notes/rail_fusion.md`, "Wanted and measured").
         blind_rad_per_m: Real = 0.05,
-        /// Distance of the foremost mass ahead of the read rail up to which a block is used, and down to which a jump of
-        /// the force counts as on unread rail; and the largest mean distance of the tare behind the remembered rail at
-        /// which a block is used when going back, m. Chosen.
+        /// Distance of the foremost mass ahead of the read rail up to which a block is used, and down to which a jump
+        /// of the force counts as on unread rail; and the largest mean distance of the tare behind the remembered rail
+        /// at which a block is used when going back, m. Chosen.
         edge_m: Real = 0.5,
         /// Sharpest vertical curvature, rad/m: a faster turn of a slope over the way is that of an accelerometer, of
         /// wheels or of a load that jump. Chosen: a radius of 8 m.

@@ -260,7 +260,8 @@ mod tests {
         }
     }
 
-    /// Of the sheet a window of 0.05 s has the variance w²/0.05, across with the model's, and five times it upwards. Where the noise is learnt, one of a shaken robot is assumed until it has been seen.
+    /// Of the sheet a window of 0.05 s has the variance w²/0.05, across with the model's, and five times it
+    /// upwards. Where the noise is learnt, one of a shaken robot is assumed until it has been seen.
     #[test]
     fn the_variance_is_that_of_the_sheet_or_that_of_a_shaken_robot() {
         let variances = |learns| {

@@ -275,8 +275,8 @@ mod tests {
         assert!(((variance - ahead).sqrt() / 0.2 - 1.0).abs() < 1e-6);
     }
 
-    /// The way gone back is counted while rail behind is unread, up to nine metres; forwards none is, and where the rail
-    /// is known it is forgotten.
+    /// The way gone back is counted while rail behind is unread, up to nine metres; forwards none is, and where the
+    /// rail is known it is forgotten.
     #[test]
     fn the_way_gone_back_onto_unread_rail_is_counted() {
         let (_, train, mass) = curved();
