@@ -1,7 +1,6 @@
 //! Running and guide wheels of one station: what holds a rail-bound body to the rail.
 
-use super::body_state::{BodyState, Wrench};
-use super::implicit::yielding;
+use super::body_state::BodyState;
 use crate::rail::RailFrame;
 use crate::train::Station;
 use nalgebra::Vector3;
@@ -24,104 +23,54 @@ pub struct Grip {
     pub off: [f64; 2],
     /// Speed along the rail, m/s.
     pub v_t: f64,
-    /// Place of the station, m, and the axes of the rail there.
-    at: Vector3<f64>,
-    axes: [Vector3<f64>; 3],
-    /// Loads of left wheel, right wheel and guide, N, and what each m/s of more rate takes from them, N·s/m.
-    loads: [f64; 3],
-    yields: [f64; 3],
 }
 
 /// Load of a wheel pressed in by `depth` at `rate`: positive on the running side, negative on the hold-down side, which
-/// has `play`. Neither side can pull. Also the power its damper loses, and the share of the step in which a side touches.
-/// Means over a step of `dt` (s) at this rate, with `depth` in its middle.
-fn wheel(st: &Station, depth: f64, rate: f64, dt: f64) -> [f64; 3] {
-    let side = |x: f64, v: f64| -> [f64; 3] {
-        let (sweep, parted) = (0.5 * dt * v.abs(), (-st.wheel_c * v / st.wheel_k).max(0.0));
-        if x + sweep <= parted {
-            return [0.0, -st.wheel_k * x.max(0.0) * v, 0.0];
+/// has `play`. Neither side can pull. Also the power its damper loses.
+fn wheel(st: &Station, depth: f64, rate: f64) -> (f64, f64) {
+    let side = |x: f64, v: f64| -> (f64, f64) {
+        if x <= 0.0 {
+            return (0.0, 0.0);
         }
-        let (mean, share) = if x - sweep >= parted {
-            (x, 1.0)
+        let load = st.wheel_k * x + st.wheel_c * v;
+        if load > 0.0 {
+            (load, st.wheel_c * v * v)
         } else {
-            let touching = x + sweep - parted;
-            (parted + 0.5 * touching, 0.5 * touching / sweep)
-        };
-        let load = st.wheel_k * mean + st.wheel_c * v;
-        [share * load, share * st.wheel_c * v * v, share]
+            (0.0, -st.wheel_k * x * v)
+        }
     };
-    let [n, a, on] = side(depth, rate);
-    let [h, b, held] = side(-depth - st.holddown_play_m, -rate);
-    [n - h, a + b, on + held]
+    let (n, a) = side(depth, rate);
+    let (h, b) = side(-depth - st.holddown_play_m, -rate);
+    (n - h, a + b)
 }
 
-/// Rates of left wheel, right wheel and guide, m/s, or their places, m: of a station that moves to the left, up and rolls
-/// (+ lifts the left side). Guide wheels touch the rail at height z: rolling by φ moves that point by −z φ to the left.
-fn at_wheels(st: &Station, left: f64, up: f64, roll: f64) -> [f64; 3] {
-    let arm = st.half_gauge_m * roll;
-    [up + arm, up - arm, left - st.guide_z_m * roll]
-}
+/// Evaluate a station at its place `at` on `body`, over the rail at `f`.
+pub fn grip(st: &Station, body: &BodyState, at: &Vector3<f64>, f: &RailFrame) -> Grip {
+    let d = at - f.p;
+    let v = body.velocity(at);
+    let (left, up) = (d.dot(&f.l), d.dot(&f.u));
+    let (v_left, v_up, v_t) = (v.dot(&f.l), v.dot(&f.u), v.dot(&f.t));
+    // Roll of the body against the rail: + lifts the left side.
+    let roll = body.r.column(1).dot(&f.u);
+    let roll_rate = body.w.dot(&f.t);
 
-/// Force, N, and torque about the tangent, N·m, of left wheel, right wheel and guide.
-fn of_wheels(
-    st: &Station,
-    [_, l, u]: &[Vector3<f64>; 3],
-    [left, right, guide]: [f64; 3],
-) -> (Vector3<f64>, f64) {
-    let roll = st.half_gauge_m * (left - right) - st.guide_z_m * guide;
-    (u * (left + right) + l * guide, roll)
-}
+    let arm = st.half_gauge_m;
+    let (n_left, loss_left) = wheel(st, -(up + arm * roll), -(v_up + arm * roll_rate));
+    let (n_right, loss_right) = wheel(st, -(up - arm * roll), -(v_up - arm * roll_rate));
 
-/// Evaluate a station at its place `at` on `body`, over the rail at `f`, for a step of `dt` (s).
-pub fn grip(st: &Station, body: &BodyState, at: &Vector3<f64>, f: &RailFrame, dt: f64) -> Grip {
-    let (d, v) = (at - f.p, body.velocity(at));
-    let off = [d.dot(&f.l), d.dot(&f.u)];
-    let [left, right, y] = at_wheels(st, off[0], off[1], body.r.column(1).dot(&f.u));
-    let rates = at_wheels(st, v.dot(&f.l), v.dot(&f.u), body.w.dot(&f.t));
+    // Guide wheels touch the rail at height z: rolling by φ moves that point by −z φ to the left.
+    let y = left - st.guide_z_m * roll;
+    let v_y = v_left - st.guide_z_m * roll_rate;
+    let guide = -st.guide_k * y - st.guide_c * v_y;
 
-    let [n_left, loss_left, on_left] = wheel(st, -left, -rates[0], dt);
-    let [n_right, loss_right, on_right] = wheel(st, -right, -rates[1], dt);
-    let guide = -st.guide_k * y - st.guide_c * rates[2];
-    let (loads, axes) = ([n_left, n_right, guide], [f.t, f.l, f.u]);
-    let (force, roll) = of_wheels(st, &axes, loads);
-    let wheel_yields = yielding(st.wheel_k, st.wheel_c, dt);
     Grip {
-        force,
-        roll,
+        force: f.u * (n_left + n_right) + f.l * guide,
+        roll: arm * (n_left - n_right) - st.guide_z_m * guide,
         wheel_load: n_left.abs() + n_right.abs(),
         guide_load: guide.abs(),
-        loss: loss_left + loss_right + st.guide_c * rates[2] * rates[2],
-        off,
-        v_t: v.dot(&f.t),
-        at: *at,
-        axes,
-        loads,
-        yields: [
-            on_left * wheel_yields,
-            on_right * wheel_yields,
-            yielding(st.guide_k, st.guide_c, dt),
-        ],
-    }
-}
-
-impl Grip {
-    /// Adds what the station's force on its body gains as the body's velocities change by `more` than expected; returns the
-    /// force and the sum of the wheel loads, N.
-    pub fn yields(
-        &self,
-        st: &Station,
-        body: &BodyState,
-        more: &[Vector3<f64>; 2],
-        out: &mut Wrench,
-    ) -> (Vector3<f64>, f64) {
-        let ([t, l, u], v) = (&self.axes, body.change(more, &self.at));
-        let rates = at_wheels(st, v.dot(l), v.dot(u), more[1].dot(t));
-        let gained = [0, 1, 2].map(|k| -self.yields[k] * rates[k]);
-        let (force, roll) = of_wheels(st, &self.axes, gained);
-        out.add(body, &force, &self.at);
-        out.torque += t * roll;
-        let load = |k: usize| (self.loads[k] + gained[k]).abs();
-        (force, load(0) + load(1))
+        loss: loss_left + loss_right + st.guide_c * v_y * v_y,
+        off: [left, up],
+        v_t,
     }
 }
 
