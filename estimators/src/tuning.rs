@@ -127,6 +127,8 @@ groups! {
         spread: Real = 0.004,
         /// Number of wheels whose agreement excludes equal slip. Chosen.
         min_agreed: usize = 3,
+        /// Largest scale error of one wheel against the mean: one that reads 0 must not divide by 0. Chosen.
+        max_scale: Real = 0.2,
         /// Unknown change of the acceleration, m/s³. Chosen: the jerk of a start.
         jerk_mps3: Real = 0.5,
     }

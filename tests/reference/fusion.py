@@ -371,7 +371,7 @@ class Attitude:
         self.coast, mean, R = 0.0, float(np.mean(inside)), sd**2 / used
         self.events.add("one wheel" if rejected else "wheels")
         if rejected == 0 and abs(mean) > 0.06:
-            self.k = self.k + DT / 20.0 * (speeds / mean - 1.0 - self.k)
+            self.k = np.clip(self.k + DT / 20.0 * (speeds / mean - 1.0 - self.k), -0.2, 0.2)
         self.y, S = b.measure(h, R, z=mean)
         self.nis = self.y**2 / S
         return used, rejected

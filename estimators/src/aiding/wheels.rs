@@ -198,7 +198,8 @@ impl WheelGate {
     fn learn_scales(&mut self, new_mps: &[Option<Real>; MAX_DRIVES], mean: Real, dt: Real) {
         for (scale, sample) in self.scale.iter_mut().zip(new_mps) {
             if let Some(v) = sample {
-                *scale += dt / TIMES.young_s * (v / mean - 1.0 - *scale);
+                let learnt = *scale + dt / TIMES.young_s * (v / mean - 1.0 - *scale);
+                *scale = learnt.clamp(-WHEELS.max_scale, WHEELS.max_scale);
             }
         }
     }
@@ -389,6 +390,25 @@ mod tests {
                 (late - expected[1]).abs() < 0.02,
                 "{speed} {wheels}: {late}"
             );
+        }
+    }
+
+    /// Without the slip gate a wheel that reads 0, or turns the other way, for an hour has the largest scale that a wheel
+    /// may have, and the speed by the wheels stays that of what they read.
+    #[test]
+    fn a_wheel_that_stays_behind_has_a_scale_that_is_possible() {
+        for stuck in [0.0, -2.0] {
+            let mut gate = WheelGate::new(4, SD_MPS, GATE_SD, false);
+            let mut belief = belief();
+            belief.x[V] = 2.0;
+            let (new, lever) = (samples(&[2.0, 2.0, 2.0, stuck]), LinearPitchRate::default());
+            for _ in 0..360_000 {
+                let torques = (&new, &[None; MAX_DRIVES]);
+                gate.control(&belief, torques, (0.0, lever), (0.0, 0.0), 0.01);
+            }
+            let most = WHEELS.max_scale;
+            assert!(gate.scale.iter().all(|scale| scale.abs() <= most));
+            assert_eq!(gate.scale[3], -most);
         }
     }
 

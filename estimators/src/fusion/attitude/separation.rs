@@ -165,26 +165,25 @@ impl Separation {
     /// Compares the acceleration by accelerometer and pitch with that of the wheels: its mean is too small by g times
     /// what the pitch is too large.
     fn take_force(&mut self, z: &Compared, dt: Real) {
-        let memory_s = TIMES.mean_s;
         self.waited_s += dt;
         self.heard_s += dt;
         let Some(acceleration) = z.acceleration_mps2.filter(|_| self.waited_s < TIMES.lost_s)
         else {
             (self.low, self.heard_s) = (None, 0.0);
-            self.waited_s *= Real::from(u8::from(z.wheels_mps.is_none()));
+            self.waited_s = z.wheels_mps.map_or(self.waited_s, |_| 0.0);
             return;
         };
         if let Some([_, mean]) = &mut self.low {
-            *mean += dt / (memory_s + dt) * (acceleration - *mean);
+            *mean += dt / (TIMES.mean_s + dt) * (acceleration - *mean);
         }
         let Some(wheels) = z.wheels_mps else {
             return;
         };
         let [speed, mean] = self
             .low
-            .unwrap_or([wheels - memory_s * acceleration, acceleration]);
-        let gained = (wheels - speed) / memory_s;
-        let share = self.waited_s / (memory_s + self.waited_s);
+            .unwrap_or([wheels - TIMES.mean_s * acceleration, acceleration]);
+        let gained = (wheels - speed) / TIMES.mean_s;
+        let share = self.waited_s / (TIMES.mean_s + self.waited_s);
         self.low = Some([speed + share * (wheels - speed), mean]);
         self.waited_s = 0.0;
         if self.is_heard() {

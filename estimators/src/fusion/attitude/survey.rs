@@ -6,6 +6,7 @@
 //! has the pitch of the chord between them.
 
 use super::AttitudeFilter;
+use super::separation::Separation;
 use crate::Real;
 use crate::api::real::{PI, sqrt};
 use crate::api::snapshot::state;
@@ -47,14 +48,19 @@ impl AttitudeFilter {
         self.params.mount_sd_deg * PI / 180.0 + self.separation_sd_rad()
     }
 
+    /// The separation of the pitches, if it counts.
+    fn separated(&self) -> Option<&Separation> {
+        Some(&self.separation).filter(|_| self.supervision.separation)
+    }
+
     /// Largest separation of the pitches beyond what is usual, rad; 0 without separation.
     pub fn apart_rad(&self) -> Real {
-        Real::from(u8::from(self.supervision.separation)) * self.separation.apart_rad()
+        self.separated().map_or(0.0, Separation::apart_rad)
     }
 
     /// Standard deviation of the pitch due to instruments that contradict each other, rad; 0 while they agree.
     pub fn separation_sd_rad(&self) -> Real {
-        Real::from(u8::from(self.supervision.separation)) * self.separation.open_rad()
+        self.separated().map_or(0.0, Separation::open_rad)
     }
 
     /// The grade at the place where the IMU was one arm length ago.
