@@ -393,8 +393,8 @@ mod tests {
         }
     }
 
-    /// Without the slip gate a wheel that reads 0, or turns the other way, for an hour has the largest scale that a wheel
-    /// may have, and the speed by the wheels stays that of what they read.
+    /// Without the slip gate a wheel that reads 0, or turns the other way, for an hour has the largest scale that a
+    /// wheel may have.
     #[test]
     fn a_wheel_that_stays_behind_has_a_scale_that_is_possible() {
         for stuck in [0.0, -2.0] {
