@@ -213,12 +213,15 @@ impl AttitudeFilter {
         }
         let rates = self.predict(&imu, dt);
         self.ahead.step(z, dt);
+        let given_up = self.coast_s > ATTITUDE.coast_s;
         let ballot = self.aid_by_wheels(z, &rates, dt);
         self.aid_by_force(&imu, dt);
         self.aid_by_standstill(&imu, ballot.used > 0, dt);
         self.limit(z, dt)?;
         self.separate(&rates, &imu, &ballot, dt);
         self.find((z, &imu), &rates, &ballot, dt);
+        // A speed that had been given up led to an unknown place.
+        self.starts |= given_up && ballot.used > 0;
         Some(self.found)
     }
 
@@ -269,7 +272,8 @@ impl AttitudeFilter {
         self.started && self.silent_s < TIMES.lost_s
     }
 
-    /// Returns true if the last step has started the filter, for the first time or after a pause.
+    /// Returns true if the last step has started the filter, for the first time or after a pause, or has taken the speed
+    /// from the wheels again after it had been given up.
     pub fn has_just_started(&self) -> bool {
         self.starts
     }

@@ -197,6 +197,24 @@ fn without_a_wheel_the_speed_is_less_and_less_certain() {
     }
 }
 
+/// Wheels that come back after eight seconds give the speed that had been given up: the train is at a place that nobody
+/// has followed it to, as after a start.
+#[test]
+fn wheels_after_a_long_loss_are_a_start() {
+    let full = channels(0.0, 1.0, 0.0);
+    let mut blind = full;
+    blind.new_wheel_speed_mps.fill(None);
+    for (lost_s, starts) in [(0.1, false), (7.9, false), (8.1, true)] {
+        let mut filter = started(1.0);
+        let lost = (lost_s / DT + 0.5) as u32;
+        (0..lost).for_each(|k| drop(filter.step(&jitter(blind, k), DT)));
+        for (k, expected) in [(lost, starts), (lost + 1, false)] {
+            filter.step(&jitter(full, k), DT);
+            assert_eq!(filter.has_just_started(), expected, "{lost_s}");
+        }
+    }
+}
+
 /// Half a second without any sample, of accelerometer or wheels, and the output is nobody's; two seconds, by steps or
 /// by the clock, and with the next sample the filter starts anew. A sample of either is enough to go on.
 #[test]
