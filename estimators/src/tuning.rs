@@ -353,8 +353,7 @@ groups! {
         max_length: Real = 0.5,
         /// Standard deviations of the swing after a load has been taken, rad and rad/s. Chosen.
         new_swing_sd: [Real; 2] = [0.06, 0.25],
-        /// Share of the first variance of the resistance that another load adds: what is known of the resistance, is
-        /// known for one load. Chosen.
+        /// Share of the first variance of the resistance that another load adds. Chosen.
         reopen: Real = 0.1,
     }
     /// Blocks that wait, and the marks of the mass.

@@ -272,8 +272,7 @@ impl AttitudeFilter {
         self.started && self.silent_s < TIMES.lost_s
     }
 
-    /// Returns true if the last step has started the filter, for the first time or after a pause, or has taken the speed
-    /// from the wheels again after it had been given up.
+    /// Returns true if the last step has started the filter, or wheels have come back after a long loss.
     pub fn has_just_started(&self) -> bool {
         self.starts
     }

@@ -228,11 +228,10 @@ impl SwingMass {
 
     /// Reason why a block cannot be used; `None` if it can.
     fn refusal(&self, block: &Block, means: &TrainMeans) -> Option<AidOutcome> {
-        let moving = Real::from(block.speed_mps).abs() > MOTION.moves_mps;
         // Going back over rail that is no longer remembered, or never was.
         let onto_unknown =
             block.speed_mps < 0.0 && means.behind_tare_kgm > RAIL.edge_m * self.tare_kg;
-        if !moving || self.settle_s > 0.0 {
+        if self.settle_s > 0.0 {
             Some(AidOutcome::Rejected(Rejection::NotRunning))
         } else if block.outcome != AidOutcome::Fused {
             Some(block.outcome)
@@ -284,10 +283,9 @@ impl SwingMass {
     /// Assumes that the train came unseen to its place: the rail of the blocks kept is no longer known, the load may
     /// swing, and the grade behind the rail read has the standard deviation `behind_sd_rad`.
     pub fn lose_place(&mut self, behind_sd_rad: Real) {
-        let outcome = AidOutcome::Stale;
-        self.blocks
-            .iter_mut()
-            .for_each(|block| block.outcome = outcome);
+        for block in &mut self.blocks {
+            block.outcome = AidOutcome::Stale;
+        }
         self.builder = BlockBuilder::default();
         self.taken = self.written;
         self.bank.lose_place(behind_sd_rad);
