@@ -620,7 +620,7 @@ class Balance:
         new.b, new.grade, new.behind = Belief(self.b.x, self.b.P), self.grade, self.behind
         for i, x, own in [(ML, load * self.most, sd * self.most), (AN, 0.0, 0.06), (RA, 0.0, 0.25)]:
             new.b.alone(i, x, own**2)
-        new.b.P[R0, R0] += 0.01 * (0.4 * Train.mu * self.W) ** 2
+        new.b.P[R0, R0] += 0.1 * (0.4 * Train.mu * self.W) ** 2
         return new
 
     def is_same(self, other):

@@ -148,8 +148,8 @@ fn the_lean_of_the_body_is_taken_off_the_grade() {
     assert!((more - 0.5 * taken).abs() < 1e-6, "{more} {taken}");
 }
 
-/// At steady speed on the level nothing moves the load, and its standard deviation hardly gets smaller; on starts and
-/// stops it does.
+/// At steady speed on the level nothing moves the load, and its standard deviation does not fall below that after the
+/// start; on starts and stops it does. Other loads, held possible meanwhile, make it larger for some time.
 #[test]
 fn a_load_that_nothing_moves_is_not_learnt() {
     for (steady, learnt) in [(true, false), (false, true)] {
@@ -174,8 +174,9 @@ fn a_load_that_nothing_moves_is_not_learnt() {
             sds.push(values[at.unwrap()]);
         }
         // a percent: what is left of the excitation of the start
-        let (then, now) = (sds[6_000], sds[11_999]);
-        assert_eq!(now < 0.99 * then, learnt, "{then} kg, {now} kg");
+        let least = sds[..6_000].iter().copied().fold(f64::MAX, f64::min);
+        let best = sds[6_000..].iter().copied().fold(f64::MAX, f64::min);
+        assert_eq!(best < 0.99 * least, learnt, "{least} kg, {best} kg");
     }
 }
 

@@ -207,7 +207,9 @@ fn wheels_after_a_long_loss_are_a_start() {
     for (lost_s, starts) in [(0.1, false), (7.9, false), (8.1, true)] {
         let mut filter = started(1.0);
         let lost = (lost_s / DT + 0.5) as u32;
-        (0..lost).for_each(|k| drop(filter.step(&jitter(blind, k), DT)));
+        for k in 0..lost {
+            filter.step(&jitter(blind, k), DT);
+        }
         for (k, expected) in [(lost, starts), (lost + 1, false)] {
             filter.step(&jitter(full, k), DT);
             assert_eq!(filter.has_just_started(), expected, "{lost_s}");
