@@ -67,7 +67,7 @@ pub struct TrainSample {
     pub rail: Option<[Real; 2]>,
     /// True if the vehicle stands by its wheels.
     pub standing: bool,
-    /// True if the attitude has just started, for the first time or after a pause.
+    /// True if the attitude has just started, or wheels have come back after a long loss.
     pub starts: bool,
 }
 

@@ -104,7 +104,7 @@ pub struct AttitudeFilter {
     started: bool,
     /// True unless the gyro has been found wrong.
     gyro_sound: bool,
-    /// True if this step has started the filter.
+    /// True if this step has started the filter, or has ended a long loss of all wheels.
     starts: bool,
     quiet_s: Real,
     standing_bias: StandingBias,

@@ -197,8 +197,8 @@ fn without_a_wheel_the_speed_is_less_and_less_certain() {
     }
 }
 
-/// Wheels that come back after eight seconds give the speed that had been given up: the train is at a place that nobody
-/// has followed it to, as after a start.
+/// Wheels that come back after eight seconds give the speed that had been given up: the way in between is not known, as
+/// before a start.
 #[test]
 fn wheels_after_a_long_loss_are_a_start() {
     let full = channels(0.0, 1.0, 0.0);
