@@ -45,7 +45,8 @@ groups! {
         blind_rad_per_m: Real = 0.05,
         /// Distance of the foremost mass ahead of the read rail up to which a block is used, and down to which a jump
         /// of the force counts as on unread rail; and the largest mean distance of the tare behind the remembered rail
-        /// at which a block is used when going back, m. Chosen.
+        /// at which a block is used when going back; the standard deviation of the distance to the read rail up to
+        /// which the rail is remembered, m. Chosen.
         edge_m: Real = 0.5,
         /// Sharpest vertical curvature, rad/m: a faster turn of a slope over the way is that of an accelerometer, of
         /// wheels or of a load that jump. Chosen: a radius of 8 m.
@@ -93,9 +94,11 @@ groups! {
         /// Largest weight of one value in a running mean, as a multiple of the mean. Chosen: joints and bumps are no
         /// noise.
         clip: Real = 4.0,
-        /// Number of consecutive events that cannot be chance: rejections of a gate, repetitions of a vector. Chosen.
+        /// Number of consecutive events that cannot be chance: rejections of a gate, repetitions of a vector, blocks
+        /// after a jump of the force. Chosen.
         in_a_row: u32 = 3,
-        /// Number of used blocks, or of samples of a regression, after which a mass is known. Chosen.
+        /// Number of used blocks, of samples of a regression, or of windows that are alike, after which a mass or a
+        /// bias is known. Chosen.
         confirming: u32 = 6,
         /// Number of samples in the usual size of a jump or an innovation. Chosen.
         samples: Real = 64.0,
@@ -116,8 +119,6 @@ groups! {
         speed_share: Real = 0.4,
         /// Length of a window of the gyro's mean, s. Chosen.
         window_s: Real = 0.25,
-        /// Number of consecutive windows that must be alike. Chosen.
-        windows: u32 = 6,
         /// Largest difference of two windows, as a share of their difference from the bias. Chosen.
         max_difference: Real = 0.25,
     }
@@ -146,8 +147,6 @@ groups! {
     }
     /// Largest rates that a vehicle can have.
     GYRO_RANGE: GyroRange {
-        /// Largest acceleration in a bend, m/s². Chosen: 1 g.
-        max_acceleration_mps2: Real = 10.0,
         /// Largest bias of an uncalibrated gyro, rad/s. Chosen: 9 °/s.
         max_bias_radps: Real = 0.15,
     }
@@ -362,8 +361,6 @@ groups! {
         blocks: usize = 26,
         /// Number of standard deviations by which the force may jump between blocks. Chosen.
         jump_sd: Real = 8.0,
-        /// Number of blocks after a jump until its cause is known. Chosen.
-        settling_blocks: u64 = 3,
     }
     /// Load bank.
     BANK: Bank {
@@ -379,9 +376,8 @@ groups! {
             [0.78, 0.08],
             [0.94, 0.08],
         ],
-        /// Hypotheses kept after a block; a capacity. Chosen.
-        kept: usize = 8,
-        /// Number of hypotheses including new ones; a capacity. Derived: those kept and the loads above.
+        /// Number of hypotheses including new ones; a capacity. Derived: as many as the loads above are kept after a
+        /// block, and as many are new.
         most: usize = 16,
         /// Rate of load changes while moving, 1/s. Chosen.
         hazard_hz: Real = 3e-5,
@@ -431,7 +427,5 @@ groups! {
         end_m: Real = 1.0,
         /// Distance over which this gradient is assumed to continue, m. Chosen.
         onward_m: Real = 3.0,
-        /// Standard deviation of the distance to the read rail above which the rail is forgotten, m. Chosen.
-        max_doubt_m: Real = 0.5,
     }
 }

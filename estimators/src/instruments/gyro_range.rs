@@ -1,11 +1,12 @@
 //! Gyro range check: compares the gyro's rates with the fastest turn of a vehicle on wheels.
 
 use crate::Real;
+use crate::api::real::GRAVITY;
 use crate::api::snapshot::state;
 use crate::filters::lag_share::LagShare;
 use crate::tuning::{GYRO_RANGE, RAIL, TIMES};
 
-/// Gyro range check: the mean rate of pitch and yaw is at most that of the tightest curve at the speed, min(v ρ, a/v),
+/// Gyro range check: the mean rate of pitch and yaw is at most that of the tightest curve at the speed, min(v ρ, g/v),
 /// plus a bias.
 ///
 /// Finds a gyro in °/s for rad/s as soon as the vehicle turns by 1 °/s or the gyro has a bias of 0.15 °/s; one that
@@ -28,8 +29,7 @@ impl GyroRange {
         // The rate lags; so must the speed.
         self.speed_mps += share * (speed_mps.abs() - self.speed_mps);
         let v = self.speed_mps.max(0.1);
-        let most = (RAIL.max_track_per_m * v).min(GYRO_RANGE.max_acceleration_mps2 / v)
-            + GYRO_RANGE.max_bias_radps;
+        let most = (RAIL.max_track_per_m * v).min(GRAVITY / v) + GYRO_RANGE.max_bias_radps;
         self.implausible = self.mean.iter().any(|rate| rate.abs() > most);
     }
 
@@ -79,10 +79,15 @@ mod tests {
         }
     }
 
-    /// min(v/2, 10/v) rad/s and 0.15 for the bias; the mean is within a quarter of a per cent of its end.
+    /// min(v/2, g/v) rad/s and 0.15 for the bias; the mean is within a quarter of a per cent of its end.
     #[test]
     fn the_limit_is_that_of_the_tightest_curve_and_of_what_a_vehicle_bears() {
-        for (speed, most) in [(1.0, 0.65), (4.0, 2.15), (-4.0, 2.15), (10.0, 1.15)] {
+        for (speed, most) in [
+            (1.0, 0.65),
+            (4.0, 2.15),
+            (-4.0, 2.15),
+            (10.0, 0.1 * GRAVITY + 0.15),
+        ] {
             for sign in [1.0, -1.0] {
                 assert!(plausible([sign * 0.98 * most, 0.0], speed));
                 assert!(!plausible([sign * 1.02 * most, 0.0], speed));

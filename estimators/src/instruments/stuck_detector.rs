@@ -52,6 +52,12 @@ impl<const N: usize> StuckDetector<N> {
                 < self.changes;
         noisy && (N > 1 || now.since(self.changed) > TIMES.lost_s)
     }
+
+    /// Returns true if the instrument has repeated its first sample ever since, which none does in motion.
+    #[inline]
+    pub fn never_changed(&self) -> bool {
+        self.changes == 0 && self.run >= STUCK.max_repeats
+    }
 }
 
 state!(@[const N: usize] StuckDetector<N> { changes, legitimate_repeats, run, changed; });

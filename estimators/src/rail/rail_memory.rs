@@ -67,7 +67,7 @@ impl RailMemory {
     /// rail; returns true if the rail is forgotten because of it.
     pub fn doubt(&mut self, way_sd_m: Real) -> bool {
         self.doubt_m += way_sd_m;
-        let lost = self.doubt_m > MEMORY.max_doubt_m;
+        let lost = self.doubt_m > RAIL.edge_m;
         if lost {
             self.forget();
         }

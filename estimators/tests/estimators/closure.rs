@@ -131,7 +131,7 @@ fn a_method_as_printed_imports_neither_supervision_nor_fusion() {
 const ROOMS: [&str; 6] = ["aiding", "bank", "detect", "fusion", "instruments", "rail"];
 
 /// Most numbers of our own estimator that a user does not set.
-const MOST_NUMBERS: usize = 200;
+const MOST_NUMBERS: usize = 123;
 
 /// Numeric types, by the words of a type.
 const NUMERIC: [&str; 14] = [

@@ -5,7 +5,7 @@ use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
 use crate::instruments::spike_gate::{SpikeGate, SpikeLimits};
 use crate::instruments::stuck_detector::StuckDetector;
-use crate::tuning::{SHOCK, TIMES};
+use crate::tuning::{MOTION, SHOCK, TIMES};
 use crate::{Real, Time};
 
 /// Instant for the stuck detectors of vectors, which do not depend on time.
@@ -44,6 +44,7 @@ pub struct ImuHealth {
     rate: StuckDetector<3>,
     norm_error_mps2: Real,
     out_s: Real,
+    moved: bool,
 }
 
 impl ImuHealth {
@@ -59,6 +60,7 @@ impl ImuHealth {
             rate: StuckDetector::default(),
             norm_error_mps2: 0.0,
             out_s: 0.0,
+            moved: false,
         }
     }
 
@@ -73,6 +75,7 @@ impl ImuHealth {
         dt: Real,
     ) -> SoundImu {
         let [new_force, new_rate] = z.new;
+        self.moved |= speed_mps.abs() > MOTION.moves_mps;
         let mut imu = SoundImu::default();
         if let Some(raw) = z.angular_rate_radps.filter(|_| gyro) {
             let mut despiked = raw;
@@ -84,7 +87,7 @@ impl ImuHealth {
             } else if let Some(held) = self.spikes.value() {
                 despiked = held;
             }
-            let stuck = self.rate.is_stuck(NO_CLOCK);
+            let stuck = self.rate.is_stuck(NO_CLOCK) || self.moved && self.rate.never_changed();
             imu.stuck |= stuck;
             let used = if self.spike_gate { despiked } else { raw };
             imu.rate_radps = (!stuck).then_some(used);
@@ -96,7 +99,7 @@ impl ImuHealth {
             if let (true, Some(before)) = (new_force, before) {
                 self.force.take(force, before, NO_CLOCK);
             }
-            let stuck = self.force.is_stuck(NO_CLOCK);
+            let stuck = self.force.is_stuck(NO_CLOCK) || self.moved && self.force.never_changed();
             imu.stuck |= stuck;
             if !stuck {
                 let yaw_rate = imu.rate_radps.map_or(0.0, |[_, _, r]| r - yaw_bias_radps);
@@ -129,7 +132,7 @@ impl ImuHealth {
     }
 }
 
-state!(ImuHealth { spikes, last_force, last_rate, force, rate, norm_error_mps2, out_s; gate, spike_gate });
+state!(ImuHealth { spikes, last_force, last_rate, force, rate, norm_error_mps2, out_s, moved; gate, spike_gate });
 
 #[cfg(test)]
 mod tests {
@@ -218,6 +221,28 @@ mod tests {
             assert_eq!(imu.stuck, force_stuck || rate_stuck);
             assert_eq!(imu.force_mps2.is_some(), !force_stuck);
             assert_eq!(imu.rate_radps.is_some(), !rate_stuck);
+        }
+    }
+
+    /// An instrument that repeats its first sample is out of use once the vehicle has moved, and in use again with the
+    /// first sample that is another; before, it may as well be one without noise that stands.
+    #[test]
+    fn an_instrument_that_has_never_changed_is_stuck_in_motion() {
+        let mut health = ImuHealth::new(true, true);
+        let first = |_| ([0.1, 0.0, GRAVITY], [0.01, 0.0, 0.0]);
+        let other = |_| ([0.2, 0.0, GRAVITY], [0.02, 0.0, 0.0]);
+        for (samples, speed, stuck) in [
+            (&first as &dyn Fn(u32) -> _, 0.0, false),
+            (&first, -0.1, true),
+            (&first, 0.0, true),
+            (&other, 0.1, false),
+        ] {
+            let imu = last(&mut health, 1.0, samples, speed);
+            assert_eq!(imu.stuck, stuck);
+            assert_eq!(
+                (imu.force_mps2.is_none(), imu.rate_radps.is_none()),
+                (stuck, stuck)
+            );
         }
     }
 

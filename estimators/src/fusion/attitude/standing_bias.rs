@@ -66,7 +66,7 @@ impl StandingBias {
             return;
         }
         let means = self.turned_rad.map(|turned| turned / self.length_s);
-        let all_s = Real::from(STANDSTILL.windows as u8) * self.length_s;
+        let all_s = Real::from(STATISTICS.confirming as u8) * self.length_s;
         (self.turned_rad, self.length_s) = ([0.0; 3], 0.0);
         let noise = STANDSTILL.noise * STANDSTILL.noise / all_s;
         let axes = [(GYRO_X, Some(PHI)), (GYRO_Y, Some(THETA)), (GYRO_Z, None)];
@@ -77,10 +77,14 @@ impl StandingBias {
                 continue;
             }
             run.take(mean, off);
-            if run.windows < STANDSTILL.windows {
+            if run.windows < STATISTICS.confirming {
                 continue;
             }
-            belief.set_independent(bias, run.sum / Real::from(STANDSTILL.windows as u8), noise);
+            belief.set_independent(
+                bias,
+                run.sum / Real::from(STATISTICS.confirming as u8),
+                noise,
+            );
             if let Some(angle) = angle {
                 belief.P[(angle, angle)] += off * off * all_s * all_s;
             }

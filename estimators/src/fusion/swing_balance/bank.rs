@@ -164,7 +164,7 @@ impl LoadBank {
             h.weight /= sum.max(Real::MIN_POSITIVE);
         }
         self.merge();
-        self.keep(BANK.kept);
+        self.keep(BANK.loads.len());
         (status, mean)
     }
 
@@ -310,10 +310,10 @@ mod tests {
         assert_eq!(bank.hypotheses().len(), BANK.most);
         let mut weights: std::vec::Vec<Real> = bank.hypotheses().iter().map(|h| h.weight).collect();
         weights.sort_by(|a, b| b.total_cmp(a));
-        bank.keep(BANK.kept);
+        bank.keep(BANK.loads.len());
         let left: std::vec::Vec<Real> = bank.hypotheses().iter().map(|h| h.weight).collect();
-        assert_eq!(left.len(), BANK.kept);
-        assert!(left.iter().all(|w| *w >= weights[BANK.kept - 1]));
+        assert_eq!(left.len(), BANK.loads.len());
+        assert!(left.iter().all(|w| *w >= weights[BANK.loads.len() - 1]));
     }
 
     /// Two loads are the same where their Bhattacharyya distance is below 0.1: of one standard deviation at 0.89 of

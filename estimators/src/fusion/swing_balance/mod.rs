@@ -222,7 +222,7 @@ impl SwingMass {
         let behind_rad = sqrt(self.found.eta_variance) * behind_m;
         let bent = GRAVITY * (unread_kg * turn_rad + self.mass_kg() * behind_rad);
         if (y - last).abs() > QUEUE.jump_sd * sqrt(variance + last_variance) + bent {
-            self.jumped = self.written + QUEUE.settling_blocks;
+            self.jumped = self.written + u64::from(STATISTICS.in_a_row);
         }
     }
 
