@@ -18,7 +18,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 const ROUNDS: usize = 5;
-const DT_S: f64 = 2e-3;
+const DT_S: f64 = 4e-3;
 
 /// A scenario with one estimator, whatever others it compares.
 fn one_estimator(name: &str, set: &[(&str, &str)]) -> Scenario {
@@ -127,14 +127,14 @@ fn point_mass_alone(dt: f64) -> f64 {
 type Row = (&'static str, fn() -> f64);
 
 const ROWS: [Row; 7] = [
-    ("whole train, sensors, estimator, dt 2 ms", || {
+    ("whole train, sensors, estimator, dt 4 ms", || {
         factor("liu2023_vehicle_test", &[])
     }),
     ("the same on the winding track", || factor("winding", &[])),
     ("the same as the first, dt 1 ms", || {
         factor("liu2023_vehicle_test", &[("physics.dt_ms", "1")])
     }),
-    ("one drive unit, dt 2 ms", || {
+    ("one drive unit, dt 4 ms", || {
         factor("liu2023_section1", &[])
     }),
     ("point mass with sensors and estimator", || {

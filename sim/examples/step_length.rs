@@ -1,9 +1,9 @@
 //! Accuracy that a longer step costs: the loaded train against itself in steps of 0.1 ms.
 //!
-//!     cargo run --release -p monorig-sim --example step_length -- 1 2 3
+//!     cargo run --release -p monorig-sim --example step_length -- 2 4 5
 //!
-//! The steps are in ms, each a whole part of 12: the torque follows the speed every 12 ms, whatever the step. Each
-//! figure is the root mean square over the drive of the difference of a value, or of its mean over 12 ms.
+//! The steps are in ms, each a whole part of 20: the torque follows the speed every 20 ms, whatever the step. Each
+//! figure is the root mean square over the drive of the difference of a value, or of its mean over 20 ms.
 
 use monorig_estimators::api::signals::Command;
 use monorig_sim::plant::Plant;
@@ -13,7 +13,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use std::sync::Arc;
 
 const REFERENCE_MS: f64 = 0.1;
-const SAMPLE_S: f64 = 12e-3;
+const SAMPLE_S: f64 = 20e-3;
 
 /// A drive: track, speed (m/s), when the brake is put on (s), length (s).
 type Drive = (&'static str, f64, f64, f64);
@@ -97,7 +97,7 @@ fn main() {
         "drive                 step  chainage     speed  attitude    rail N   wheels N  IMU mm/s²"
     );
     println!(
-        "                        ms        mm      mm/s      µrad  of 12 ms   of 12 ms   of 12 ms"
+        "                        ms        mm      mm/s      µrad  of 20 ms   of 20 ms   of 20 ms"
     );
     for d in &DRIVES {
         let rail = asset_track(d.0);

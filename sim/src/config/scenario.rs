@@ -363,7 +363,7 @@ impl Default for Start {
 impl Default for Physics {
     fn default() -> Self {
         Self {
-            dt_ms: Positive::new(2.0),
+            dt_ms: Positive::new(4.0),
             plant: None,
             gravity_mps2: Positive::new(9.81),
         }

@@ -52,7 +52,7 @@ pub trait Plant {
 }
 
 /// Motion of a point fixed to a body, in the world frame W (z up): the input of a sensor bolted there.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MountState {
     /// Velocity of the point in the world, m/s.
     pub v_w: Vector3<f64>,
@@ -177,6 +177,17 @@ pub struct Truth {
 }
 
 impl Truth {
+    /// A truth at rest with room for so many mounts, drives and bodies, and no obstacle near.
+    pub(crate) fn with_room(mounts: usize, drives: usize, bodies: usize) -> Self {
+        Self {
+            mounts: vec![MountState::default(); mounts],
+            drives: vec![DriveState::default(); drives],
+            poses: vec![Default::default(); bodies],
+            clearance_m: f64::INFINITY,
+            ..Self::default()
+        }
+    }
+
     /// A truth in which only the time (s) is known, as for a recorded drive without references: every other number is
     /// not a number.
     pub fn unknown(t_s: f64) -> Self {

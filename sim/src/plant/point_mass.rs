@@ -15,34 +15,8 @@ use crate::plant::{DriveState, MountState, Plant, PlantOptions, Truth};
 use crate::rail::{Cursor, Rail, RailFrame};
 use crate::train::{Drive, Train};
 use monorig_estimators::api::signals::Command;
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use std::sync::Arc;
-
-/// A drive unit that does nothing.
-const NO_DRIVE: Drive = Drive {
-    body: 0,
-    contact: Vector3::new(0.0, 0.0, 0.0),
-    wheel_radius_m: 1.0,
-    wheel_inertia: 0.0,
-    motor_inertia: 0.0,
-    gear_ratio: 1.0,
-    efficiency_drive: 1.0,
-    efficiency_brake: 1.0,
-    torque_max_nm: 0.0,
-    power_w: 0.0,
-    speed_max_radps: 1.0,
-    lag_s: 0.0,
-    rate_nmps: 0.0,
-    piston_area_m2: 0.0,
-    clamp_mpa: 0.0,
-    clamp_lag_s: 0.0,
-    adhesion: 0.0,
-    sigma0: 1.0,
-    sigma1: 0.0,
-    kappa: 0.0,
-    brake_max_n: 0.0,
-    brake_lag_s: 0.0,
-};
 
 /// The train as one point on the rail.
 pub struct PointMass {
@@ -72,30 +46,25 @@ impl PointMass {
     /// A point at the chainage of the IMU.
     pub fn new(train: Train, rail: Arc<Rail>, o: &PlantOptions) -> Self {
         let rotating_kg = train.rotating_mass_kg();
-        let bound = train
-            .bodies
-            .iter()
-            .filter(|b| !b.stations.is_empty())
-            .count() as f64;
+        let bound = train.rail_bound();
         let mount = &train.mounts[o.imu];
         let offset = train.bodies[mount.body].start_s + mount.pose.translation.x;
         // A train without drive units is a point without a motor.
-        let drive = train.drives.first().copied().unwrap_or(NO_DRIVE);
+        let none = Drive {
+            wheel_radius_m: 1.0,
+            gear_ratio: 1.0,
+            efficiency_drive: 1.0,
+            efficiency_brake: 1.0,
+            speed_max_radps: 1.0,
+            sigma0: 1.0,
+            ..Drive::default()
+        };
+        let drive = train.drives.first().copied().unwrap_or(none);
         let clamp_mpa = drive.clamp_mpa;
+        let (mounts, bodies) = (train.mounts.len(), train.bodies.len());
         let truth = Truth {
-            mounts: vec![
-                MountState {
-                    v_w: Vector3::zeros(),
-                    q_wm: UnitQuaternion::identity(),
-                    w_w: Vector3::zeros()
-                };
-                train.mounts.len()
-            ],
-            drives: vec![DriveState::default(); train.drives.len()],
-            poses: vec![(Vector3::zeros(), UnitQuaternion::identity()); train.bodies.len()],
             balance: Some(ForceBalance::default()),
-            clearance_m: f64::INFINITY,
-            ..Default::default()
+            ..Truth::with_room(mounts, train.drives.len(), bodies)
         };
         let mut this = Self {
             cursor: Cursor::at(o.front_m + offset),

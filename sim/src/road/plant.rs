@@ -39,11 +39,6 @@ impl RoadPlant {
             o.speed_mps,
             o.zones.clone(),
         );
-        let still = MountState {
-            v_w: Vector3::zeros(),
-            q_wm: UnitQuaternion::identity(),
-            w_w: Vector3::zeros(),
-        };
         let lane_m = rail
             .outline()
             .iter()
@@ -54,13 +49,9 @@ impl RoadPlant {
             lane_m,
             ns: 0,
             truth: Truth {
-                mounts: vec![still],
-                drives: vec![DriveState::default(); 2],
-                poses: vec![(Vector3::zeros(), UnitQuaternion::identity())],
-                clearance_m: f64::INFINITY,
                 road: Some(RoadState::default()),
                 total_mass_kg: model.geometry.mass_kg,
-                ..Truth::default()
+                ..Truth::with_room(1, 2, 1)
             },
         };
         this.truth.speed_mps = o.speed_mps;

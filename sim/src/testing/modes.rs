@@ -130,6 +130,7 @@ impl Linearisation<'_> {
                     c,
                     v: s.v + take(&moved, 2, k),
                     w: s.w + take(&moved, 3, k),
+                    ..*s
                 }
             })
             .collect();
@@ -140,8 +141,8 @@ impl Linearisation<'_> {
             .zip(moved.iter().skip(12 * n))
             .map(|(a, b)| a + b)
             .collect();
-        dynamics.set_internals(&internals);
         let mut wrenches = vec![Wrench::ZERO; n];
+        dynamics.set_internals(&internals);
         dynamics.forces(self.rail, &states, self.command, self.dt, &mut wrenches);
 
         let mut after = moved;

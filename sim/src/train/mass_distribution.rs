@@ -27,7 +27,7 @@ impl Train {
 
     /// Masses of all bodies, with the mass of each suspended body distributed over the bodies that carry it, down to
     /// the rail.
-    fn resting(&self, mass: impl Fn(usize) -> f64) -> Vec<f64> {
+    pub(crate) fn resting(&self, mass: impl Fn(usize) -> f64) -> Vec<f64> {
         let n = self.bodies.len();
         let mut mass: Vec<f64> = (0..n).map(mass).collect();
         for _ in 0..n {

@@ -2,6 +2,7 @@
 
 pub(crate) mod inertia;
 pub(crate) mod mass_distribution;
+pub(crate) mod springs;
 pub(crate) mod step_check;
 pub(crate) mod support_tree;
 
@@ -199,7 +200,7 @@ impl Train {
 }
 
 /// A drive unit: two friction wheels clamped to the web, one motor.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Drive {
     /// Index of its body.
     pub body: usize,
@@ -245,6 +246,16 @@ pub struct Drive {
     pub brake_max_n: f64,
     /// First-order lag of the clamp brake, s.
     pub brake_lag_s: f64,
+}
+
+/// Bristle damping of a brake shoe, N·s/m; its stiffness is that of the wheels.
+pub(crate) const SHOE_SIGMA1: f64 = 2.0e4;
+
+impl Drive {
+    /// Inertia that turns with a friction wheel, half of the motor's included, kg·m².
+    pub(crate) fn turning_inertia(&self) -> f64 {
+        self.wheel_inertia + 0.5 * self.gear_ratio * self.gear_ratio * self.motor_inertia
+    }
 }
 
 /// A named place on a body.

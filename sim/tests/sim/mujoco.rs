@@ -8,8 +8,9 @@ use monorig_sim::testing::{torque, train, world};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Steps between two rows: 1 ms, the default of 2 ms, and nearly the longest that the train's springs allow.
-const STEPS_PER_ROW: [usize; 3] = [50, 25, 17];
+/// Steps between two rows: 1 ms, 2 ms, a little more than the default of 4 ms, and nearly the longest that the train's
+/// springs allow.
+const STEPS_PER_ROW: [usize; 4] = [50, 25, 12, 10];
 /// As in `make.py`: front at the start, m, and time between rows, s.
 const FRONT_M: f64 = 20.5;
 const ROW_S: f64 = 0.05;

@@ -226,8 +226,8 @@ fn a_controller_with_a_fixed_step_is_called_with_that_step() {
     let mut torques = Vec::new();
     let mut keep = |f: &StepFrame<'_>| torques.push(f.command.motor_torque_nm[0]);
     monorig_sim::closed_loop::run(&mut simulation, &mut [&mut keep], &mut |_| true).unwrap();
-    // steps of 2 ms: the command of the fifth is that of the first step of the FMU, which ends with it
-    let expected = (1..=250).map(|step| f64::from(step / 5));
+    // steps of 4 ms: the FMU, whose steps are of 10 ms, has ended so many of them at the end of each
+    let expected = (1..=125).map(|step| f64::from(4 * step / 10));
     assert_eq!(torques, expected.collect::<Vec<_>>());
 }
 

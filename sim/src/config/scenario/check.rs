@@ -7,7 +7,7 @@ use super::wrong::{Wrong, wrong};
 use super::{DriveCycle, Event, FeedForward, PlantKind, ScenarioFile, SpeedPoint};
 use crate::config::checked::NonNegative;
 
-/// Largest number of physics steps; a longer run counts as a typing error (23 days at 2 ms).
+/// Largest number of physics steps; a longer run counts as a typing error (46 days at 4 ms).
 const MAX_STEPS: f64 = 1e9;
 
 /// Check a scenario file by itself.

@@ -2,7 +2,7 @@
 //! otherwise.
 
 use super::collisions::Collisions;
-use super::convert::{mass_properties, pose_to_rapier, state, state_to_rapier, to_rapier};
+use super::convert::{self, mass_properties, pose_to_rapier, state_to_rapier, to_rapier};
 use super::free_motion::FreeBody;
 use crate::plant::PlantOptions;
 use crate::plant::train::body_state::{BodyState, Wrench};
@@ -20,8 +20,6 @@ pub struct Bodies {
     handles: Vec<RigidBodyHandle>,
     collisions: Collisions,
     gravity: f64,
-    /// True if rapier's bodies are not where `states` are.
-    engine_behind: bool,
     engine_always: bool,
 }
 
@@ -50,7 +48,7 @@ impl Bodies {
                 .pose(pose_to_rapier(&(x_wr * b.start_pose)))
                 .additional_mass_properties(mass_properties(b))
                 .can_sleep(false)
-                .gyroscopic_forces_enabled(true);
+                .gyroscopic_forces_enabled(false);
             let handle = physics.bodies.insert(body);
             collisions.add(&mut physics, handle, i, b, Some(i) == train.load);
             handles.push(handle);
@@ -59,13 +57,15 @@ impl Bodies {
         physics.integration_parameters.dt = 0.0;
         physics.step();
         Self {
-            states: handles.iter().map(|h| state(&physics.bodies[*h])).collect(),
+            states: handles
+                .iter()
+                .map(|h| convert::state(&physics.bodies[*h]))
+                .collect(),
             free: train.bodies.iter().map(FreeBody::new).collect(),
             physics,
             handles,
             collisions,
             gravity: options.gravity_mps2,
-            engine_behind: false,
             engine_always: false,
         }
     }
@@ -75,18 +75,33 @@ impl Bodies {
         &self.states
     }
 
-    /// Advance all bodies by `dt` (s) from `t_s` under a wrench on each, in the order of the bodies.
+    /// Moves all bodies from the beginning of a step of `dt` (s) to its middle, where [`Bodies::step`] gets its
+    /// wrenches.
+    pub fn reach_middle(&mut self, dt: f64) {
+        for (state, body) in self.states.iter_mut().zip(&self.free) {
+            body.reach_middle(state, dt);
+        }
+    }
+
+    /// Advance all bodies from the middle of a step of `dt` (s) from `t_s` to its end, under a wrench on each over the
+    /// whole step, in the order of the bodies.
     pub fn step(&mut self, wrenches: &[Wrench], t_s: f64, dt: f64) {
         self.collisions
             .update_colliders(&mut self.physics, &self.states, t_s);
-        if self.collisions.enabled() || self.engine_always {
+        let by_engine = self.collisions.enabled() || self.engine_always;
+        if by_engine {
             self.step_in_engine(wrenches, dt);
-        } else {
-            let bodies = self.states.iter_mut().zip(&self.free);
-            for ((state, body), wrench) in bodies.zip(wrenches) {
-                body.step(state, wrench, self.gravity, dt);
+        }
+        for (i, (state, body)) in self.states.iter_mut().zip(&self.free).enumerate() {
+            let (before, gained) = (state.with(-0.5), state.gained);
+            if by_engine {
+                *state = convert::state(&self.physics.bodies[self.handles[i]]);
+                state.gained = gained;
+            } else {
+                [state.v, state.w] = before;
+                body.push(state, &wrenches[i], self.gravity, dt);
             }
-            self.engine_behind = true;
+            body.reach_end(state, &before, dt, by_engine);
         }
     }
 
@@ -94,9 +109,7 @@ impl Bodies {
         let bodies = self.handles.iter().zip(wrenches).zip(&self.states);
         for ((handle, wrench), state) in bodies {
             let body = &mut self.physics.bodies[*handle];
-            if self.engine_behind {
-                state_to_rapier(state, body);
-            }
+            state_to_rapier(state, body);
             body.reset_forces(false);
             body.reset_torques(false);
             body.add_force(to_rapier(&wrench.force), false);
@@ -104,16 +117,12 @@ impl Bodies {
         }
         self.physics.integration_parameters.dt = dt;
         self.physics.step();
-        self.engine_behind = false;
-        for (out, handle) in self.states.iter_mut().zip(&self.handles) {
-            *out = state(&self.physics.bodies[*handle]);
-        }
     }
 
     /// Give a body another velocity of its centre of mass (m/s) and angular velocity (rad/s), both in the world.
     pub fn set_velocity(&mut self, i: usize, v: Vector3<f64>, w: Vector3<f64>) {
-        (self.states[i].v, self.states[i].w) = (v, w);
-        self.engine_behind = true;
+        let state = &mut self.states[i];
+        (state.v, state.w, state.gained) = (v, w, Default::default());
     }
 
     /// Give a body another mass, centre of mass and inertia; its origin and its velocities stay.
@@ -122,7 +131,6 @@ impl Bodies {
         self.states[i].c = self.states[i].point(&body.com);
         self.physics.bodies[self.handles[i]]
             .set_additional_mass_properties(mass_properties(body), false);
-        self.engine_behind = true;
     }
 
     /// True if a contact is possible, so that rapier's contact solver is on.

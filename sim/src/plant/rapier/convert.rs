@@ -62,11 +62,12 @@ pub fn shared_shape(g: &Geometry) -> Option<(SharedShape, Pose)> {
     })
 }
 
-/// Sets a body to the place and motion of `s`.
+/// Sets a body to the place of `s` in the middle of a step and to its velocities before the step.
 pub fn state_to_rapier(s: &BodyState, body: &mut RigidBody) {
     body.set_position(pose(s), false);
-    body.set_linvel(to_rapier(&s.v), false);
-    body.set_angvel(to_rapier(&s.w), false);
+    let [v, w] = s.with(-0.5);
+    body.set_linvel(to_rapier(&v), false);
+    body.set_angvel(to_rapier(&w), false);
 }
 
 /// Pose of a body for rapier.
@@ -77,7 +78,7 @@ pub fn pose(s: &BodyState) -> Pose {
     }
 }
 
-/// The motion of a body.
+/// The motion of a body at a steady speed.
 pub fn state(b: &RigidBody) -> BodyState {
     let pose = b.position();
     let q = pose.rotation;
@@ -93,5 +94,6 @@ pub fn state(b: &RigidBody) -> BodyState {
         c: from_rapier(b.center_of_mass()),
         v: from_rapier(b.linvel()),
         w: from_rapier(b.angvel()),
+        gained: [Vector3::zeros(); 2],
     }
 }

@@ -12,6 +12,8 @@ mod convert;
 mod free_motion;
 mod load;
 mod momentum;
+#[cfg(test)]
+mod order_tests;
 mod sway;
 mod truth;
 
@@ -20,25 +22,26 @@ use crate::plant::PlantOptions;
 use crate::plant::train::balance::ForceBalance;
 use crate::plant::train::body_state::{BodyState, Wrench};
 use crate::plant::train::dynamics::{Dynamics, Sums};
-use crate::plant::{DriveState, MountState, Plant, Truth};
+use crate::plant::{Plant, Truth};
 use crate::rail::{Cursor, Rail};
 use crate::train::Train;
 use bodies::Bodies;
 use monorig_estimators::api::signals::Command;
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use std::sync::Arc;
 use sway::Sway;
 
 /// Distance beyond which a station has left the rail, m (half an I140E flange).
 const MAX_OFF_RAIL_M: f64 = 0.034;
-/// Longest time in which the train settles on its springs before a run, s, step of 1 ms, and share of each velocity
-/// kept in a step.
+/// Longest time in which the train settles on its springs before a run, s, its longest step, s, and share of each
+/// velocity kept in a step.
 const SETTLE_S: f64 = 20.0;
-const SETTLE_KEEP: f64 = 0.995;
+const SETTLE_STEP_S: f64 = 4e-3;
+const SETTLE_KEEP: f64 = 0.98;
 /// Speed below which the train has settled, m/s.
 const SETTLED_SPEED_MPS: f64 = 1e-7;
 /// Number of steps at rest before a body counts as settled, so that a turning point of a swing does not count as rest.
-const SETTLED_STEPS: u32 = 500;
+const SETTLED_STEPS: u32 = 125;
 
 /// The train in rapier.
 pub struct World {
@@ -99,7 +102,7 @@ impl World {
 
     /// Let the springs take the weight with brakes on, then give every body its speed.
     fn settle(&mut self, front: f64, speed: f64) -> Result<(), Error> {
-        let dt = 1e-3;
+        let dt = SETTLE_STEP_S.min(self.dynamics.train.longest_step().0);
         let command = Command {
             brake: 1.0,
             clamp_pressure_mpa: self
@@ -115,6 +118,7 @@ impl World {
         }
         let mut quiet = 0;
         for _ in 0..(SETTLE_S / dt) as usize {
+            self.bodies.reach_middle(dt);
             self.forces(&command, dt);
             self.bodies.step(&self.wrenches, self.truth.t_s, dt);
             let mut fastest: f64 = 0.0;
@@ -144,29 +148,11 @@ impl World {
                 let t = self.rail.track(&s.p, &mut cursor).t;
                 self.bodies.set_velocity(i, t * speed, s.w);
             }
-            for u in &mut self.dynamics.drives {
-                u.brake.value = 0.0;
-                u.shoes = Default::default();
-                for w in &mut u.wheels {
-                    w.omega = speed / u.spec.wheel_radius_m;
-                }
-            }
+            self.dynamics.roll(speed);
         }
         self.time = SimulatedTime::default();
-        self.truth = Truth {
-            mounts: vec![
-                MountState {
-                    v_w: Vector3::zeros(),
-                    q_wm: UnitQuaternion::identity(),
-                    w_w: Vector3::zeros()
-                };
-                self.dynamics.train.mounts.len()
-            ],
-            drives: vec![DriveState::default(); self.dynamics.drives.len()],
-            poses: vec![(Vector3::zeros(), UnitQuaternion::identity()); self.wrenches.len()],
-            clearance_m: f64::INFINITY,
-            ..Default::default()
-        };
+        let (train, bodies) = (&self.dynamics.train, self.wrenches.len());
+        self.truth = Truth::with_room(train.mounts.len(), train.drives.len(), bodies);
         self.update_truth(0.0);
         self.truth.accel_mps2 = 0.0;
         self.check()
@@ -256,8 +242,9 @@ impl World {
 impl Plant for World {
     fn step(&mut self, command: &Command, dt_s: f64) -> Result<(), Error> {
         let before = self.momentum();
+        self.bodies.reach_middle(dt_s);
         self.forces(command, dt_s);
-        let turned = self.bodies_momentum();
+        let turned = self.bodies_momentum(-0.5);
         self.bodies.step(&self.wrenches, self.truth.t_s, dt_s);
         self.update_balance(&before, turned, dt_s);
         self.drive_work_j += self.sums.drive_w * dt_s;

@@ -13,17 +13,17 @@ impl World {
     /// Momentum now, with the directions of the rail of the last step.
     pub(super) fn momentum(&self) -> Momentum {
         Momentum {
-            bodies: self.bodies_momentum(),
+            bodies: self.bodies_momentum(0.0),
             rotating: self.dynamics.rotating_momentum().0,
         }
     }
 
-    /// Σ mᵢ vᵢ·tᵢ, kg·m/s.
-    pub(super) fn bodies_momentum(&self) -> f64 {
+    /// Σ mᵢ vᵢ·tᵢ, kg·m/s, with a share of the last change of the velocities.
+    pub(super) fn bodies_momentum(&self, share: f64) -> f64 {
         let bodies = self.dynamics.train.bodies.iter().zip(self.bodies.states());
         bodies
             .zip(self.dynamics.directions().now())
-            .map(|((b, s), t)| b.mass_kg * s.v.dot(t))
+            .map(|((b, s), t)| b.mass_kg * s.with(share)[0].dot(t))
             .sum()
     }
 
@@ -31,7 +31,7 @@ impl World {
     /// the directions of this step with the velocities before it, and the present velocities.
     pub(super) fn update_balance(&mut self, before: &Momentum, turned: f64, dt: f64) {
         let (rotating, rotating_mass) = self.dynamics.rotating_momentum();
-        let bodies = self.bodies_momentum();
+        let bodies = self.bodies_momentum(0.0);
         let mass = self.dynamics.train.total_mass_kg() + rotating_mass;
         let sums = &self.sums;
         // Contact is what the solver adds to the forces given to it.

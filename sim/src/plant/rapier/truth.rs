@@ -63,21 +63,17 @@ impl World {
                 libm::atan2(d.dot(&left), -d.z),
             ];
         }
-        for (i, (out, u)) in t.drives.iter_mut().zip(&self.dynamics.drives).enumerate() {
-            let r = u.spec.wheel_radius_m;
-            let rates = self.dynamics.wheel_rates(i, states, dt);
-            let slip = u.wheels.map(|w| w.omega * r - u.v_t);
+        for (out, u) in t.drives.iter_mut().zip(&self.dynamics.drives) {
+            let [left, right] = u.wheels;
+            let more_left = left.slip.abs() > right.slip.abs();
+            let larger = if more_left { left.slip } else { right.slip };
             *out = DriveState {
-                chainage_m: self.dynamics.drive_chainage(i),
+                chainage_m: u.chainage_m,
                 motor_torque_nm: u.motor.torque(),
-                wheel_rate_radps: rates,
+                wheel_rate_radps: u.wheels.map(|w| w.omega),
                 wheel_angle_rad: u.angles,
-                traction_n: u.wheels[0].force + u.wheels[1].force,
-                slip_mps: if slip[0].abs() > slip[1].abs() {
-                    slip[0]
-                } else {
-                    slip[1]
-                },
+                traction_n: u.traction_n(),
+                slip_mps: larger,
                 clamp_mpa: u.clamp.value,
                 adhesion: u.adhesion,
             };

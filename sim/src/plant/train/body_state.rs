@@ -1,4 +1,8 @@
 //! Motion of one rigid body, in the world frame.
+//!
+//! A step takes the bodies to its middle, changes their velocities by the forces there, and takes them to its end. The
+//! forces see the places and velocities that the middle has if the velocities change as in the last step
+//! (`implicit.rs`).
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -17,6 +21,8 @@ pub struct BodyState {
     pub v: Vector3<f64>,
     /// Angular velocity, rad/s.
     pub w: Vector3<f64>,
+    /// Changes of both velocities in the last step.
+    pub(crate) gained: [Vector3<f64>; 2],
 }
 
 impl BodyState {
@@ -28,6 +34,17 @@ impl BodyState {
     /// Velocity of the body at a world point, m/s.
     pub fn velocity(&self, at: &Vector3<f64>) -> Vector3<f64> {
         self.v + self.w.cross(&(at - self.c))
+    }
+
+    /// What changes `by` of both velocities change at a world point, m/s.
+    pub(crate) fn change(&self, by: &[Vector3<f64>; 2], at: &Vector3<f64>) -> Vector3<f64> {
+        by[0] + by[1].cross(&(at - self.c))
+    }
+
+    /// Both velocities with a share of the changes of the last step.
+    pub(crate) fn with(&self, share: f64) -> [Vector3<f64>; 2] {
+        let [v, w] = self.gained;
+        [self.v + v * share, self.w + w * share]
     }
 }
 

@@ -1,11 +1,13 @@
 //! Couplings, hangers and chains: spring-dampers between two bodies.
 
 use super::body_state::BodyState;
+use super::implicit::yielding;
 use crate::train::{Connection, ConnectionKind};
 use nalgebra::Vector3;
 
 /// Force on body `a` (the opposite force acts on `b`), N, its two points of action, m, and the power lost in the
 /// damper, W.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Pull {
     /// Force on `a`.
     pub force: Vector3<f64>,
@@ -15,6 +17,8 @@ pub struct Pull {
     pub at_b: Vector3<f64>,
     /// Power lost, W.
     pub loss: f64,
+    /// Direction of a drawbar or chain; zero if it is slack, and for a hanger.
+    along: Vector3<f64>,
 }
 
 /// Forces and torques of a connection on its two bodies.
@@ -23,31 +27,45 @@ pub fn pull(c: &Connection, a: &BodyState, b: &BodyState) -> Pull {
     let at_b = b.point(&c.anchor_b);
     let d = at_b - at_a;
     let v = b.velocity(&at_b) - a.velocity(&at_a);
-    let (force, loss) = match c.kind {
-        ConnectionKind::Hanger => (d * c.k + v * c.c, c.c * v.norm_squared()),
-        ConnectionKind::Drawbar | ConnectionKind::Chain => {
-            let length = d.norm_squared().sqrt();
-            if length < 1e-9 {
-                (Vector3::zeros(), 0.0)
-            } else {
-                let n = d / length;
-                let rate = n.dot(&v);
-                let tension = c.k * (length - c.length_m) + c.c * rate;
-                let slack =
-                    c.kind == ConnectionKind::Chain && (length <= c.length_m || tension <= 0.0);
-                if slack {
-                    (Vector3::zeros(), 0.0)
-                } else {
-                    (n * tension, c.c * rate * rate)
-                }
-            }
-        }
-    };
-    Pull {
-        force,
+    let still = Pull {
         at_a,
         at_b,
-        loss,
+        ..Pull::default()
+    };
+    if c.kind == ConnectionKind::Hanger {
+        return Pull {
+            force: d * c.k + v * c.c,
+            loss: c.c * v.norm_squared(),
+            ..still
+        };
+    }
+    let length = d.norm_squared().sqrt();
+    if length < 1e-9 {
+        return still;
+    }
+    let n = d * (1.0 / length);
+    let rate = n.dot(&v);
+    let tension = c.k * (length - c.length_m) + c.c * rate;
+    if c.kind == ConnectionKind::Chain && (length <= c.length_m || tension <= 0.0) {
+        return still;
+    }
+    Pull {
+        force: n * tension,
+        loss: c.c * rate * rate,
+        along: n,
+        ..still
+    }
+}
+
+impl Pull {
+    /// Returns what the force on `a` gains if the anchors part by `more` (m/s) faster than expected at the end of a
+    /// step of `dt` (s).
+    pub fn gains(&self, c: &Connection, more: &Vector3<f64>, dt: f64) -> Vector3<f64> {
+        let rate = match c.kind {
+            ConnectionKind::Hanger => *more,
+            ConnectionKind::Drawbar | ConnectionKind::Chain => self.along * self.along.dot(more),
+        };
+        rate * yielding(c.k, c.c, dt)
     }
 }
 

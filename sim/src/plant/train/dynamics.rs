@@ -3,12 +3,14 @@
 use super::adhesion::{self, AdhesionZone};
 use super::balance::{Directions, ForceBalance};
 use super::body_state::{BodyState, Wrench};
-use super::friction::{Bristle, RollingContact, SlidingContact, WheelParameters};
-use super::motor::{Lag, TractionMotor, wheel_torque};
-use super::running_gear::grip;
-use super::{coupling, resistance};
-use crate::rail::{Cursor, Rail, RailFrame};
-use crate::train::{Drive, Train};
+use super::coupling::{self, Pull};
+use super::friction::{Bristle, Contact};
+use super::implicit::Implicit;
+use super::motor::{Lag, TractionMotor, wheel_damping, wheel_torque};
+use super::resistance;
+use super::running_gear::{Grip, grip};
+use crate::rail::{Cursor, Rail};
+use crate::train::{Drive, SHOE_SIGMA1, Train};
 use monorig_estimators::api::signals::Command;
 use nalgebra::Vector3;
 
@@ -17,8 +19,6 @@ const WHEEL_HALF_WIDTH_M: f64 = 0.03;
 /// Roll stiffness of a clamped pair, N·m/rad, and its damping, N·m·s/rad.
 pub(super) const CLAMP_ROLL_STIFFNESS: f64 = 2.0e4;
 const CLAMP_ROLL_DAMPING: f64 = 2.0e2;
-/// Friction of the brake shoes on the rail; only scales the bristles, the limit is the brake's force.
-const SHOE_SIGMA1: f64 = 2.0e4;
 
 /// State of one drive unit beyond its rigid body.
 #[derive(Clone, Copy, Debug)]
@@ -33,17 +33,23 @@ pub struct DriveUnit {
     /// Limit force of the clamp brake, N.
     pub brake: Lag,
     /// Left and right friction wheel.
-    pub wheels: [RollingContact; 2],
+    pub wheels: [Contact; 2],
+    /// Torque of the gear at both wheels, and of the rolling against each, as expected in the last step, N·m, with what
+    /// each rad/s more takes from the first and adds to the others, N·m·s.
+    torques: [[f64; 2]; 3],
+    /// Torque at the motor's shaft, N·m, mean over the last step.
+    shaft: f64,
+    /// Where the wheels touch the web, m, and the rail's direction there.
+    at: Vector3<f64>,
+    tangent: Vector3<f64>,
     /// Angles of the wheels, rad.
     pub angles: [f64; 2],
     /// Brake shoes.
-    pub shoes: SlidingContact,
+    pub shoes: Contact,
     /// Adhesion under the wheels.
     pub adhesion: f64,
-    /// Speed of the body along the rail at the wheels, m/s, before the last step.
-    pub v_t: f64,
-    /// Point at which the wheels touch the web, and the rail there, before the last step.
-    pub(super) contact: (Vector3<f64>, RailFrame),
+    /// Chainage of the wheels, m.
+    pub chainage_m: f64,
 }
 
 /// Sums of one step, N and W.
@@ -94,12 +100,15 @@ pub struct Dynamics {
     /// Two cursors per rail-bound body, in the order of the stations.
     pub(super) cursors: Vec<Cursor>,
     /// Rolling resistance of each station.
-    pub(super) rolling: Vec<SlidingContact>,
+    pub(super) rolling: Vec<Contact>,
     /// Mass that each body brings onto the rail, kg: its own and its share of what hangs from it; 0 for suspended
     /// bodies.
     carried: Vec<f64>,
     /// Directions of the rail at the bodies.
     directions: Directions,
+    grips: Vec<Grip>,
+    pulls: Vec<Pull>,
+    implicit: Implicit,
     web_half: f64,
 }
 
@@ -121,12 +130,15 @@ impl Dynamics {
                 motor: TractionMotor::default(),
                 clamp: Lag { value: d.clamp_mpa },
                 brake: Lag::default(),
-                wheels: [RollingContact::default(); 2],
+                wheels: [Contact::default(); 2],
+                torques: [[0.0; 2]; 3],
+                shaft: 0.0,
+                at: Vector3::zeros(),
+                tangent: Vector3::x(),
                 angles: [0.0; 2],
-                shoes: SlidingContact::default(),
+                shoes: Contact::default(),
                 adhesion: d.adhesion,
-                v_t: 0.0,
-                contact: (Vector3::zeros(), rail.frame(front)),
+                chainage_m: front + train.bodies[d.body].start_s + d.contact.x,
             })
             .collect();
         let web_half = rail.profile().map_or(0.0, |p| p.web_m) / 2.0;
@@ -136,47 +148,30 @@ impl Dynamics {
             zones: Vec::new(),
             clamp_limit_mpa: f64::INFINITY,
             gravity,
-            rolling: vec![SlidingContact::default(); cursors.len()],
+            rolling: vec![Contact::default(); cursors.len()],
             cursors,
             carried: Vec::new(),
             directions: Directions::default(),
+            grips: Vec::new(),
+            pulls: Vec::new(),
+            implicit: Implicit::default(),
             web_half,
         };
         this.distribute_masses();
-        this.directions = Directions::new(this.train.bodies.len(), this.train.suspended_bodies());
+        let count = this.train.bodies.len();
+        this.directions = Directions::new(count, this.train.suspended_bodies());
         this
     }
 
     /// Distributes each suspended body's mass over the bodies that carry it, down to the rail.
     pub fn distribute_masses(&mut self) {
-        let n = self.train.bodies.len();
-        let mut mass: Vec<f64> = self.train.bodies.iter().map(|b| b.mass_kg).collect();
-        // A chain of suspended bodies is at most as long as the list of bodies.
-        for _ in 0..n {
-            let mut moved = false;
-            for i in 0..n {
-                if mass[i] == 0.0 || !self.train.bodies[i].stations.is_empty() {
-                    continue;
-                }
-                let above: Vec<usize> = self.train.supports(i);
-                if above.is_empty() {
-                    continue;
-                }
-                let share = mass[i] / above.len() as f64;
-                mass[i] = 0.0;
-                for a in above {
-                    mass[a] += share;
-                }
-                moved = true;
-            }
-            if !moved {
-                break;
-            }
-        }
-        self.carried = mass;
+        let mass = |i: usize| self.train.bodies[i].mass_kg;
+        self.carried = self.train.resting(mass);
+        self.implicit.reset();
     }
 
-    /// Advance the internal states by `dt` and compute the wrench on every body (gravity excluded).
+    /// Advance the internal states by `dt` and compute the wrench on every body (gravity excluded), mean over the step,
+    /// from places and velocities in its middle as they are expected.
     pub fn forces(
         &mut self,
         rail: &Rail,
@@ -193,11 +188,38 @@ impl Dynamics {
             sums.external += w.force;
         }
         self.directions.complete();
+        self.pulls.clear();
         for c in &self.train.connections {
             let p = coupling::pull(c, &bodies[c.a], &bodies[c.b]);
             out[c.a].add(&bodies[c.a], &p.force, &p.at_a);
             out[c.b].add(&bodies[c.b], &-p.force, &p.at_b);
             sums.loss_w += p.loss;
+            self.pulls.push(p);
+        }
+        let train = &self.train;
+        self.implicit.solve(train, bodies, self.gravity, dt, out);
+        let mut grips = self.grips.iter();
+        for (i, body) in train.bodies.iter().enumerate() {
+            for (st, g) in body.stations.iter().zip(&mut grips) {
+                let more = &self.implicit.more[i];
+                let gained = g.gained(st, &bodies[i], more);
+                sums.external += g.press(st, &bodies[i], 0.0, gained, &mut out[i]);
+                let load = |side: usize| (g.loads[side] + gained[side]).abs();
+                sums.wheel_load_n += load(0) + load(1);
+            }
+        }
+        let more = |i: usize, at: &Vector3<f64>| bodies[i].change(&self.implicit.more[i], at);
+        for (c, p) in train.connections.iter().zip(&self.pulls) {
+            let force = p.gains(c, &(more(c.b, &p.at_b) - more(c.a, &p.at_a)), dt);
+            out[c.a].add(&bodies[c.a], &force, &p.at_a);
+            out[c.b].add(&bodies[c.b], &-force, &p.at_b);
+        }
+        for unit in &mut self.drives {
+            let i = unit.spec.body;
+            let more = more(i, &unit.at);
+            let force = unit.end(&more, dt, &mut sums);
+            out[i].add(&bodies[i], &force, &unit.at);
+            sums.external += force;
         }
         self.balance(out, &mut sums);
         sums
@@ -236,6 +258,7 @@ impl Dynamics {
     ) {
         let res = &self.train.resistance;
         let mut stations = self.cursors.iter_mut().zip(&mut self.rolling);
+        self.grips.clear();
         let mut air_v = None;
         for (i, spec) in self.train.bodies.iter().enumerate() {
             let body = &bodies[i];
@@ -246,10 +269,13 @@ impl Dynamics {
                 };
                 let at = body.p + body.r.column(0) * st.x_m;
                 let f = rail.track(&at, cursor);
-                let g = grip(st, body, &at, &f);
+                let g = grip(st, body, &at, &f, dt);
+                self.grips.push(g);
                 let [by_running, by_guides] = resistance::rolling(res, &g);
                 let limit = by_running + by_guides;
-                let held = rolling.step(&resistance::ROLLING, limit, g.v_t, dt);
+                let gained = body.change(&body.gained, &at).dot(&f.t);
+                rolling.begin(&resistance::ROLLING, limit, [0.0; 2], [g.v_t, gained], dt);
+                let held = rolling.end(&resistance::ROLLING, 0.0, dt);
                 let mut against = 0.0;
                 if k == 0 {
                     let bearing = resistance::bearing(res, g.v_t);
@@ -257,7 +283,7 @@ impl Dynamics {
                     sums.balance.bearing_n -= bearing;
                 }
                 if air_v.is_none() {
-                    air_v = Some(g.v_t);
+                    air_v = Some(());
                     let air = resistance::air(res, g.v_t);
                     against += air;
                     sums.balance.air_n -= air;
@@ -266,12 +292,9 @@ impl Dynamics {
                     sums.balance.running_rolling_n += held * by_running / limit;
                     sums.balance.guide_rolling_n += held * by_guides / limit;
                 }
-                let force = g.force + f.t * (held - against);
-                out[i].add(body, &force, &at);
-                out[i].torque += f.t * g.roll;
+                g.press(st, body, held - against, g.loads, &mut out[i]);
                 sums.resistance_n += against - held;
                 sums.loss_w += g.loss + against * g.v_t + rolling.loss;
-                sums.wheel_load_n += g.wheel_load;
                 sums.off_rail_m = sums.off_rail_m.max(g.off[0].abs()).max(g.off[1].abs());
                 tangents += f.t;
                 sines += rail.sine_without_steps(&f);
@@ -304,15 +327,25 @@ impl Dynamics {
             // The wheels press on the web from both sides, so they touch it where it is and not on the body's axis,
             // which is a chord of the bend; their height is that of the body.
             let at = f.p + f.u * (wheels - f.p).dot(&f.u);
-            let v_t = body.velocity(&at).dot(&f.t);
-            let turning = body.w.dot(&f.u) * self.web_half;
-            unit.v_t = v_t;
-            unit.contact = (at, f);
+            // Speed of the body at the left and the right wheel, and at the shoe, for velocities.
+            let speeds = |v: &[Vector3<f64>; 2]| {
+                let (along, turning) = (body.change(v, &at).dot(&f.t), v[1].dot(&f.u));
+                [-1.0, 1.0, 0.0].map(|left| along + left * turning * self.web_half)
+            };
+            let v = speeds(&[body.v, body.w]);
+            let gained = speeds(&body.gained);
+            unit.chainage_m = f.s + 0.5 * dt * v[2];
 
-            let omega = 0.5 * (unit.wheels[0].omega + unit.wheels[1].omega);
+            let omega = 0.5 * (unit.wheels[0].expected() + unit.wheels[1].expected());
             let asked = command.motor_torque_nm.get(i).copied().unwrap_or(0.0);
             let motor = unit.motor.step(&d, asked, omega, dt);
-            let torque = wheel_torque(&d, motor, omega);
+            let friction_wheel = d.friction_wheel();
+            unit.shaft = motor;
+            let gear = [
+                wheel_torque(&d, motor, omega),
+                wheel_damping(&d, motor, omega),
+            ];
+            unit.torques[0] = gear;
             let pressure = unit.clamp.step(
                 command.clamp_pressure_mpa.min(self.clamp_limit_mpa),
                 d.clamp_lag_s,
@@ -321,48 +354,32 @@ impl Dynamics {
             let clamp = pressure * 1e6 * d.piston_area_m2;
             unit.adhesion = adhesion::at(&self.zones, unit.cursor.s, d.adhesion);
 
-            let friction_wheel = d.friction_wheel();
             let r = d.wheel_radius_m;
             let mut along = 0.0;
             for (side, wheel) in unit.wheels.iter_mut().enumerate() {
-                let v_side = if side == 0 {
-                    v_t - turning
-                } else {
-                    v_t + turning
-                };
-                let rolling = resistance::clamped_wheel(res, clamp, r, wheel.omega);
-                let before = wheel.omega;
+                let rate = wheel.expected();
+                let rolling = [
+                    resistance::clamped_wheel(res, clamp, r, rate),
+                    resistance::clamped_damping(res, clamp, r, rate),
+                ];
+                unit.torques[1 + side] = rolling;
+                let torque = [0.5 * gear[0] - rolling[0], 0.5 * gear[1] + rolling[1]];
                 let limit = unit.adhesion * clamp;
-                along += wheel.step(&friction_wheel, limit, 0.5 * torque - rolling, v_side, dt);
-                let mean = 0.5 * (before + wheel.omega);
-                unit.angles[side] += dt * wheel.omega;
-                sums.loss_w += wheel.loss + rolling * mean;
-                sums.resistance_n += rolling / r;
-                sums.balance.clamped_rolling_n -= rolling / r;
+                let under = [v[side], gained[side]];
+                along += wheel.begin(&friction_wheel, limit, torque, under, dt);
             }
-            sums.balance.drive_n += torque / r;
-            let rate = 0.5 * (unit.wheels[0].omega + unit.wheels[1].omega);
-            let power = motor * d.gear_ratio * 0.5 * (omega + rate);
-            sums.drive_w += power;
-            sums.loss_w += power - torque * 0.5 * (omega + rate);
-            sums.traction_n += along;
 
             let limit = unit
                 .brake
                 .step(command.brake * d.brake_max_n, d.brake_lag_s, dt);
-            let shoe = Bristle {
-                sigma0: d.sigma0,
-                sigma1: SHOE_SIGMA1,
-                kappa: 0.0,
-            };
-            let limit = if command.brake <= 0.0 && limit < 1.0 {
+            let limit = if command.brake <= 0.0 && limit < 1e-6 {
                 0.0
             } else {
                 limit
             };
-            let brake = unit.shoes.step(&shoe, limit, v_t, dt);
-            sums.loss_w += unit.shoes.loss;
-            sums.brake_n += brake;
+            along += unit
+                .shoes
+                .begin(&d.shoe(), limit, [0.0; 2], [v[2], gained[2]], dt);
 
             // The clamped pair resists roll up to what its clamp force carries.
             let roll = body.r.column(1).dot(&f.u);
@@ -372,29 +389,71 @@ impl Dynamics {
                 (-CLAMP_ROLL_STIFFNESS * roll - CLAMP_ROLL_DAMPING * roll_rate).clamp(-most, most);
             sums.loss_w += CLAMP_ROLL_DAMPING * roll_rate * roll_rate;
 
-            out[d.body].add(body, &(f.t * (along + brake)), &at);
+            (unit.at, unit.tangent) = (at, f.t);
+            out[d.body].add(body, &(f.t * along), &at);
             out[d.body].torque += f.t * moment;
         }
     }
+}
 
-    /// Chainage of the friction wheels of drive `i`, m.
-    pub fn drive_chainage(&self, i: usize) -> f64 {
-        self.drives[i].cursor.s
+impl DriveUnit {
+    /// Ends a step of `dt` (s): the body's speed at the wheels has changed by `more` (m/s) than expected. Returns what
+    /// the force on it changes by, N.
+    fn end(&mut self, more: &Vector3<f64>, dt: f64, sums: &mut Sums) -> Vector3<f64> {
+        let (d, more) = (self.spec, more.dot(&self.tangent));
+        let r = d.wheel_radius_m;
+        let expected = self.shoes.force + self.traction_n();
+        let (mut turned, mut more_turning) = (0.0, 0.0);
+        for (side, wheel) in self.wheels.iter_mut().enumerate() {
+            wheel.end(&d.friction_wheel(), more, dt);
+            let [rolling, damping] = self.torques[1 + side];
+            let rolling = rolling + damping * wheel.more;
+            more_turning += 0.5 * wheel.more;
+            let rate = wheel.omega - 0.5 * wheel.gained;
+            self.angles[side] += dt * rate;
+            turned += 0.5 * rate;
+            sums.loss_w += wheel.loss + rolling * rate;
+            sums.resistance_n += rolling / r;
+            sums.balance.clamped_rolling_n -= rolling / r;
+        }
+        let torque = self.torques[0][0] - self.torques[0][1] * more_turning;
+        sums.balance.drive_n += torque / r;
+        let power = self.shaft * d.gear_ratio * turned;
+        sums.drive_w += power;
+        sums.loss_w += power - torque * turned;
+        let brake = self.shoes.end(&d.shoe(), more, dt);
+        sums.loss_w += self.shoes.loss;
+        sums.brake_n += brake;
+        sums.traction_n += self.traction_n();
+        self.tangent * (self.traction_n() + brake - expected)
+    }
+
+    /// Friction force of both wheels on the train along the rail, N.
+    pub(crate) fn traction_n(&self) -> f64 {
+        self.wheels[0].force + self.wheels[1].force
     }
 }
 
 impl Drive {
-    /// Parameters of one of the two friction wheels of a drive, with half of the motor.
-    pub(super) fn friction_wheel(&self) -> WheelParameters {
-        WheelParameters {
-            bristle: Bristle {
-                sigma0: self.sigma0,
-                sigma1: self.sigma1,
-                kappa: self.kappa,
-            },
-            inertia: self.wheel_inertia
-                + 0.5 * self.gear_ratio * self.gear_ratio * self.motor_inertia,
+    /// Bristles of one of the two friction wheels of a drive, with half of the motor.
+    fn friction_wheel(&self) -> Bristle {
+        Bristle {
+            sigma0: self.sigma0,
+            sigma1: self.sigma1,
+            kappa: self.kappa,
             radius: self.wheel_radius_m,
+            inertia: self.turning_inertia(),
+        }
+    }
+
+    /// Bristles of the brake shoes: the limit is the brake's force.
+    fn shoe(&self) -> Bristle {
+        Bristle {
+            sigma0: self.sigma0,
+            sigma1: SHOE_SIGMA1,
+            kappa: 0.0,
+            radius: 0.0,
+            inertia: f64::INFINITY,
         }
     }
 }

@@ -10,6 +10,7 @@ pub mod body_state;
 pub(crate) mod coupling;
 pub(crate) mod dynamics;
 pub(crate) mod friction;
+pub(crate) mod implicit;
 pub(crate) mod motor;
 mod readings;
 pub(crate) mod resistance;

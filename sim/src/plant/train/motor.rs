@@ -3,7 +3,7 @@
 use crate::fading::faded;
 use crate::train::Drive;
 
-/// First-order lag, exact at rest and stable for any step.
+/// First-order lag, of second order in the step and stable for any step; its mean is such that no impulse is lost.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lag {
     /// Output, in the unit of the input.
@@ -11,10 +11,12 @@ pub struct Lag {
 }
 
 impl Lag {
-    /// Advance by `dt` towards `target` with time constant `tau` (both s).
+    /// Advance by `dt` towards `target` with time constant `tau` (both s); the mean over the step.
     pub fn step(&mut self, target: f64, tau: f64, dt: f64) -> f64 {
-        self.value = faded(self.value + (target - self.value) * dt / (tau + dt));
-        self.value
+        let off = self.value - target;
+        let share = tau / (tau * (tau + dt) + 0.5 * dt * dt);
+        self.value = faded(target + off * share * tau);
+        target + off * share * (tau + 0.5 * dt)
     }
 }
 
@@ -33,12 +35,24 @@ pub fn envelope(d: &Drive, asked: f64, omega_m: f64) -> f64 {
     asked.clamp(-limit, limit)
 }
 
+/// Wheel rate around standstill over which the gear's losses change from those of braking to those of driving, rad/s.
+const BLENDED_RADPS: f64 = 0.05;
+
 /// Torque at the two wheels together for a motor torque, N·m: the gear's losses lessen a driving torque and add to a
 /// braking one. Around standstill the two are blended over 0.05 rad/s of wheel rate.
 pub fn wheel_torque(d: &Drive, motor: f64, omega: f64) -> f64 {
-    let driving = 0.5 * (1.0 + (motor.signum() * omega / 0.05).clamp(-1.0, 1.0));
+    let driving = 0.5 * (1.0 + (motor.signum() * omega / BLENDED_RADPS).clamp(-1.0, 1.0));
     let driving = if omega == 0.0 { 1.0 } else { driving };
     motor * d.gear_ratio * (driving * d.efficiency_drive + (1.0 - driving) / d.efficiency_brake)
+}
+
+/// What each rad/s takes from the torque of [`wheel_torque`] at most, at rates near those at which it does, N·m·s.
+pub(super) fn wheel_damping(d: &Drive, motor: f64, omega: f64) -> f64 {
+    if omega.abs() >= 3.0 * BLENDED_RADPS {
+        return 0.0;
+    }
+    let lost = 1.0 / d.efficiency_brake - d.efficiency_drive;
+    motor.abs() * d.gear_ratio * lost * 0.5 / BLENDED_RADPS
 }
 
 /// Traction motor: torque with rate limit, lag and envelope.
@@ -49,12 +63,16 @@ pub struct TractionMotor {
 }
 
 impl TractionMotor {
-    /// Advance by `dt` (s) towards `command` (N·m) at wheel rate `omega` (rad/s); torque at the motor shaft, N·m.
+    /// Advance by `dt` (s) towards `command` (N·m) at wheel rate `omega` (rad/s); mean torque at the motor shaft, N·m.
     pub fn step(&mut self, d: &Drive, command: f64, omega: f64, dt: f64) -> f64 {
-        let step = d.rate_nmps * dt;
-        self.asked += (command - self.asked).clamp(-step, step);
-        self.asked = envelope(d, self.asked, omega * d.gear_ratio);
-        self.lag.step(self.asked, d.lag_s, dt)
+        let most = d.rate_nmps * dt;
+        let moved = (command - self.asked).clamp(-most, most);
+        // The ramp ends within the step, or at its end.
+        let ramp = if most > 0.0 { moved.abs() / most } else { 0.0 };
+        let limited = |asked: f64| envelope(d, asked, omega * d.gear_ratio);
+        let mean = limited(self.asked + moved * (1.0 - 0.5 * ramp));
+        self.asked = limited(self.asked + moved);
+        self.lag.step(mean, d.lag_s, dt)
     }
 
     /// Torque now, N·m.

@@ -2,8 +2,8 @@
 
 use super::body_state::BodyState;
 use super::coupling;
-use super::dynamics::{CLAMP_ROLL_STIFFNESS, DriveUnit, Dynamics};
-use super::friction::RollingContact;
+use super::dynamics::{CLAMP_ROLL_STIFFNESS, Dynamics};
+use super::friction::Contact;
 use super::resistance;
 use super::running_gear;
 use crate::rail::Rail;
@@ -31,7 +31,7 @@ impl Dynamics {
         }
         for u in &self.drives {
             let d = &u.spec;
-            let inertia = d.friction_wheel().inertia;
+            let inertia = d.turning_inertia();
             for w in &u.wheels {
                 e += 0.5 * d.sigma0 * w.z * w.z + 0.5 * inertia * w.omega * w.omega;
             }
@@ -49,10 +49,10 @@ impl Dynamics {
     pub fn rotating_momentum(&self) -> (f64, f64) {
         let (mut momentum, mut mass) = (0.0, 0.0);
         for u in &self.drives {
-            let w = u.spec.friction_wheel();
+            let (inertia, radius) = (u.spec.turning_inertia(), u.spec.wheel_radius_m);
             for wheel in &u.wheels {
-                momentum += w.inertia * wheel.omega / w.radius;
-                mass += w.inertia / (w.radius * w.radius);
+                momentum += inertia * wheel.omega / radius;
+                mass += inertia / (radius * radius);
             }
         }
         (momentum, mass)
@@ -72,33 +72,22 @@ impl Dynamics {
     /// Sets the internal states, in the order of [`Dynamics::internals`].
     pub fn set_internals(&mut self, values: &[f64]) {
         let mut values = values.iter().copied();
-        let mut set = |x: &mut f64| *x = values.next().unwrap_or(*x);
-        let wheels = |drives: &mut [DriveUnit], set: &mut dyn FnMut(&mut RollingContact)| {
-            drives.iter_mut().flat_map(|u| &mut u.wheels).for_each(set);
-        };
-        wheels(&mut self.drives, &mut |w| set(&mut w.omega));
-        wheels(&mut self.drives, &mut |w| set(&mut w.z));
-        self.drives.iter_mut().for_each(|u| set(&mut u.shoes.z));
-        self.rolling.iter_mut().for_each(|r| set(&mut r.z));
+        let mut next = || values.next().unwrap_or_default();
+        let mut wheels: Vec<_> = self.drives.iter_mut().flat_map(|u| &mut u.wheels).collect();
+        wheels
+            .iter_mut()
+            .for_each(|w| (w.omega, w.gained) = (next(), 0.0));
+        wheels.iter_mut().for_each(|w| w.z = next());
+        let shoes = self.drives.iter_mut().map(|u| &mut u.shoes);
+        shoes.chain(&mut self.rolling).for_each(|c| c.z = next());
     }
 
-    /// Rates of the friction wheels of drive `i` (left, right), rad/s, at the end of a step of `dt` (s) that has
-    /// brought the bodies here.
-    ///
-    /// A step solves the wheels with the speed of the web before it. What a wheel that holds then has is its slip; its
-    /// rate at the end is that of the web at the end and the same slip. A wheel that slides turns by its torque alone.
-    pub fn wheel_rates(&self, i: usize, bodies: &[BodyState], dt: f64) -> [f64; 2] {
-        let unit = &self.drives[i];
-        if dt <= 0.0 {
-            return unit.wheels.map(|w| w.omega);
+    /// Lets the wheels roll at a speed (m/s) from now on, with open brakes.
+    pub(crate) fn roll(&mut self, speed: f64) {
+        for u in &mut self.drives {
+            (u.brake.value, u.shoes) = (0.0, Contact::default());
+            u.wheels = [Contact::rolling(speed / u.spec.wheel_radius_m); 2];
         }
-        let (at, f) = &unit.contact;
-        // where the contact has gone, and how the rail has turned, in the step
-        let way = unit.v_t * dt;
-        let t = f.t + f.k * way;
-        let now = bodies[unit.spec.body].velocity(&(at + f.t * way)).dot(&t);
-        let gained = (now - unit.v_t) / unit.spec.wheel_radius_m;
-        unit.wheels
-            .map(|w| w.omega + (1.0 - w.sliding_share) * gained)
+        self.rolling.fill(Contact::default());
     }
 }

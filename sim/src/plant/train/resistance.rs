@@ -3,7 +3,7 @@
 
 use super::friction::Bristle;
 use super::running_gear::Grip;
-use crate::train::{Resistance, Train};
+use crate::train::{Body, Resistance, Train};
 
 /// Speed over which a resistance builds up around standstill, m/s.
 const STICTION_SPEED_MPS: f64 = 0.01;
@@ -26,12 +26,15 @@ pub const ROLLING: Bristle = Bristle {
     sigma0: 1.0e6,
     sigma1: 2.0e3,
     kappa: 0.0,
+    radius: 0.0,
+    inertia: f64::INFINITY,
 };
 
 /// Largest rolling resistance of the running wheels, and of the guide wheels, at one station, N. Guide forces grow in
 /// curves: that is the curve resistance.
 pub fn rolling(r: &Resistance, g: &Grip) -> [f64; 2] {
-    [r.running_wheel * g.wheel_load, r.guide_wheel * g.guide_load]
+    let [left, right, guide] = g.loads.map(f64::abs);
+    [r.running_wheel * (left + right), r.guide_wheel * guide]
 }
 
 /// Bearings of one rail-bound body, N against the motion.
@@ -49,16 +52,26 @@ pub fn clamped_wheel(r: &Resistance, clamp: f64, radius: f64, omega: f64) -> f64
     direction(omega * radius) * r.clamped_wheel * clamp * radius
 }
 
+/// What each rad/s adds to the torque of [`clamped_wheel`] at most, N·m·s.
+pub fn clamped_damping(r: &Resistance, clamp: f64, radius: f64, omega: f64) -> f64 {
+    if (omega * radius).abs() >= STICTION_SPEED_MPS {
+        return 0.0;
+    }
+    1.5 * r.clamped_wheel * clamp * radius * radius / STICTION_SPEED_MPS
+}
+
 impl Train {
+    /// Number of bodies on the rail.
+    pub(crate) fn rail_bound(&self) -> f64 {
+        let bound = |b: &&Body| !b.stations.is_empty();
+        self.bodies.iter().filter(bound).count() as f64
+    }
+
     /// Running-resistance coefficient of the data sheet at a total mass (kg) on the level, straight rail: all terms at
     /// a slow steady speed over the weight.
     pub fn nominal_running_resistance(&self, total_mass_kg: f64, gravity: f64) -> f64 {
         let weight = total_mass_kg * gravity;
-        let bound = self
-            .bodies
-            .iter()
-            .filter(|b| !b.stations.is_empty())
-            .count() as f64;
+        let bound = self.rail_bound();
         let clamped: f64 = self
             .drives
             .iter()
