@@ -156,21 +156,18 @@ impl Metric {
         )
     }
 
-    /// Quantity of this availability; `None` if the metric is not an availability.
-    pub(crate) fn availability_of(&self) -> Option<Quantity> {
+    /// Quantity and kind of this quality of marks; `None` for any other metric.
+    pub(crate) fn mark_of(&self) -> Option<(Quantity, Marks)> {
         match self.of {
-            Of::Marks {
-                quantity,
-                kind: Marks::Availability,
-            } => Some(quantity),
+            Of::Marks { quantity, kind } => Some((quantity, kind)),
             _ => None,
         }
     }
 
     /// True for a share of misleading samples.
     pub(crate) fn is_integrity(&self) -> bool {
-        let integrity = Marks::Integrity;
-        matches!(self.of, Of::Marks { kind, .. } if kind == integrity)
+        self.mark_of()
+            .is_some_and(|(_, kind)| kind == Marks::Integrity)
     }
 
     /// True for a share: from 0 to 1.
@@ -276,21 +273,9 @@ pub fn find(name: &str) -> Option<&'static Metric> {
     METRICS.iter().find(|m| m.name == name)
 }
 
-/// The availability of a quantity.
-pub(crate) fn availability(quantity: Quantity) -> &'static str {
-    let of = |m: &&Metric| m.availability_of() == Some(quantity);
-    METRICS.iter().find(of).map_or("", |m| m.name)
-}
-
-/// The share of samples with a reference of a quantity.
-pub(crate) fn reference_share(quantity: Quantity) -> &'static str {
-    let of = |m: &&Metric| matches!(m.of, Of::Marks { quantity: q, kind: Marks::Referenced } if q == quantity);
-    METRICS.iter().find(of).map_or("", |m| m.name)
-}
-
-/// The misleading share of a quantity.
-pub(crate) fn misleading_share(quantity: Quantity) -> &'static str {
-    let of = |m: &&Metric| matches!(m.of, Of::Marks { quantity: q, kind: Marks::Integrity } if q == quantity);
+/// Name of the metric of this quality of the marks of a quantity.
+pub(crate) fn mark(quantity: Quantity, kind: Marks) -> &'static str {
+    let of = |m: &&Metric| m.mark_of() == Some((quantity, kind));
     METRICS.iter().find(of).map_or("", |m| m.name)
 }
 
@@ -408,9 +393,9 @@ mod tests {
         }
         for q in Quantity::ALL {
             assert!(
-                [availability(q), misleading_share(q), reference_share(q)]
+                [Marks::Availability, Marks::Integrity, Marks::Referenced]
                     .iter()
-                    .all(|name| name.starts_with(q.name()))
+                    .all(|kind| mark(q, *kind).starts_with(q.name()))
             );
         }
     }

@@ -1,6 +1,6 @@
 //! Checks of a study beyond the type of each value.
 
-use crate::metrics::{Metric, availability, find};
+use crate::metrics::{Marks, Metric, find, mark};
 use crate::tuning::name_check;
 use crate::tuning::sensitivity;
 use crate::tuning::study::{
@@ -257,7 +257,7 @@ fn accompanied(file: &TuningFile, name: &str) -> Result<(), Refusal> {
     else {
         return Ok(());
     };
-    let metric = availability(quantity);
+    let metric = mark(quantity, Marks::Availability);
     let term = file.objective.metrics.iter().any(|t| t.metric == metric);
     let mut constraints = file.constraints.iter();
     if term || constraints.any(|c| c.metric == metric && c.at_least.is_some_and(|x| x.get() > 0.0))

@@ -1,7 +1,7 @@
 //! Estimators against each other on the same runs: means with confidence intervals, paired differences, published
 //! figures.
 
-use crate::metrics::{Quantity, VALID, availability, find};
+use crate::metrics::{Marks, Quantity, VALID, find, mark};
 use crate::verdicts::interval::Interval;
 use crate::verdicts::run_result::RunResult;
 use monorig_sim::config::scenario::{Published, Settings};
@@ -264,7 +264,7 @@ pub fn compare(
                 median: median(&measured),
                 valid: quantity(metric).map(|q| {
                     let own = values(runs, estimator, &format!("{metric}{VALID}"));
-                    OnSamples::new(&own, &values(runs, estimator, availability(q)))
+                    OnSamples::new(&own, &values(runs, estimator, mark(q, Marks::Availability)))
                 }),
                 common: quantity(metric)
                     .filter(|_| estimator != reference)

@@ -1,10 +1,7 @@
 //! Expectations of a scenario: every bound, those that follow from others included. A bound that cannot be measured
 //! is found before the run, not after it.
 
-use crate::metrics::{
-    Metric, Quantity, advice, availability, estimator_metrics, find, misleading_share,
-    reference_share, run_metrics,
-};
+use crate::metrics::{Marks, Metric, Quantity, advice, estimator_metrics, find, mark, run_metrics};
 use monorig_sim::config::checked::{Finite, Fraction};
 use monorig_sim::config::scenario::{Expectation, KnownFailure, Scenario, ScenarioFile};
 use monorig_sim::error::Error;
@@ -64,16 +61,15 @@ pub(crate) fn of_references(file: &ScenarioFile) -> Vec<Bound> {
         let Some(quantity) = error_of(e) else {
             continue;
         };
-        let stated = file
-            .expect
-            .iter()
-            .find(|other| other.estimator == e.estimator && other.metric == availability(quantity));
+        let stated = file.expect.iter().find(|other| {
+            other.estimator == e.estimator && other.metric == mark(quantity, Marks::Availability)
+        });
         let share = match implied(file, e) {
             Some((_, share)) => Some(Finite::new(share.get())),
             None => stated.and_then(|other| other.at_least),
         };
         let new = Expectation {
-            metric: reference_share(quantity).to_owned(),
+            metric: mark(quantity, Marks::Referenced).to_owned(),
             at_most: None,
             at_least: share,
             availability: None,
@@ -95,7 +91,7 @@ pub(crate) fn of_references(file: &ScenarioFile) -> Vec<Bound> {
 fn implied(file: &ScenarioFile, e: &Expectation) -> Option<(&'static str, Fraction)> {
     let quantity = error_of(e)?;
     let own = e.availability;
-    let metric = availability(quantity);
+    let metric = mark(quantity, Marks::Availability);
     let share = match own {
         Some(share) => Some(share),
         None if bounded_by_itself(file, e, metric) => None,
@@ -190,7 +186,8 @@ fn can_fail(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Error>
     let end = find(&e.metric)
         .and_then(Metric::range)
         .unwrap_or(f64::INFINITY);
-    let availability = find(&e.metric).is_some_and(|m| m.availability_of().is_some());
+    let availability = find(&e.metric).and_then(Metric::mark_of);
+    let availability = availability.is_some_and(|(_, kind)| kind == Marks::Availability);
     let (key, value, range) = match (e.at_least, e.at_most) {
         (Some(least), _) if least.get() < 0.0 || least.get() == 0.0 && !availability => {
             ("at_least", least, "is below 0")
@@ -226,7 +223,7 @@ fn accompanied(scenario: &Scenario, i: usize, e: &Expectation) -> Result<(), Err
             None => Ok(()),
         };
     };
-    let metric = availability(quantity);
+    let metric = mark(quantity, Marks::Availability);
     let file = &scenario.file;
     if e.availability.is_some()
         || bounded_by_itself(file, e, metric)
@@ -255,7 +252,7 @@ fn known_failures(scenario: &Scenario) -> Result<(), Error> {
     let bounds = bounds(&scenario.file);
     for known in &scenario.file.known_failures {
         let integrity = Quantity::ALL
-            .map(misleading_share)
+            .map(|quantity| mark(quantity, Marks::Integrity))
             .contains(&known.metric.as_str());
         let floor = known.no_worse_than.get();
         let end = find(&known.metric).and_then(Metric::range);

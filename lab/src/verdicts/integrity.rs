@@ -1,7 +1,7 @@
 //! Integrity of the estimators of a run: how many of their valid samples are misleading, and the worst of these.
 
 use crate::metrics::series::ErrorSample;
-use crate::metrics::{Quantity, misleading_share};
+use crate::metrics::{Marks, Quantity, mark};
 use monorig_sim::config::scenario::{IntegrityLimits, KnownFailure, ScenarioFile};
 use serde::{Deserialize, Serialize};
 
@@ -82,7 +82,7 @@ impl Integrity {
         file: &ScenarioFile,
     ) -> [Self; 3] {
         Quantity::ALL.map(|quantity| {
-            let metric = misleading_share(quantity);
+            let metric = mark(quantity, Marks::Integrity);
             let meant = |k: &&KnownFailure| {
                 k.metric == metric
                     && k.estimator.as_deref() == Some(estimator)

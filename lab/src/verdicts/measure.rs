@@ -4,8 +4,8 @@ use crate::bound::RunningBound;
 use crate::metrics::lagged::GradeAtMiddle;
 use crate::metrics::series::{ErrorSample, ErrorSampler, Geometry, Target, Tracking};
 use crate::metrics::{
-    End, Metric, Pace, Quantity, WantedMetric, Window, WindowedMetrics, availability,
-    estimator_metrics, run_metrics,
+    End, Marks, Metric, Pace, Quantity, WantedMetric, Window, WindowedMetrics, estimator_metrics,
+    mark, run_metrics,
 };
 use crate::verdicts::common::CommonErrorsSoFar;
 use crate::verdicts::expected::{self, Bound};
@@ -83,7 +83,8 @@ impl SummaryObserver {
         for (e, sampler) in self.estimators.iter().zip(&self.samplers) {
             let of = estimators.get_mut(&e.name);
             let found = |of: &&mut BTreeMap<String, Option<f64>>| {
-                let available = of.get(availability(Quantity::Mass)).copied().flatten();
+                let available = mark(Quantity::Mass, Marks::Availability);
+                let available = of.get(available).copied().flatten();
                 sampler.mass_estimated || available != Some(0.0)
             };
             // of a log: an estimator whose mass stays as at the start, and that never marks it valid, finds none

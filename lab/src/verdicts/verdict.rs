@@ -1,7 +1,7 @@
 //! A scenario judged over its seeds: did every run finish, did every estimator have valid samples, did what was
 //! expected hold?
 
-use crate::metrics::misleading_share;
+use crate::metrics::{Marks, mark};
 use crate::verdicts::findings::{self, Finding};
 use crate::verdicts::integrity::{Integrity, Outcome, percent};
 use crate::verdicts::run_result::RunResult;
@@ -249,7 +249,7 @@ impl Tally {
     pub fn weakened(&self) -> impl Iterator<Item = String> {
         let of_integrity = |(sum, _): &(Integrity, Count)| {
             let (floor, share) = (sum.no_worse_than?, sum.share());
-            let what = || format!("{} {}", sum.estimator, misleading_share(sum.quantity));
+            let what = || format!("{} {}", sum.estimator, mark(sum.quantity, Marks::Integrity));
             (sum.misleading > 0 && floor > DEEP * share).then(|| deep_words(&what(), floor, share))
         };
         let of_bounds = self.expected.iter().filter_map(Expected::deep);
@@ -358,7 +358,7 @@ impl Tally {
             return None;
         }
         let most = sum.at_most.unwrap_or(0.0);
-        let what = format!("{} {}", sum.estimator, misleading_share(sum.quantity));
+        let what = format!("{} {}", sum.estimator, mark(sum.quantity, Marks::Integrity));
         let mut check = count.check(what, format!("≤ {most} over all seeds"), 1.0);
         check.is_finding = true;
         check.not_judged = outcome == Outcome::NoReference;
