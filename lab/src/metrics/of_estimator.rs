@@ -95,7 +95,7 @@ mod tests {
             effective_sd: 0.1 * DEGREE,
             mass_nees: 100.0 * e * e,
             slope: e * DEGREE,
-            slopes: [(0.02 * e).atan(), 0.0],
+            slope_percent: 2.0 * e,
             slope_nees: 400.0 * e * e,
             slope_valid: valid,
             slope_effective: 3.0 * e * DEGREE,

@@ -171,19 +171,19 @@ impl Quantity {
     pub(crate) fn is_overconfident(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
         let level = x.protection[self as usize] * limits.of_reported();
         let (nees, k) = (self.nees(x), limits.k);
-        let beyond = match level > 0.0 {
+        let beyond = || match level > 0.0 {
             true => self.error(x).abs() > level.hypot(k * self.reference_sd(x)),
             false => nees.is_nan() || nees > k * k,
         };
-        self.is_judged(x) && beyond
+        self.is_judged(x) && beyond()
     }
 
     /// True for a misleading sample: marked valid, and its error exceeds both the protection level, at most
     /// [`Quantity::max_protection`], and the alert limit; there is no protection without a standard deviation.
     pub(crate) fn is_misleading(self, x: &ErrorSample, limits: &IntegrityLimits) -> bool {
         let error = self.error(x).abs();
-        let unprotected = self.is_overconfident(x, limits) || error > self.max_protection();
-        self.is_judged(x) && unprotected && error > self.alert(limits)
+        let unprotected = || self.is_overconfident(x, limits) || error > self.max_protection();
+        error > self.alert(limits) && self.is_judged(x) && unprotected()
     }
 }
 

@@ -81,8 +81,8 @@ pub struct ErrorSample {
     pub(crate) mass_estimated: bool,
     /// Estimate minus grade at the IMU, rad.
     pub slope: f64,
-    /// The estimate of the slope, and the grade at the IMU, rad.
-    pub(crate) slopes: [f64; 2],
+    /// Error of the slope as roads state slopes, 100 tan θ, %.
+    pub(crate) slope_percent: f64,
     /// Estimate minus effective grade of the train, rad.
     pub slope_effective: f64,
     /// Reported standard deviation of the slope, rad.
@@ -116,12 +116,6 @@ pub struct ErrorSample {
 }
 
 impl ErrorSample {
-    /// Error of the slope as roads state slopes, 100 tan θ, %.
-    pub(crate) fn slope_percent(&self) -> f64 {
-        let [estimate, truth] = self.slopes;
-        100.0 * (estimate.tan() - truth.tan())
-    }
-
     /// An estimate and the internals of [`TOLD`] against the truth.
     fn of(
         e: &Estimate,
@@ -157,7 +151,7 @@ impl ErrorSample {
             mass_valid: e.total_mass_kg.valid,
             mass_estimated: true,
             slope,
-            slopes: [e.grade_rad.value, t.grade_at_imu_rad],
+            slope_percent: 100.0 * (e.grade_rad.value.tan() - t.grade_at_imu_rad.tan()),
             slope_effective: effective,
             effective_nees: normalised(effective, e.effective_grade_rad.sd, t.grade_sd_rad),
             effective_valid: e.effective_grade_rad.valid,
@@ -356,6 +350,15 @@ impl Observer for ErrorSeries {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Slopes of 10 and 2 %: 8 % between them, and not the tangent of the difference of the angles.
+    #[test]
+    fn slopes_in_per_cent_are_tangents() {
+        let (mut e, mut t) = (Estimate::default(), Target::default());
+        (e.grade_rad.value, t.grade_at_imu_rad) = (0.1f64.atan(), 0.02f64.atan());
+        let x = ErrorSample::of(&e, [None; 3], None, &t).slope_percent;
+        assert!((x - 8.0).abs() < 1e-12, "{x}");
+    }
 
     /// The variance of a reference adds to that of the estimator: an error of 3 with 4 and 3 is 9/25.
     #[test]

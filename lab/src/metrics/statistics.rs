@@ -5,6 +5,10 @@
 pub(crate) trait Accumulator<T> {
     /// Adds a sample.
     fn add(&mut self, x: &T);
+    /// Adds samples that follow each other.
+    fn add_all(&mut self, xs: &[T]) {
+        xs.iter().for_each(|x| self.add(x));
+    }
     /// The number for the samples so far.
     fn value(&self) -> f64;
 }

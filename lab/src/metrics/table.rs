@@ -118,9 +118,9 @@ table! {
         Slope "slope_error_p95_deg" ["°", Least] "95th percentile of the absolute error of the slope"
             = p95(|x: &ErrorSample| x.slope / DEGREE);
         Slope "slope_rmse_percent" ["%", Least] "root mean square error of the slope in per cent, 100 tan θ, as for roads"
-            = rms(|x: &ErrorSample| x.slope_percent());
+            = rms(|x: &ErrorSample| x.slope_percent);
         Slope "slope_error_max_percent" ["%", Least] "largest error of the slope in per cent, as for roads"
-            = max(|x: &ErrorSample| x.slope_percent());
+            = max(|x: &ErrorSample| x.slope_percent);
         Slope "slope_sd_mean_deg" ["°", Least] "mean reported standard deviation of the slope"
             = mean(|x: &ErrorSample| x.slope_sd / DEGREE);
         Slope "slope_protection_mean_deg" ["°", Least] "mean protection level of the slope, of an estimator that has one"

@@ -148,16 +148,21 @@ impl<T: Timed> Windowed<T> {
         }
     }
 
-    /// A sample and the state of the run at its instant.
-    pub(crate) fn add(&mut self, tracking: &Tracking, x: &T) {
-        self.window.see(tracking);
-        if self.known_after_s == 0.0 {
-            return self.count(x);
+    /// Samples, and the states of the run at their instants.
+    pub(crate) fn add_all(&mut self, tracking: &[Tracking], xs: &[T]) {
+        let known = |end| !matches!(end, End::Passing { passed_s: None, .. });
+        if known(self.window.after) && known(self.window.until) && self.waiting.is_empty() {
+            let from = xs.partition_point(|x| x.t_s() < self.window.after_s());
+            let until = xs.partition_point(|x| x.t_s() <= self.window.until_s());
+            return self.running.add_all(&xs[from.min(until)..until]);
         }
-        self.waiting.push_back(*x);
-        let known_s = tracking.t_s - self.known_after_s;
-        while let Some(x) = self.waiting.pop_front_if(|x| x.t_s() < known_s) {
-            self.count(&x);
+        for (t, x) in tracking.iter().zip(xs) {
+            self.window.see(t);
+            self.waiting.push_back(*x);
+            let known_s = t.t_s - self.known_after_s;
+            while let Some(x) = self.waiting.pop_front_if(|x| x.t_s() <= known_s) {
+                self.count(&x);
+            }
         }
     }
 
@@ -253,7 +258,7 @@ mod tests {
             let mut windowed =
                 Windowed::new(Window::between(after, until), mean(|x: &Tracking| x.t_s));
             let all: Vec<Tracking> = (0..steps).map(at).collect();
-            all.iter().for_each(|x| windowed.add(x, x));
+            windowed.add_all(&all, &all);
             windowed.finish();
             let inside = all.iter().filter(|x| windowed.window.holds(x.t_s));
             let inside: Vec<f64> = inside.map(|x| x.t_s).collect();

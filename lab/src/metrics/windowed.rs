@@ -73,17 +73,15 @@ impl WindowedMetrics {
     }
 
     fn measure(&mut self) {
-        let tracking = || self.tracking.iter();
+        let tracking = &self.tracking;
         for measured in &mut self.all {
             match measured {
                 Measured::OfEstimator(estimator, windowed) => {
-                    let samples = self.samples.get(*estimator).into_iter().flatten();
-                    tracking()
-                        .zip(samples)
-                        .for_each(|(t, x)| windowed.add(t, x));
+                    let samples = self.samples.get(*estimator);
+                    windowed.add_all(tracking, samples.map_or(&[], Vec::as_slice));
                 }
-                Measured::OfRun(windowed) => tracking().for_each(|t| windowed.add(t, t)),
-                Measured::Nothing(window) => tracking().for_each(|t| window.see(t)),
+                Measured::OfRun(windowed) => windowed.add_all(tracking, tracking),
+                Measured::Nothing(window) => tracking.iter().for_each(|t| window.see(t)),
             }
         }
         self.tracking.clear();

@@ -26,10 +26,13 @@ pub struct Integrity {
     pub reference_only: Vec<String>,
 }
 
+/// Protection level over standard deviation where the scenario says nothing.
+const DEFAULT_K: f64 = 3.0;
+
 impl Default for Integrity {
     fn default() -> Self {
         Self {
-            k: Positive::new(3.0),
+            k: Positive::new(DEFAULT_K),
             // an application that trims traction by slope and mass
             slope_alert_deg: Positive::new(0.25),
             effective_slope_alert_deg: None,
@@ -72,7 +75,7 @@ impl From<&Integrity> for IntegrityLimits {
 impl IntegrityLimits {
     /// Returns the factor on protection levels that estimators report: k over its default.
     pub fn of_reported(&self) -> f64 {
-        self.k / Self::default().k
+        self.k / DEFAULT_K
     }
 }
 
