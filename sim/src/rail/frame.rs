@@ -45,12 +45,17 @@ pub struct Cursor {
     pub s: f64,
     /// The node that holds it: only a hint, any value is safe.
     pub(crate) node: usize,
+    /// The same of the line without the steps of joints.
+    pub(super) smooth: usize,
 }
 
 impl Cursor {
     /// A cursor at a chainage, m.
     pub fn at(s: f64) -> Self {
-        Self { s, node: 0 }
+        Self {
+            s,
+            ..Self::default()
+        }
     }
 }
 

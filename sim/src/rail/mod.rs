@@ -187,12 +187,13 @@ impl Rail {
         self.without_steps.as_ref().unwrap_or(&self.nodes)
     }
 
-    /// Sine of the grade at a frame of the rail, without the steps of joints.
-    pub(crate) fn sine_without_steps(&self, f: &RailFrame) -> f64 {
-        match &self.without_steps {
-            Some(nodes) => nodes.eval(nodes.find(f.s, 0), f.s).t.z,
-            None => f.t.z,
-        }
+    /// Sine of the grade at a frame of the rail at the cursor, without the steps of joints.
+    pub(crate) fn sine_without_steps(&self, f: &RailFrame, cursor: &mut Cursor) -> f64 {
+        let Some(nodes) = &self.without_steps else {
+            return f.t.z;
+        };
+        cursor.smooth = nodes.find(f.s, cursor.smooth);
+        nodes.eval(cursor.smooth, f.s).t.z
     }
 
     /// Cursor at the point of the rail nearest to `p`, searched along the whole rail: a cold start.

@@ -315,7 +315,8 @@ impl Nodes {
                     .clamp(n.from - n.mid, n.to - n.mid);
             let distance = (p - n.eval(s).p).norm_squared();
             if distance < best.0 {
-                best = (distance, Cursor { s, node });
+                let cursor = Cursor::at(s);
+                best = (distance, Cursor { node, ..cursor });
             }
         }
         self.project(p, &mut best.1);

@@ -307,6 +307,7 @@ fn nonsense_in_is_no_panic() {
         let mut cursor = Cursor {
             s,
             node: usize::MAX,
+            smooth: usize::MAX,
         };
         r.frame(s);
         r.track(&Vector3::new(s, 0.0, 0.0), &mut cursor);
@@ -315,6 +316,7 @@ fn nonsense_in_is_no_panic() {
             &mut Cursor {
                 s,
                 node: usize::MAX,
+                smooth: usize::MAX,
             },
         );
         r.nearest(&Vector3::new(0.0, s, 0.0));

@@ -297,7 +297,7 @@ impl Dynamics {
                 sums.loss_w += g.loss + against * g.v_t + rolling.loss;
                 sums.off_rail_m = sums.off_rail_m.max(g.off[0].abs()).max(g.off[1].abs());
                 tangents += f.t;
-                sines += rail.sine_without_steps(&f);
+                sines += rail.sine_without_steps(&f, cursor);
             }
             if !spec.stations.is_empty() {
                 self.directions.set(i, &tangents);
