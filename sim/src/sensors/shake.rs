@@ -1,6 +1,7 @@
 //! Shaking of an instrument by the track: vibration that grows with the speed, hits at rail joints and bumps.
 //!
-//! Both act on the signal before the bandwidth and the sampling, in the axes of the mount, at every physics step.
+//! Both act on the signal before the bandwidth and the sampling, in the axes of the mount, every 2 ms, whatever the
+//! physics step.
 
 use super::hits::Hits;
 use super::spec::Errors;
@@ -9,6 +10,9 @@ use super::value_sampler::{SamplingMode, ValueSampler};
 use super::vibration::Vibration;
 use crate::checked::Positive;
 use crate::plant::Truth;
+
+/// Longest time for which the shaking is taken as linear, ns: a physics step may be longer than a hit allows.
+const PART_NS: i64 = 2_000_000;
 
 /// Place of an instrument on the track, and its speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,6 +31,14 @@ impl Ride {
             speed_mps: truth.speed_mps,
         }
     }
+
+    /// The ride some time earlier, s, at the same speed.
+    pub fn earlier(&self, by_s: f64) -> Self {
+        Self {
+            chainage_m: self.chainage_m - by_s * self.speed_mps,
+            ..*self
+        }
+    }
 }
 
 /// Vibration and hits of one instrument of `N` axes.
@@ -41,6 +53,11 @@ pub struct Shake<const N: usize> {
 }
 
 impl<const N: usize> Shake<N> {
+    /// Number of parts of a step in each of which the shaking is linear.
+    pub fn parts(step: StepInterval) -> i64 {
+        ((step.to_ns - step.from_ns + PART_NS - 1) / PART_NS).max(1)
+    }
+
     /// Makes the shaking that the errors specify, if any. `joints_m` are the chainages of the rail's joints, ascending.
     pub fn new(
         errors: &Errors,

@@ -94,6 +94,35 @@ impl<const N: usize> SignalPath<N> {
     where
         Self: Align<N>,
     {
+        let parts = match self.shake {
+            Some(_) => Shake::<N>::parts(span),
+            None => 1,
+        };
+        let (mut from_ns, mut from) = (span.from_ns, start);
+        for part in 1..=parts {
+            let to_ns = span.from_ns + (span.to_ns - span.from_ns) * part / parts;
+            let share = part as f64 / parts as f64;
+            let to = match part < parts {
+                true => std::array::from_fn(|i| start[i] + share * (end[i] - start[i])),
+                false => end,
+            };
+            let here = ride.earlier((span.to_ns - to_ns) as f64 * 1e-9);
+            self.observe_part(StepInterval { from_ns, to_ns }, here, from, to)?;
+            (from_ns, from) = (to_ns, to);
+        }
+        Ok(())
+    }
+
+    fn observe_part(
+        &mut self,
+        span: StepInterval,
+        ride: Ride,
+        start: [f64; N],
+        end: [f64; N],
+    ) -> Result<(), Error>
+    where
+        Self: Align<N>,
+    {
         let idle = self.begun && self.schedule.next_ns() > span.to_ns;
         if idle && self.shake.is_none() && self.signal.has_no_memory() {
             return Ok(());
@@ -212,7 +241,7 @@ impl Align<3> for SignalPath<3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensors::spec::Sampling;
+    use crate::sensors::spec::{HitSpec, Sampling, VibrationSpec};
 
     fn sampling(rate_hz: f64, latency_ms: f64, jitter_ms: f64) -> Sampling {
         Sampling {
@@ -270,6 +299,48 @@ mod tests {
                 assert!((0.0..0.002 + 1e-9).contains(&(handed_over - sample.t.s())));
             }
         }
+    }
+
+    /// The shaking does not depend on the physics step: samples in steps of 4 ms are those in steps of 2 ms.
+    #[test]
+    fn a_step_of_4_ms_shakes_as_two_of_2_ms() {
+        let mut spec = InstrumentSpec {
+            sampling: sampling(100.0, 0.0, 0.0),
+            ..InstrumentSpec::default()
+        };
+        spec.errors.vibration = Some(VibrationSpec {
+            sd: NonNegative::new(1.0),
+            full_mps: Positive::new(0.5),
+            band_hz: [4.0, 15.0].map(Positive::new),
+        });
+        spec.errors.hits = Some(HitSpec {
+            size: [2.0, 4.0].map(NonNegative::new),
+            duration_ms: Positive::new(14.0),
+            per_m: NonNegative::new(3.0),
+            at_joints: false,
+        });
+        let train = crate::sensors::behaviour::train(1);
+        let shaking = |step_ns: i64| -> Vec<f64> {
+            let on = Fitting::new(&train, 9.81, 1);
+            let mut path = SignalPath::scalar("test", SamplingMode::Instant, &spec, &on);
+            let samples = (0..20_000_000_000 / step_ns).filter_map(|k| {
+                let (from_ns, to_ns) = (k * step_ns, (k + 1) * step_ns);
+                let [start, end] = [from_ns, to_ns].map(|ns| ns as f64 * 1e-9);
+                let ride = Ride {
+                    chainage_m: end,
+                    speed_mps: 1.0,
+                };
+                let span = StepInterval { from_ns, to_ns };
+                path.observe(span, ride, [start], [end]).unwrap();
+                path.deliver(to_ns).map(|s| s.value[0] - s.t.s())
+            });
+            samples.collect()
+        };
+        let (short, long) = (shaking(2_000_000), shaking(4_000_000));
+        let size = short.iter().map(|x| x * x).sum::<f64>() / short.len() as f64;
+        assert!(size > 0.5 && short.iter().any(|x| x.abs() > 3.5), "{size}");
+        assert!(short.len() > 1990 && short.len().abs_diff(long.len()) <= 1);
+        assert!(short.iter().zip(&long).all(|(a, b)| (a - b).abs() < 1e-9));
     }
 
     /// The mean of t over a period ending at its stamp is the stamp less half a period.

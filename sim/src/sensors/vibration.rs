@@ -6,7 +6,7 @@
 //! known exactly (Gillespie 1996, Phys. Rev. E 54, 2084, for one of them): variances (1 − e^(−2cT))/2c, covariance (1 −
 //! e^(−(a+b)T))/(a + b). Its integral is X = (u_a − u_b)/(b − a): bounded, as that of a body that stays on its track
 //! is. The value of a step is its mean over the step, (X₁ − X₀)/T, so that sampling folds nothing from above into low
-//! frequencies; with steps of 2 ms that takes some 2 % of the level of a band up to 20 Hz.
+//! frequencies; with steps of 2 ms that takes some 4 % of the level of a band up to 20 Hz.
 
 use super::spec::VibrationSpec;
 use super::stream::Stream;
