@@ -11,7 +11,7 @@ import sys
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 
-STEP_S, END_S, SPEED_MPS = 0.002, 40.0, 1.0
+END_S, SPEED_MPS = 40.0, 1.0
 
 
 class Fmu:
@@ -20,6 +20,7 @@ class Fmu:
     def __init__(self, file: str) -> None:
         about = read_model_description(file)
         self.variables = {v.name: v for v in about.modelVariables}
+        self.default = about.defaultExperiment
         self.folder = extract(file)
         identifier = about.coSimulation.modelIdentifier
         self.fmu = FMU2Slave(guid=about.guid, unzipDirectory=self.folder, modelIdentifier=identifier, instanceName=identifier)
@@ -50,6 +51,7 @@ def make() -> None:
 def simulate() -> dict[str, float]:
     """The last estimates beside the truth."""
     plant, estimator = Fmu("plant.fmu"), Fmu("rail_fusion.fmu")
+    step_s = float(plant.default.stepSize)  # the plant makes whole steps only
     stamped = estimator.variables["stamped"].valueReference
     estimator.fmu.setBoolean([stamped], [True])  # a sample is new where its instant has changed
     for one in (plant, estimator):
@@ -59,17 +61,17 @@ def simulate() -> dict[str, float]:
     torques = [name for name in commands if name.startswith("command_motor_torque")]
     # the clamps keep the pressure that they start with, which is that of the scenario
     shown, integral = {}, 0.0
-    for step in range(round(END_S / STEP_S)):
-        t_s = step * STEP_S
+    for step in range(round(END_S / step_s)):
+        t_s = step * step_s
         (speed,) = plant.get(["truth.speed"])
         error = min(SPEED_MPS, 0.25 * t_s) - speed
-        integral += error * STEP_S
+        integral += error * step_s
         torque = max(-180.0, min(180.0, 600.0 * error + 120.0 * integral))
         plant.set(torques, [torque] * len(torques))
         estimator.set(commands, plant.get(commands))
-        plant.fmu.doStep(t_s, STEP_S)
+        plant.fmu.doStep(t_s, step_s)
         estimator.set(samples, plant.get(samples))
-        estimator.fmu.doStep(t_s, STEP_S)
+        estimator.fmu.doStep(t_s, step_s)
     for name, truth in (("grade", "truth.grade_at_imu"), ("total_mass", "truth.total_mass")):
         shown[name], shown[f"{name}_sd"] = estimator.get([name, f"{name}_sd"])
         (shown[truth],) = plant.get([truth])

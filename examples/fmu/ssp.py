@@ -68,7 +68,8 @@ if __name__ == "__main__":
     make("crane.ssp")
     read_ssd("crane.ssp")
     print("crane.ssp is a system of SSP")
-    result = simulate_ssp("crane.ssp", stop_time=2.0, step_size=0.002)
+    step_s = float(read_model_description("plant.fmu").defaultExperiment.stepSize)
+    result = simulate_ssp("crane.ssp", stop_time=2.0, step_size=step_s)
     missing = [name for name in SHOWN if name not in result.dtype.names]
     if missing:
         sys.exit(f"FMPy has no result for {', '.join(missing)}")

@@ -10,6 +10,9 @@ use monorig_sim::plant::Truth;
 use monorig_sim::record::{Chunk, Layout, Recorder, Sink};
 use monorig_tests::{G, scenario, train};
 
+/// Steps of a run, 1/s: those of the default of 4 ms.
+const STEPS_HZ: f64 = 250.0;
+
 /// Keeps what a test asks for.
 struct Keep<F: FnMut(&StepFrame<'_>)>(F);
 
@@ -53,14 +56,14 @@ fn a_load_set_down_leaves_the_train_lighter_and_the_springs_unloaded() {
         ("events", "[{at_s: 10, load_mass_kg: 1000}]"),
         ("stop.after_s", "14"),
     ]);
-    let at = |t: f64| &all[(t * 500.0) as usize - 1];
+    let at = |t: f64| &all[(t * STEPS_HZ) as usize - 1];
     assert!((at(9.9).total_mass_kg - at(13.9).total_mass_kg - 7000.0).abs() < 1e-9);
     // Relieved of seven tonnes the rolling resistance falls by their share (mean of a second: the load bounces).
     let mean = |t: f64| {
-        (0..500)
-            .map(|k| at(t + 0.002 * k as f64).resistance_n)
+        (0..STEPS_HZ as usize)
+            .map(|k| at(t + k as f64 / STEPS_HZ).resistance_n)
             .sum::<f64>()
-            / 500.0
+            / STEPS_HZ
     };
     let share = 7000.0 * G * train("dx80_176y").resistance.running_wheel;
     let fell = mean(8.9) - mean(12.9);
@@ -109,7 +112,7 @@ fn an_emergency_brake_stops_the_train_within_the_distance_its_force_allows() {
         ("events", "[{at_s: 10, brake: 0.2}]"),
         ("load.mass_kg", "10000"),
     ]);
-    let at = |t: f64| &all[(t * 500.0) as usize - 1];
+    let at = |t: f64| &all[(t * STEPS_HZ) as usize - 1];
     let v = at(10.0).speed_mps;
     let start = at(10.0).chainage_m;
     let end = all.last().unwrap();
@@ -127,7 +130,12 @@ fn an_emergency_brake_stops_the_train_within_the_distance_its_force_allows() {
 
 /// Mean over the last second.
 fn last_second(all: &[Truth], of: fn(&Truth) -> f64) -> f64 {
-    all.iter().rev().take(500).map(of).sum::<f64>() / 500.0
+    all.iter()
+        .rev()
+        .take(STEPS_HZ as usize)
+        .map(of)
+        .sum::<f64>()
+        / STEPS_HZ
 }
 
 /// 3 % of 8 × 17.5 kN: the controller drives against it, and the train is as fast as without.
@@ -177,7 +185,7 @@ fn lost_clamp_pressure_takes_the_traction_away() {
         ("events", "[{at_s: 8, clamp_mpa: 0.0}]"),
         ("load.mass_kg", "10000"),
     ]);
-    let at = |t: f64| &all[(t * 500.0) as usize - 1];
+    let at = |t: f64| &all[(t * STEPS_HZ) as usize - 1];
     assert!(at(7.9).traction_n > 1000.0);
     assert!(at(12.0).traction_n.abs() < 50.0, "{}", at(12.0).traction_n);
     assert!(
@@ -295,7 +303,7 @@ fn a_cycle_and_its_loads_start_over() {
         ]),
         |f| rows.push((f.truth.t_s, f.reference.speed_mps, f.truth.load_mass_kg)),
     );
-    let at = |t: f64| rows[(t * 500.0) as usize - 1];
+    let at = |t: f64| rows[(t * STEPS_HZ) as usize - 1];
     for round in 0..3 {
         let start = 12.0 * f64::from(round);
         for (t, speed, load) in [
@@ -429,7 +437,7 @@ fn after_a_restart_every_estimator_begins_anew() {
     let name = "dffrls_aekf_robust";
     let mut fresh =
         monorig_estimators::registry::build(name, &rig.vehicle, std::iter::empty()).expect(name);
-    let (mut last_s, mut compared, mut valid) = (10.998, 0, 0);
+    let (mut last_s, mut compared, mut valid) = (11.0 - 1.0 / STEPS_HZ, 0, 0);
     let mut keep = Keep(|f: &StepFrame<'_>| {
         let found = f.estimators[0].estimate;
         let t = f.truth.t_s;

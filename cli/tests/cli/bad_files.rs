@@ -16,7 +16,6 @@ const SCENARIO: &[Change] = &[
     ("stop_off_the_end", "stop: {after_s: 60}", "stop: {at_m: 500}"),
     ("load_over_the_rating", "load: {mass_kg: 2500}", "load: {mass_kg: 20000}"),
     ("event_load_over_the_rating", "load_mass_kg: 1500", "load_mass_kg: 20000"),
-    ("step_too_long_for_the_springs", "dt_ms: 2", "dt_ms: 5"),
     ("sensor_faster_than_the_step", "dt_ms: 2, plant: rapier", "dt_ms: 4.5, plant: point-mass"),
     ("fault_on_an_unknown_sensor", "sensor: imu", "sensor: radar"),
     ("fault_on_an_absent_drive", "sensor: imu", "sensor: 'wheel_speed[3]'"),

@@ -95,7 +95,7 @@ EXACT = ("--set", "vehicle.exact.all=an FMU is told exactly")
 
 # the estimators in a run: samples and estimates
 sets = [word for name in names for word in ("--set", f"estimators.{name}={{}}")]
-monorig("run", SCENARIO, "--keep-samples", "--no-rerun", "--set", f"stop.after_s={SECONDS}", "--set", "record.rate_hz=500",
+monorig("run", SCENARIO, "--keep-samples", "--no-rerun", "--set", f"stop.after_s={SECONDS}", "--set", "record.rate_hz=250",
         "--set", "expect=[]", "--set", "availability={}", *EXACT, *sets, "--name", "fmpy", "--out", out / "run")
 folder = next((out / "run").rglob("samples.parquet")).parent
 samples = pyarrow.parquet.read_table(folder / "samples.parquet").to_pydict()
@@ -171,7 +171,7 @@ if sys.platform == "linux" and python.suffix != ".a" and python.exists():
     subprocess.run(build, check=True)
     os.environ |= {"LD_PRELOAD": str(python), "PYTHONPATH": sysconfig.get_path("purelib")}
     mine = f"estimators={{mine: {{fmu: {out.resolve() / 'Slope.fmu'}, map: {{grade_sd: 0.01}}}}}}"
-    monorig("run", SCENARIO, "--no-rerun", "--set", f"stop.after_s={SECONDS}", "--set", "record.rate_hz=500", "--set", "expect=[]",
+    monorig("run", SCENARIO, "--no-rerun", "--set", f"stop.after_s={SECONDS}", "--set", "record.rate_hz=250", "--set", "expect=[]",
             "--set", "availability={}", *EXACT, "--set", mine, "--name", "foreign", "--out", out / "foreign")
     del os.environ["LD_PRELOAD"], os.environ["PYTHONPATH"]
     wanted = pyarrow.parquet.read_table(next((out / "foreign").rglob("channels.parquet")))["estimates/mine/grade"].to_pylist()
@@ -204,7 +204,7 @@ for standard in STANDARDS:
     series = []
     for step in range(500):
         fmu.set({n: 10.0 for n in fmu.references if n.startswith("command_motor_torque")} | {"command_clamp_pressure": 8.0})
-        fmu.fmu.doStep(step * 0.01, 0.01)
+        fmu.fmu.doStep(step * 0.012, 0.012)
         series.append(fmu.get(truth))
     fmu.close()
     ends.append(numpy.array(series).tobytes())

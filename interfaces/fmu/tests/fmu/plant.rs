@@ -295,7 +295,7 @@ impl Drop for Host {
 fn the_plant_under_recorded_commands_makes_the_recorded_truth() {
     let folder = tempfile::tempdir().unwrap();
     for (file, seconds, seed) in [
-        ("guo2024_flat_turning.yaml", 3.0, 1),
+        ("guo2024_flat_turning.yaml", 6.0, 1),
         ("minimal.yaml", 6.0, 3),
     ] {
         let mut native = simulation(file, seconds, seed);

@@ -36,7 +36,7 @@ impl BodyState {
         self.v + self.w.cross(&(at - self.c))
     }
 
-    /// What changes `by` of both velocities change at a world point, m/s.
+    /// Change of the velocity of a world point, m/s, as both velocities change by `by`.
     pub(crate) fn change(&self, by: &[Vector3<f64>; 2], at: &Vector3<f64>) -> Vector3<f64> {
         by[0] + by[1].cross(&(at - self.c))
     }

@@ -47,12 +47,12 @@ fn sliding(share: f64) -> f64 {
 
 /// A step of a contact until its body's speed is known.
 #[derive(Clone, Copy, Debug, Default)]
-struct Open {
+struct OpenStep {
     /// Force if the body's speed changes as expected, beyond the largest too, and the largest, N.
     force: f64,
     most: f64,
-    /// What each m/s by which the body's speed changes more than expected takes from the force, N·s/m; 0 where nothing
-    /// does.
+    /// Loss of the force for each m/s by which the body's speed changes more than expected, N·s/m; 0 where there is
+    /// none.
     slope: f64,
     /// Shares of the deflection and of the way that are left at the end.
     shares: [f64; 2],
@@ -77,7 +77,7 @@ pub struct Contact {
     pub gained: f64,
     /// Half of what it has changed more than expected, rad/s.
     pub more: f64,
-    open: Open,
+    open: OpenStep,
 }
 
 impl Contact {
@@ -105,7 +105,7 @@ impl Contact {
         [v, gained]: [f64; 2],
         dt: f64,
     ) -> f64 {
-        self.open = Open::default();
+        self.open = OpenStep::default();
         if b.radius == 0.0 && self.slides(b, g, v, gained) {
             return self.force;
         }

@@ -27,7 +27,7 @@ pub(super) fn yielding(k: f64, c: f64, dt: f64) -> f64 {
 
 /// A body in the tree, in both planes.
 #[derive(Clone, Debug)]
-struct Node {
+struct TreeNode {
     body: usize,
     parent: Option<usize>,
     /// Inverse of the matrix of the body when those below it are eliminated, and that times its block to the parent.
@@ -40,7 +40,7 @@ struct Node {
 pub(crate) struct Implicit {
     dt: f64,
     /// Each body before its parent.
-    nodes: Vec<Node>,
+    nodes: Vec<TreeNode>,
     rests: Vec<[Vector3<f64>; 2]>,
     /// ε of each body, linear and angular, in the world, m/s and rad/s.
     pub more: Vec<[Vector3<f64>; 2]>,
@@ -131,7 +131,7 @@ impl Implicit {
             }
             // Without a force of their own, friction wheels only lessen the blocks of their bodies.
             if body < count {
-                nodes.push(Node {
+                nodes.push(TreeNode {
                     body,
                     parent,
                     inverse,

@@ -46,7 +46,7 @@ pub fn wheel_torque(d: &Drive, motor: f64, omega: f64) -> f64 {
     motor * d.gear_ratio * (driving * d.efficiency_drive + (1.0 - driving) / d.efficiency_brake)
 }
 
-/// What each rad/s takes from the torque of [`wheel_torque`] at most, at rates near those at which it does, N·m·s.
+/// Largest loss of the torque of [`wheel_torque`] for each rad/s, at rates near those at which it has one, N·m·s.
 pub(super) fn wheel_damping(d: &Drive, motor: f64, omega: f64) -> f64 {
     if omega.abs() >= 3.0 * BLENDED_RADPS {
         return 0.0;

@@ -52,7 +52,7 @@ pub fn clamped_wheel(r: &Resistance, clamp: f64, radius: f64, omega: f64) -> f64
     direction(omega * radius) * r.clamped_wheel * clamp * radius
 }
 
-/// What each rad/s adds to the torque of [`clamped_wheel`] at most, N·m·s.
+/// Largest gain of the torque of [`clamped_wheel`] for each rad/s, N·m·s.
 pub fn clamped_damping(r: &Resistance, clamp: f64, radius: f64, omega: f64) -> f64 {
     if (omega * radius).abs() >= STICTION_SPEED_MPS {
         return 0.0;

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 pub struct Grip {
     /// Loads of left wheel (running side, less hold-down side), right wheel and guide, N.
     pub loads: [f64; 3],
-    /// What each m/s of more rate takes from them, N·s/m.
+    /// Loss of them for each m/s of more rate, N·s/m.
     yields: [f64; 3],
     /// Power lost in the dampers, W.
     pub loss: f64,
