@@ -73,7 +73,8 @@ class DriveEnv(gymnasium.Env[Array, Array]):
         if simulation is None or simulation.over:
             raise gymnasium.error.ResetNeeded("the episode is over, or has not begun: call reset")
         torque = float(np.clip(action[0], -1.0, 1.0)) * simulation.motor_torque_max_nm
-        until = simulation.time_s + self._hold_s - 0.5 * simulation.dt_s
+        half_s = 0.5 * simulation.dt_s  # a hold that is no multiple of the step ends with the nearest one
+        until = self._hold_s * (1 + (simulation.time_s + half_s) // self._hold_s) - half_s
         frame = simulation.step(torque)
         while simulation.time_s < until and not simulation.over:
             frame = simulation.step(torque)
