@@ -53,7 +53,7 @@ impl<const N: usize> StuckDetector<N> {
         noisy && (N > 1 || now.since(self.changed) > TIMES.lost_s)
     }
 
-    /// Returns true if the instrument has repeated its first sample ever since, which none does in motion.
+    /// Returns true if the instrument has repeated its first sample ever since: in motion only one without noise does.
     #[inline]
     pub fn never_changed(&self) -> bool {
         self.changes == 0 && self.run >= STUCK.max_repeats

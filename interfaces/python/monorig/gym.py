@@ -60,11 +60,13 @@ class DriveEnv(gymnasium.Env[Array, Array]):
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (1,), np.float32)
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (6,), np.float32)
         self.simulation: Simulation | None = None
+        self._actions = 0
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """Begins the scenario anew, with a seed drawn from the environment's."""
         super().reset(seed=seed)
         self.simulation = self._make(int(self.np_random.integers(2**32)))
+        self._actions = 0
         return self._observation(self.simulation.reference, self.simulation.perception), {}
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
@@ -73,8 +75,9 @@ class DriveEnv(gymnasium.Env[Array, Array]):
         if simulation is None or simulation.over:
             raise gymnasium.error.ResetNeeded("the episode is over, or has not begun: call reset")
         torque = float(np.clip(action[0], -1.0, 1.0)) * simulation.motor_torque_max_nm
-        half_s = 0.5 * simulation.dt_s  # a hold that is no multiple of the step ends with the nearest one
-        until = self._hold_s * (1 + (simulation.time_s + half_s) // self._hold_s) - half_s
+        # a hold that is no multiple of the step ends with the nearest one
+        self._actions += 1
+        until = self._actions * self._hold_s - 0.5 * simulation.dt_s
         frame = simulation.step(torque)
         while simulation.time_s < until and not simulation.over:
             frame = simulation.step(torque)

@@ -1,7 +1,7 @@
 //! Shaking of an instrument by the track: vibration that grows with the speed, hits at rail joints and bumps.
 //!
-//! Both act on the signal before the bandwidth and the sampling, in the axes of the mount, every 2 ms, whatever the
-//! physics step.
+//! Both act on the signal before the bandwidth and the sampling, in the axes of the mount, in parts of a
+//! physics step of at most 2 ms.
 
 use super::hits::Hits;
 use super::spec::Errors;

@@ -301,7 +301,7 @@ mod tests {
         }
     }
 
-    /// The shaking does not depend on the physics step: samples in steps of 4 ms are those in steps of 2 ms.
+    /// A step is shaken in parts of at most 2 ms: samples in steps of 4 ms are those in steps of 2 ms.
     #[test]
     fn a_step_of_4_ms_shakes_as_two_of_2_ms() {
         let mut spec = InstrumentSpec {

@@ -39,7 +39,7 @@ pub struct DriveUnit {
     torques: [[f64; 2]; 3],
     /// Torque at the motor's shaft, N·m, mean over the last step.
     shaft: f64,
-    /// Where the wheels touch the web, m, and the rail's direction there.
+    /// Place at which the wheels touch the web, m, and the rail's direction there.
     at: Vector3<f64>,
     tangent: Vector3<f64>,
     /// Angles of the wheels, rad.
