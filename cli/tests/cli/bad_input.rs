@@ -122,6 +122,11 @@ const CHANGED: &[(&str, &str, &str)] = &[
         "size_m: [1, 1, 1]",
         "size_m: [1, 0, 1]",
     ),
+    (
+        "obstacle_in_the_train",
+        "at_m: 50, left_m: 2, up_m: -1",
+        "at_m: 24.5, left_m: 0.2, up_m: -0.6",
+    ),
     ("seeds_backwards", "seeds: 1..10", "seeds: 10..1"),
     ("seeds_endless", "seeds: 1..10", "seeds: 1..999999999999"),
     ("seeds_twice", "seeds: 1..10", "seeds: [1, 2, 1]"),

@@ -8,6 +8,12 @@ const LEAST_CHANGE_DEG: f64 = 0.5;
 /// Largest share of a bend's turn in its easements.
 const EASED: f64 = 0.8;
 
+/// Distance within which two parts of a line come too near to each other: a wide train, m; the way between them beyond
+/// which they are two, m; and the number of lines that are drawn until a straight one is taken.
+const TOO_NEAR_M: f64 = 2.0;
+const TWO_PARTS_M: f64 = 12.0;
+const LINES: usize = 100;
+
 /// A drawn track: the text of its lists, and how long it is.
 pub(crate) struct Track {
     /// The lists `horizontal`, `vertical` and `joints` of a track file.
@@ -37,12 +43,20 @@ pub(crate) fn draw(ranges: &TrackRanges, seed: u64, train_m: f64, steepest_deg: 
     }
 }
 
+/// The line in plan. It does not come near to itself: the train would run into the rail from which it hangs.
 fn plan(ranges: &TrackRanges, draws: &mut Draws, length_m: f64) -> String {
     if draws.chance(ranges.straight_share.get()) {
         return String::new();
     }
+    let lines = (0..LINES).map(|_| line(ranges, draws, length_m));
+    let apart = lines.into_iter().find(|(_, points)| !meets_itself(points));
+    apart.map_or_else(String::new, |(text, _)| text)
+}
+
+/// A line in plan, and its points some metre apart, m.
+fn line(ranges: &TrackRanges, draws: &mut Draws, length_m: f64) -> (String, Vec<[f64; 2]>) {
     let mut text = "horizontal:\n".to_owned();
-    let mut way = 0.0;
+    let (mut way, mut heading, mut points) = (0.0, 0.0, vec![[0.0; 2]]);
     while way < length_m {
         let straight = round(draws.within(ranges.straight_m), 1);
         let radius = round(draws.log_within(ranges.radius_m), 1);
@@ -54,9 +68,30 @@ fn plan(ranges: &TrackRanges, draws: &mut Draws, length_m: f64) -> String {
             "  - {{kind: arc, radius_m: {radius}, angle_deg: {}, easement_m: {easement}}}\n",
             side * turn
         );
-        way += straight + radius * turn * PI / 180.0;
+        let arc = radius * turn * PI / 180.0;
+        way += straight + arc;
+        for (length, turned) in [(straight, 0.0), (arc, side * arc / radius)] {
+            let pieces = length.ceil();
+            for _ in 0..pieces as usize {
+                heading += turned / pieces;
+                let [x, y] = points[points.len() - 1];
+                let piece = length / pieces;
+                points.push([
+                    x + piece * libm::cos(heading),
+                    y + piece * libm::sin(heading),
+                ]);
+            }
+        }
     }
-    text
+    (text, points)
+}
+
+/// Returns true if parts of a line with a point in every metre come too near to each other.
+fn meets_itself(points: &[[f64; 2]]) -> bool {
+    let near = |[a, b]: [[f64; 2]; 2]| libm::hypot(a[0] - b[0], a[1] - b[1]) < TOO_NEAR_M;
+    let later = |k: usize| points.iter().skip(k + TWO_PARTS_M as usize);
+    let mut from = points.iter().enumerate();
+    from.any(|(k, a)| later(k).any(|b| near([*a, *b])))
 }
 
 fn profile(

@@ -114,6 +114,27 @@ fn what_is_drawn_lies_within_its_range() {
     assert!((16_000.0..=20_000.0).contains(&most), "{most}");
 }
 
+/// No rail comes back to where the train hangs below it: of seeds whose first line in plan crosses itself, too.
+#[test]
+fn no_drawn_rail_meets_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    for seed in [91_226, 91_227, 91_228] {
+        let path = write(folder.path(), &drawn(folder.path(), seed));
+        let set = [("physics.plant".to_owned(), "point-mass".to_owned())];
+        let scenario = Scenario::load(&path, &set).unwrap();
+        let simulation = Simulation::build(scenario, &Registry::default(), seed).unwrap();
+        let frames = simulation.rail_samples();
+        let step_m = (frames[1].p - frames[0].p).norm();
+        let apart = (15.0 / step_m) as usize;
+        for (k, a) in frames.iter().enumerate() {
+            for b in frames.iter().skip(k + apart) {
+                let level = (a.p.xy() - b.p.xy()).norm();
+                assert!(level > 1.5, "seed {seed}: {level} m");
+            }
+        }
+    }
+}
+
 /// A heavy train after a start of two seconds: a filter of the mass that begins at one load comes to rest far off on
 /// some of these courses.
 #[test]

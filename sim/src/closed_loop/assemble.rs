@@ -152,7 +152,15 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
                 gravity_mps2: gravity,
                 dt_s,
             };
-            causes.build(|| moving.plant(s.plant(), train.clone(), rail.clone(), &options))?
+            let make = || moving.plant(s.plant(), train.clone(), rail.clone(), &options);
+            causes.build(make).map_err(|e| match e {
+                Error::Broken { what, .. } => {
+                    let told = format!("the train does not come to rest there: {what}");
+                    let help = "a place where nothing touches the train, on springs that carry it";
+                    scenario.error("start", told, help)
+                }
+                other => other,
+            })?
         }
     };
     Ok(Simulation {

@@ -1,11 +1,11 @@
-//! Health of the IMU: stuck detectors, spike gate of the gyro, and the length of the specific force.
+//! Health of the IMU: stuck detectors, spike gate of the gyro, and the length of the specific force, which points up.
 
 use crate::api::reading::Channels;
 use crate::api::real::{GRAVITY, sqrt};
 use crate::api::snapshot::state;
 use crate::instruments::spike_gate::{SpikeGate, SpikeLimits};
 use crate::instruments::stuck_detector::StuckDetector;
-use crate::tuning::{MOTION, SHOCK, TIMES};
+use crate::tuning::{GRAVITY_CHECK, MOTION, SHOCK, TIMES};
 use crate::{Real, Time};
 
 /// Instant for the stuck detectors of vectors, which do not depend on time.
@@ -28,11 +28,12 @@ pub struct SoundImu {
     pub rate_radps: Option<[Real; 3]>,
     /// True if an instrument is out of use because it is stuck.
     pub stuck: bool,
-    /// Scale error of the accelerometer by |f| while it is out of use for it; else 0.
+    /// Scale error of the accelerometer by |f| while it is out of use; else 0.
     pub scale: Real,
 }
 
-/// Health of accelerometer and gyro: freshness by the front end, stuck detectors, and the length of the specific force.
+/// Health of accelerometer and gyro: freshness by the front end, stuck detectors, and the specific force, which is as long
+/// as g and points up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuHealth {
     gate: bool,
@@ -43,6 +44,7 @@ pub struct ImuHealth {
     force: StuckDetector<3>,
     rate: StuckDetector<3>,
     norm_error_mps2: Real,
+    upright_mps2: Real,
     out_s: Real,
     moved: bool,
 }
@@ -59,6 +61,7 @@ impl ImuHealth {
             force: StuckDetector::default(),
             rate: StuckDetector::default(),
             norm_error_mps2: 0.0,
+            upright_mps2: 0.0,
             out_s: 0.0,
             moved: false,
         }
@@ -115,7 +118,7 @@ impl ImuHealth {
         imu
     }
 
-    /// Returns true while the length of the specific force has the accelerometer out of use.
+    /// Returns true while length or direction of the specific force have the accelerometer out of use.
     fn is_out(&self) -> bool {
         self.gate && self.out_s > 0.0
     }
@@ -123,16 +126,16 @@ impl ImuHealth {
     fn check_norm(&mut self, [x, y, z]: [Real; 3], centripetal_mps2: Real, share: Real) {
         let expected = sqrt(GRAVITY * GRAVITY + centripetal_mps2 * centripetal_mps2);
         let length = sqrt(x * x + y * y + z * z);
-        // upside down the length is that of a wrong sign
-        let error = if z < 0.0 { -length } else { length } - expected;
-        self.norm_error_mps2 += share * (error - self.norm_error_mps2);
-        if self.norm_error_mps2.abs() > SHOCK.norm_gate_mps2 {
+        self.norm_error_mps2 += share * (length - expected - self.norm_error_mps2);
+        self.upright_mps2 += share * (z - self.upright_mps2);
+        let upright = self.upright_mps2 > GRAVITY_CHECK.min_upright * GRAVITY;
+        if self.norm_error_mps2.abs() > SHOCK.norm_gate_mps2 || !upright {
             self.out_s = TIMES.lost_s;
         }
     }
 }
 
-state!(ImuHealth { spikes, last_force, last_rate, force, rate, norm_error_mps2, out_s, moved; gate, spike_gate });
+state!(ImuHealth { spikes, last_force, last_rate, force, rate, norm_error_mps2, upright_mps2, out_s, moved; gate, spike_gate });
 
 #[cfg(test)]
 mod tests {
@@ -244,6 +247,38 @@ mod tests {
                 (stuck, stuck)
             );
         }
+    }
+
+    /// An accelerometer whose axes are exchanged, or of the wrong sign, is out of use with its first sample, though what
+    /// it reads is as long as g; one sample of a joint is no such thing.
+    #[test]
+    fn an_accelerometer_that_does_not_point_up_is_out_of_use() {
+        let g = GRAVITY;
+        for (force, upright) in [
+            ([0.0, 0.0, g], true),
+            ([0.8 * g, 0.0, 0.6 * g], true),
+            ([0.0, g, 0.0], false),
+            ([g, 0.0, 0.0], false),
+            ([0.0, 0.0, -g], false),
+        ] {
+            let samples = |k: u32| (force.map(|f| f + noise(k)), [noise(k); 3]);
+            for seconds in [0.005, 3.0] {
+                let imu = last(&mut ImuHealth::new(true, true), seconds, samples, 0.0);
+                assert_eq!(imu.force_mps2.is_some(), upright, "{force:?}");
+            }
+        }
+        let mut health = ImuHealth::new(true, true);
+        let joint = |k: u32| {
+            (
+                [noise(k), 0.0, if k == 300 { -g } else { g }],
+                [noise(k); 3],
+            )
+        };
+        assert!(
+            last(&mut health, 301.0 * 0.005, joint, 1.0)
+                .force_mps2
+                .is_some()
+        );
     }
 
     /// The length of the specific force is g, and in a bend √(g² + (v r)²) with the yaw rate r less the bias of the
