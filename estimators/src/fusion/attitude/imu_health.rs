@@ -118,6 +118,11 @@ impl ImuHealth {
         imu
     }
 
+    /// Mean length of the specific force beyond the one that is expected, m/s².
+    pub fn norm_error_mps2(&self) -> Real {
+        self.norm_error_mps2
+    }
+
     /// Returns true while length or direction of the specific force have the accelerometer out of use.
     fn is_out(&self) -> bool {
         self.gate && self.out_s > 0.0

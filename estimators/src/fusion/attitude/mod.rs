@@ -284,6 +284,7 @@ impl AttitudeFilter {
             dt,
             &self.params,
             self.bias_sd,
+            self.health.norm_error_mps2(),
             (self.standing_mps, self.road),
         )?;
         (self.started, self.starts) = (true, true);

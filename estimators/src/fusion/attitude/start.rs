@@ -1,5 +1,8 @@
 //! First belief of the attitude filter: pitch and roll by the accelerometer, whose bias is then wholly correlated with
 //! them.
+//!
+//! An accelerometer that reads |f| = g + e at a standstill has a bias: of e upwards, or of √(2 g e) on the level. What
+//! its sheet, its noise and the acceleration do not explain of e is in the standard deviations.
 
 use nalgebra::SVector;
 
@@ -12,8 +15,8 @@ use crate::models::attitude::{BIAS_X, BIAS_Y, N, PHI, THETA};
 use crate::tuning::{ATTITUDE, STATISTICS};
 
 /// The belief by the first samples, `dt` seconds long, of a vehicle (on a `road`) that stands below `standing_mps`
-/// and whose biases of accelerometer and gyro have the standard deviations `bias_sd` (m/s², rad/s). `None` until
-/// there has been an accelerometer and a wheel.
+/// and whose biases of accelerometer and gyro have the standard deviations `bias_sd` (m/s², rad/s); the mean length of
+/// the specific force is off by `norm_error_mps2`. `None` until there has been an accelerometer and a wheel.
 #[allow(
     clippy::indexing_slicing,
     reason = "indices of states are constants below N"
@@ -23,6 +26,7 @@ pub fn first_belief(
     dt: Real,
     params: &AttitudeParams,
     bias_sd: [Real; 2],
+    norm_error_mps2: Real,
     (standing_mps, road): (Real, bool),
 ) -> Option<Gaussian<N>> {
     let [fx, fy, _] = z.specific_force_mps2?;
@@ -47,13 +51,22 @@ pub fn first_belief(
     };
     let [bias, gyro] = bias_sd;
     let noise = params.velocity_random_walk / sqrt(dt);
+    // a car may start with all its acceleration while its wheels still read 0
+    let most_v_dot = if road { on_road } else { v_dot };
+    let by_sheet = STATISTICS.noise_sd * (bias + noise);
+    let explained = by_sheet + most_v_dot * most_v_dot / (2.0 * GRAVITY);
+    let unexplained = (norm_error_mps2.abs() - explained).max(0.0);
+    let (bias, bias_z) = (
+        sqrt(bias * bias + 2.0 * GRAVITY * unexplained),
+        bias + unexplained,
+    );
     let angle = sqrt(bias * bias + v_dot * v_dot + noise * noise) / g_theta;
     let scale = params.wheel_scale_sd / sqrt(count);
     let slip = (high - low - STATISTICS.fault_sd * params.wheel_speed_sd_mps).max(0.0);
     let speed = 2.0 * params.wheel_speed_sd_mps + scale * v.abs() + slip;
     let x = SVector::from([v, theta, phi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let sd = SVector::from([
-        speed, angle, angle, bias, bias, bias, gyro, gyro, scale, 0.0, gyro,
+        speed, angle, angle, bias, bias, bias_z, gyro, gyro, scale, 0.0, gyro,
     ]);
     let mut belief = Gaussian::independent(x, sd);
     for (angle, bias_at) in [(THETA, BIAS_X), (PHI, BIAS_Y)] {
@@ -66,7 +79,7 @@ pub fn first_belief(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::models::attitude::{GYRO_Y, SCALE, V};
+    use crate::models::attitude::{BIAS_Z, GYRO_Y, SCALE, V};
 
     const BIAS_SD: [Real; 2] = [0.05, 0.002];
     const STANDING_MPS: Real = 0.02;
@@ -85,7 +98,43 @@ mod tests {
             *place = Some(*v);
         }
         let params = AttitudeParams::default();
-        first_belief(&z, 0.01, &params, BIAS_SD, (STANDING_MPS, road)).unwrap()
+        let size = z
+            .specific_force_mps2
+            .map(|f| sqrt(f.iter().map(|f| f * f).sum()));
+        let off = size.unwrap() - GRAVITY;
+        first_belief(&z, 0.01, &params, BIAS_SD, off, (STANDING_MPS, road)).unwrap()
+    }
+
+    /// A bias along the body that makes |f| longer than the sheet allows is within two standard deviations, and the
+    /// pitch with it. What the sheet, or an acceleration, allows changes nothing.
+    #[test]
+    fn a_bias_that_the_length_shows_is_in_the_standard_deviations() {
+        let of = |bias: Real, speed: Real| {
+            let params = AttitudeParams::default();
+            let mut z = Channels {
+                specific_force_mps2: Some([bias, 0.0, GRAVITY]),
+                ..Channels::default()
+            };
+            z.new_wheel_speed_mps[0] = Some(speed);
+            let off = sqrt(bias * bias + GRAVITY * GRAVITY) - GRAVITY;
+            first_belief(&z, 0.01, &params, BIAS_SD, off, (STANDING_MPS, false)).unwrap()
+        };
+        let sd = |belief: &Gaussian<N>, place: usize| belief.P[(place, place)].sqrt();
+        for (bias, speed) in [(2.3, 0.0), (2.7, 0.0), (-2.7, 0.5)] {
+            let found = of(bias, speed);
+            assert!(
+                (0.5..1.0).contains(&(sd(&found, BIAS_X) / bias.abs())),
+                "{bias}"
+            );
+            assert!(found.x[THETA].abs() < 2.0 * sd(&found, THETA));
+        }
+        let [sheet, _] = BIAS_SD;
+        for (bias, speed) in [(0.0, 0.0), (0.3, 0.0), (1.0, 0.5)] {
+            let found = of(bias, speed);
+            for place in [BIAS_X, BIAS_Y, BIAS_Z] {
+                assert!((sd(&found, place) - sheet).abs() < 1e-6, "{bias} {speed}");
+            }
+        }
     }
 
     #[test]
@@ -164,7 +213,8 @@ mod tests {
     #[test]
     fn without_a_wheel_or_an_accelerometer_there_is_none() {
         let params = AttitudeParams::default();
-        let begin = |z: &Channels| first_belief(z, 0.01, &params, BIAS_SD, (0.02, false)).is_some();
+        let begin =
+            |z: &Channels| first_belief(z, 0.01, &params, BIAS_SD, 0.0, (0.02, false)).is_some();
         let mut z = Channels::default();
         z.new_wheel_speed_mps[1] = Some(0.0);
         assert!(!begin(&z));
