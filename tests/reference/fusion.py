@@ -139,7 +139,7 @@ class Health:
     def __init__(self, events):
         self.last_force = None
         self.used = self.held = None
-        self.jump, self.norm, self.out, self.scale = 0.0, 0.0, 0.0, 0.0
+        self.jump, self.norm, self.up, self.out, self.scale = 0.0, 0.0, 0.0, 0.0, 0.0
         self.stuck = {"force": [None, 0, 0, 0], "rate": [None, 0, 0, 0]}
         self.events = events
 
@@ -182,9 +182,10 @@ class Health:
                 self.events.add("stuck gyro")
         assert not self.repeats("force", force)
         centripetal = (rate[2] - yaw_bias) * v if rate is not None else 0.0
-        error = math.copysign(np.linalg.norm(force), force[2]) - math.hypot(G, centripetal)
+        error = np.linalg.norm(force) - math.hypot(G, centripetal)
         self.norm += DT / (lag + DT) * (error - self.norm)
-        if abs(self.norm) > 0.35:
+        self.up += DT / (lag + DT) * (force[2] - self.up)
+        if abs(self.norm) > 0.35 or self.up < 0.5 * G:
             self.out = 0.5
         self.out = max(self.out - DT, 0.0)
         self.scale = self.norm / G if self.out > 0.0 else 0.0
@@ -285,15 +286,18 @@ class Attitude:
         gc = G * math.cos(theta)
         phi = math.asin(clip(force[1] / gc, -0.3, 0.3))
         a = 0.02 if abs(v) < self.still else 2.5 if self.turn_walk else 1.0
-        angle = math.sqrt(p["bias"] ** 2 + a**2 + (p["vrw"] / math.sqrt(DT)) ** 2) / gc
+        noise, most = p["vrw"] / math.sqrt(DT), 2.5 if self.turn_walk else a
+        e = max(abs(self.health.norm) - 3.0 * (p["bias"] + noise) - most**2 / (2.0 * G), 0.0)
+        bias = math.sqrt(p["bias"] ** 2 + 2.0 * G * e)
+        angle = math.sqrt(bias**2 + a**2 + noise**2) / gc
         scale = p["scale"] / math.sqrt(len(speeds))
         sd = np.zeros(11)
         sd[[V, TH, PH, EW]] = 2.0 * p["wheel"] + scale * abs(v) + max(np.ptp(speeds) - 6.0 * p["wheel"], 0.0), angle, angle, scale
-        sd[[BX, BY, BZ]], sd[[GX, GY, GZ]] = p["bias"], p["gyro"]
+        sd[[BX, BY, BZ]], sd[[GX, GY, GZ]] = (bias, bias, p["bias"] + e), p["gyro"]
         self.b = Belief(np.zeros(11), np.diag(sd**2))
         self.b.x[[V, TH, PH]] = v, theta, phi
-        for angle, bias in ((TH, BX), (PH, BY)):
-            self.b.P[angle, bias] = self.b.P[bias, angle] = -p["bias"] ** 2 / gc
+        for angle, at in ((TH, BX), (PH, BY)):
+            self.b.P[angle, at] = self.b.P[at, angle] = -bias**2 / gc
 
     @staticmethod
     def rates(x, force, w):

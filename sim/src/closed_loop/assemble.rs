@@ -152,14 +152,18 @@ fn assemble(builder: SimulationBuilder, seed: u64) -> Result<Simulation, Error> 
                 gravity_mps2: gravity,
                 dt_s,
             };
-            let make = || moving.plant(s.plant(), train.clone(), rail.clone(), &options);
-            causes.build(make).map_err(|e| match e {
+            let at_start = |e| match e {
                 Error::Broken { what, .. } => {
                     let told = format!("the train does not come to rest there: {what}");
                     let help = "a place where nothing touches the train, on springs that carry it";
                     scenario.error("start", told, help)
                 }
                 other => other,
+            };
+            let (train, rail) = (train.clone(), rail.clone());
+            causes.build(|| {
+                let plant = moving.plant(s.plant(), train, rail, &options);
+                plant.map_err(at_start)
             })?
         }
     };

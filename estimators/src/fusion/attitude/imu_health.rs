@@ -32,8 +32,8 @@ pub struct SoundImu {
     pub scale: Real,
 }
 
-/// Health of accelerometer and gyro: freshness by the front end, stuck detectors, and the specific force, which is as long
-/// as g and points up.
+/// Health of accelerometer and gyro: freshness by the front end, stuck detectors, and the specific force, which is as
+/// long as g and points up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuHealth {
     gate: bool,
@@ -254,8 +254,8 @@ mod tests {
         }
     }
 
-    /// An accelerometer whose axes are exchanged, or of the wrong sign, is out of use with its first sample, though what
-    /// it reads is as long as g; one sample of a joint is no such thing.
+    /// An accelerometer whose axes are exchanged, or of the wrong sign, is out of use with its first sample, though
+    /// what it reads is as long as g; one sample of a joint is no such thing.
     #[test]
     fn an_accelerometer_that_does_not_point_up_is_out_of_use() {
         let g = GRAVITY;

@@ -39,7 +39,7 @@ const SETTLE_S: f64 = 20.0;
 const SETTLE_STEP_S: f64 = 4e-3;
 const SETTLE_KEEP: f64 = 0.98;
 /// Speed below which the train has settled, m/s.
-const SETTLED_SPEED_MPS: f64 = 1e-7;
+const SETTLED_SPEED_MPS: f64 = 1e-5;
 /// Number of steps at rest before a body counts as settled, so that a turning point of a swing does not count as rest.
 const SETTLED_STEPS: u32 = 125;
 
