@@ -124,6 +124,10 @@ fn no_drawn_rail_meets_itself() {
         let scenario = Scenario::load(&path, &set).unwrap();
         let simulation = Simulation::build(scenario, &Registry::default(), seed).unwrap();
         let frames = simulation.rail_samples();
+        assert!(
+            frames.iter().any(|f| f.t.y.abs() > 0.5),
+            "seed {seed}: no bend"
+        );
         let step_m = (frames[1].p - frames[0].p).norm();
         let apart = (15.0 / step_m) as usize;
         for (k, a) in frames.iter().enumerate() {

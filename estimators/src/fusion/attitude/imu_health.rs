@@ -1,4 +1,4 @@
-//! Health of the IMU: stuck detectors, spike gate of the gyro, and the length of the specific force, which points up.
+//! Health of the IMU: stuck detectors, spike gate of the gyro, length and direction of the specific force.
 
 use crate::api::reading::Channels;
 use crate::api::real::{GRAVITY, sqrt};

@@ -1,7 +1,7 @@
 //! First belief of the attitude filter: pitch and roll by the accelerometer, whose bias is then wholly correlated with
 //! them.
 //!
-//! An accelerometer that reads |f| = g + e at a standstill has a bias: of e upwards, or of √(2 g e) on the level. What
+//! A |f| of g + e that no acceleration explains is a bias: of e upwards, or of √(2 g e) along a level body. What
 //! its sheet, its noise and the acceleration do not explain of e is in the standard deviations.
 
 use nalgebra::SVector;
