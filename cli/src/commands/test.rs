@@ -161,12 +161,11 @@ fn test(task: &TestArgs, registry: &Registry) -> Result<CommandOutcome, CliError
     let (mut cases, mut unusable) = (Vec::new(), Vec::new());
     for path in &paths {
         // a panic on one file must not keep the others from their reports
-        let made =
-            guarded(|| case(path, &changes, task.seeds_from, registry)).unwrap_or_else(|told| {
-                let help = "use physically possible values; please report this file";
-                let message = format!("monorig panicked while it built this scenario: {told}");
-                Err(input_error(path, "", message, help))
-            });
+        let made = guarded(|| case(path, &changes, task, registry)).unwrap_or_else(|told| {
+            let help = "use physically possible values; please report this file";
+            let message = format!("monorig panicked while it built this scenario: {told}");
+            Err(input_error(path, "", message, help))
+        });
         match made {
             Ok(case) => cases.push(case),
             Err(e) => {
@@ -333,25 +332,28 @@ fn durations(tested: &[TestedScenario], most: usize) -> String {
 }
 
 /// Finds every mistake in a scenario that can be found without running it.
-fn case(
-    path: &Path,
-    changes: &Sets,
-    seeds_from: Option<u32>,
-    registry: &Registry,
-) -> Result<Case, Error> {
+fn case(path: &Path, changes: &Sets, task: &TestArgs, registry: &Registry) -> Result<Case, Error> {
     let simulation = prepare::changed(path, changes, registry)?;
     let scenario = &simulation.scenario;
     scenario.inputs().seal();
-    let seeds: Vec<u64> = match seeds_from {
+    let seeds: Vec<u64> = match task.seeds_from {
         Some(first) => (u64::from(first)..).take(scenario.seeds().len()).collect(),
         None => scenario.seeds().to_vec(),
     };
-    let inputs = scenario.input_digests();
-    let hash = manifest::hash(&identity(), &inputs, &resolved(scenario, registry));
+    let mut list = RunList::new(&scenario.name, seeds.iter().copied());
+    // only shards carry it: it needs the hash of the program's file, which takes time
+    if task.shard.is_some() {
+        let inputs = scenario.input_digests();
+        list = list.hashed(manifest::hash(
+            &identity(),
+            &inputs,
+            &resolved(scenario, registry),
+        ));
+    }
     Ok(Case {
         path: path.into(),
         name: scenario.name.clone(),
-        list: RunList::new(&scenario.name, seeds.iter().copied()).hashed(hash),
+        list,
         runs: (0..).zip(seeds).collect(),
         inputs: scenario.inputs().clone(),
     })
