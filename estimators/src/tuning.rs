@@ -39,17 +39,14 @@ groups! {
         behind_sd_rad: [Real; 2] = [0.02, 0.3],
         /// Correlation distance of η behind the remembered rail, m. Chosen.
         eta_memory_m: Real = 2.0,
-        /// Standard deviation of the change of an unread grade per distance gone back while no force measures it,
-        /// rad/m. Derived: half of a curvature of 0.1/m; on drawn courses no sample misled
-        /// (`docs/notes/rail_fusion.md`, "Wanted and measured").
-        blind_rad_per_m: Real = 0.05,
         /// Distance of the foremost mass ahead of the read rail up to which a block is used, and down to which a jump
         /// of the force counts as on unread rail; and the largest mean distance of the tare behind the remembered rail
         /// at which a block is used when going back; the standard deviation of the distance to the read rail up to
         /// which the rail is remembered, m. Chosen.
         edge_m: Real = 0.5,
         /// Sharpest vertical curvature, rad/m: a faster turn of a slope over the way is that of an accelerometer, of
-        /// wheels or of a load that jump. Chosen: a radius of 8 m.
+        /// wheels or of a load that jump. Half of it is the standard deviation of the change of an unread grade per
+        /// distance gone back. Chosen: a radius of 8 m.
         max_turn_radpm: Real = 0.13,
         /// Sharpest curvature of any track or road, 1/m. Chosen: a radius of 2 m.
         max_track_per_m: Real = 0.5,
@@ -330,9 +327,8 @@ groups! {
         force_motion: Real = 2.0,
         /// Share of a new block in the correction by force. Chosen.
         share: Real = 0.6,
-        /// Standard deviation of the grade due to rail behind the read rail above which it counts as unread, rad.
-        /// Chosen.
-        unread_sd_rad: Real = 0.002,
+        /// Standard deviation of a grade by the force of a block, beside noise and motion, rad. Chosen.
+        force_sd_rad: Real = 0.002,
     }
     /// Blocks of the force balance.
     BLOCK: Blocks {
@@ -423,7 +419,8 @@ groups! {
         spare_m: Real = 36.0,
         /// Weight of the reading of a later visit. Chosen.
         revisit: Real = 0.3,
-        /// Distance over which the gradient at the front end is computed, m. Chosen.
+        /// Distance over which the gradient at the front end is computed, and the doubt of instruments that contradict
+        /// each other is smoothed, m. Chosen.
         end_m: Real = 1.0,
         /// Distance over which this gradient is assumed to continue, m. Chosen.
         onward_m: Real = 3.0,

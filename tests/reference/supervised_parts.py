@@ -18,7 +18,7 @@ from pipeline_parts import LowPass, SageHusa
 
 STANDSTILL, STEEPEST = 0.05, math.pi / 3.0
 FRONT, ETA, BEHIND_SD = 0.4, 9.0, 0.02
-UNREAD, BLIND = 1e-3, 0.05  # rad per m of rail that was not read, and of the way gone back onto it
+UNREAD, BLIND = 1e-3, 0.065  # rad per m of rail that was not read, and of the way gone back onto it
 GAIN_SD = math.sqrt(0.005**2 / 2.0 + 0.035**2 + 0.01**2)
 HEADER = ["mass", "mass_sd", "grade", "grade_sd", "effective", "effective_sd", "speed", "speed_sd", "innovation", "nis"]
 
@@ -216,7 +216,7 @@ class Supervised:
         if self.age < 0.1 - 1e-6 and self.gone < 0.1:
             return
         if self.back > 0.0:
-            self.blind = min(self.blind + self.back, 9.0) if behind * BEHIND_SD > 0.002 else 0.0
+            self.blind = min(self.blind + self.back, 9.0) if behind > 0.0 else 0.0
             self.met["goes back blind"] += self.blind > 0.1
         self.age = self.gone = self.back = 0.0
         mean = (means.S + load * means.load) / M

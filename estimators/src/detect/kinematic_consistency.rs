@@ -246,6 +246,15 @@ impl KinematicConsistency {
         }
     }
 
+    /// Begins anew, for a gyro whose rates cannot be compared with anything: what is known of the left axis stays.
+    pub fn without_gyro(&self) -> Self {
+        Self {
+            cross: self.cross,
+            swapped: self.swapped,
+            ..Self::default()
+        }
+    }
+
     /// The accelerometer is wrong: the gyro is not compared with it until what it has read has died out.
     pub fn doubt_slope(&mut self) {
         (self.turn, self.jumped_s) = (right_gains(), CONSISTENCY.leak_s);

@@ -58,7 +58,7 @@ impl Plausibility {
         if !self.gyro.plausible() {
             self.gyro_wrong = true;
             // nothing that such rates have been compared with counts
-            self.kinematics = KinematicConsistency::default();
+            self.kinematics = self.kinematics.without_gyro();
         } else if !self.axes_are_right() {
             self.kinematics.doubt_slope();
         } else if self.kinematics.turns_otherwise() {
@@ -177,9 +177,14 @@ mod tests {
         }
     }
 
-    /// Drives over hills of 0.1 rad for two minutes, with a stop every 40 s. For the time `wrong_s` a fault changes the
-    /// reading. Returns true if the gyro is sound at the end.
+    /// Returns true if the gyro is sound at the end of a [drive](driven) with one fault.
     fn gyro_is_kept(fault: Fault, wrong_s: core::ops::Range<Real>) -> bool {
+        driven(&[(fault, wrong_s)]).gyro_is_sound()
+    }
+
+    /// Drives over hills of 0.1 rad for two minutes, with a stop every 40 s. Each fault changes the reading for its
+    /// time. Returns the checks at the end.
+    fn driven(faults: &[(Fault, core::ops::Range<Real>)]) -> Plausibility {
         let uses = Instruments {
             accelerometer: true,
             gyro: false,
@@ -204,12 +209,14 @@ mod tests {
                 yaw_rate_radps: Some(0.0),
                 ..Reading::default()
             };
-            if wrong_s.contains(&t) {
-                fault(&mut reading);
+            for (fault, wrong_s) in faults {
+                if wrong_s.contains(&t) {
+                    fault(&mut reading);
+                }
             }
             checks.step(&reading, reading.pitch_rate_radps, dt);
         }
-        checks.gyro_is_sound()
+        checks
     }
 
     /// Change of a reading by a fault.
@@ -261,6 +268,19 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Axes of the accelerometer that were found exchanged stay so when the gyro is left out after a second in degrees.
+    #[test]
+    fn a_wrong_gyro_does_not_make_a_wrong_accelerometer_right() {
+        let exchanged: Fault =
+            |z| core::mem::swap(&mut z.specific_force_mps2, &mut z.lateral_force_mps2);
+        let in_degrees: Fault =
+            |z| z.pitch_rate_radps = z.pitch_rate_radps.map(|w| w * 180.0 / crate::api::real::PI);
+        let mut checks = driven(&[(exchanged, 0.0..120.0), (in_degrees, 60.0..61.6)]);
+        assert!(!checks.gyro_is_sound() && !checks.plausible());
+        checks = driven(&[(in_degrees, 60.0..61.6)]);
+        assert!(!checks.gyro_is_sound() && checks.plausible());
     }
 
     #[test]

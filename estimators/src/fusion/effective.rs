@@ -21,8 +21,10 @@ pub struct EffectiveGrade {
     looked: bool,
     /// Distance gone back since the last check, m.
     back_m: Real,
-    /// Distance gone back over unread rail since the force last measured the grade, m.
+    /// Distance gone back onto unread rail, m, less what the force has measured of it since.
     blind_m: Real,
+    /// Standard deviation of the mean grade due to this distance, rad.
+    blind_rad: Real,
 }
 
 /// Effective grade of a block by its force, compared with the grade of the rail as read.
@@ -52,19 +54,16 @@ pub struct UnitGrade {
 
 impl EffectiveGrade {
     /// Corrects the grade of unread rail by the force of a block: its doubt against the noise of the force. Where the
-    /// force is of no use, the correction fades over the way, or in time once the rail is read.
+    /// force is of no use, the correction fades over the way.
     pub fn correct(&mut self, block: &GradeByForce) {
-        let unread = block.unread_variance;
+        let unread = block.unread_variance + self.blind_rad * self.blind_rad;
         match block.difference {
             Some([difference, variance]) => {
-                self.blind_m = 0.0;
+                self.blind_m *= sqrt(variance / (unread + variance));
                 let correction = unread / (unread + variance) * difference;
                 self.correction += EFFECTIVE.share * (correction - self.correction);
             }
-            None if unread > least_unread() => {
-                self.correction *= exp(-block.way_m / RAIL.eta_m);
-            }
-            None => self.correction *= EFFECTIVE.share,
+            None => self.correction *= exp(-block.way_m / RAIL.eta_m),
         }
     }
 
@@ -87,7 +86,7 @@ impl EffectiveGrade {
         let means = train.at(rail, rail.here());
         let behind = mass.behind(&means);
         if self.back_m > 0.0 {
-            self.blind_m = match mass.behind_variance(&means) > least_unread() {
+            self.blind_m = match behind > 0.0 {
                 true => (self.blind_m + self.back_m).min(RAIL.eta_m),
                 false => 0.0,
             };
@@ -96,14 +95,14 @@ impl EffectiveGrade {
         let mean = (means.tare_kg + mass.load_kg * means.load) / mass.mass_kg;
         self.sine = mean - unit.bias_mps2 / GRAVITY + mass.eta_rad * behind + self.correction;
         let (pitch, constant) = (unit.pitch_sd_rad, unit.constant_sd_rad);
-        let blind = RAIL.blind_rad_per_m * self.blind_m * behind.min(1.0);
+        self.blind_rad = 0.5 * RAIL.max_turn_radpm * self.blind_m * behind.min(1.0);
         let off = train.at(rail, rail.ahead(rail.here(), -rail.doubt_m()));
         let by_place = (off.tare_kg + mass.load_kg * off.load) / mass.mass_kg - mean;
         let by_load = (means.load - mean) / mass.mass_kg * mass.load_sd_kg;
         self.variance = pitch * pitch
             + constant * constant
             + mass.unread_variance(&means)
-            + blind * blind
+            + self.blind_rad * self.blind_rad
             + by_place * by_place
             + by_load * by_load;
     }
@@ -118,12 +117,7 @@ impl EffectiveGrade {
     }
 }
 
-/// Variance of the mean grade due to unread rail above which the grade counts as unread, rad².
-fn least_unread() -> Real {
-    EFFECTIVE.unread_sd_rad * EFFECTIVE.unread_sd_rad
-}
-
-state!(EffectiveGrade { correction, age_s, way_m, sine, variance, looked, back_m, blind_m; });
+state!(EffectiveGrade { correction, age_s, way_m, sine, variance, looked, back_m, blind_m, blind_rad; });
 
 #[cfg(test)]
 mod tests {
@@ -133,8 +127,7 @@ mod tests {
     const DT: Real = 0.01;
 
     /// Where the rail was not read, the correction comes to the share of the difference that its doubt has in that of
-    /// both; it is added to the mean over the train. Where the force is of no use it fades over nine metres, and once
-    /// the rail is read block by block.
+    /// both; it is added to the mean over the train. Where the force is of no use it fades over nine metres.
     #[test]
     fn the_force_corrects_the_grade_of_rail_that_is_not_read() {
         let (rail, train, mass) = curved();
@@ -153,11 +146,29 @@ mod tests {
             block.difference = None;
             (0..18).for_each(|_| effective.correct(&block));
             assert!((effective.correction / expected * (1.0 as Real).exp() - 1.0).abs() < 1e-9);
-            block.unread_variance = 3e-6;
-            let before = effective.correction;
-            effective.correct(&block);
-            assert!((effective.correction / before - EFFECTIVE.share).abs() < 1e-9);
         }
+    }
+
+    /// Rail onto which the train has gone back is unread by its share of the masses, too; a block leaves of this doubt
+    /// what is left of the variance of two independent measurements.
+    #[test]
+    fn the_force_measures_the_rail_behind() {
+        let blind_rad = 0.03;
+        let mut effective = EffectiveGrade {
+            blind_m: 4.0,
+            blind_rad,
+            ..EffectiveGrade::default()
+        };
+        effective.correct(&GradeByForce {
+            way_m: 0.5,
+            unread_variance: 3e-4,
+            difference: Some([0.02, 4e-4]),
+        });
+        let unread = 3e-4 + blind_rad * blind_rad;
+        let share = unread / (unread + 4e-4);
+        assert!((effective.correction / (EFFECTIVE.share * share * 0.02) - 1.0).abs() < 1e-9);
+        let left = 1.0 / (1.0 / unread + 1.0 / 4e-4);
+        assert!((effective.blind_m / (4.0 * (left / unread).sqrt()) - 1.0).abs() < 1e-9);
     }
 
     /// A rail that grows steeper by 0.004 rad a metre, read up to the IMU; the load hangs ahead of the tare's middle.
@@ -249,7 +260,7 @@ mod tests {
     }
 
     /// Behind the rail read the grade is another by η nine metres behind, with its variance; going back blindly it may
-    /// turn by 0.05 rad a metre, and all the train is on it at most.
+    /// turn by 0.065 rad a metre, and all the train is on it at most.
     #[test]
     fn rail_behind_counts_by_the_masses_on_it() {
         let (_, train, mass) = curved();
@@ -268,52 +279,38 @@ mod tests {
         assert!(behind > 0.02 && (sine / (0.05 * behind) - 1.0).abs() < 1e-9);
         assert!(((variance - ahead).sqrt() / (0.02 * behind) - 1.0).abs() < 1e-6);
         let [_, variance] = looked(&none, &mass, &rail, 4.0);
-        assert!(((variance - ahead).sqrt() / (0.05 * 4.0 * behind) - 1.0).abs() < 1e-6);
+        assert!(((variance - ahead).sqrt() / (0.065 * 4.0 * behind) - 1.0).abs() < 1e-6);
         (0..3_000).for_each(|_| rail.step(-0.01, None));
         let [_, ahead] = looked(&none, &mass, &rail, 0.0);
         let [_, variance] = looked(&none, &mass, &rail, 4.0);
-        assert!(((variance - ahead).sqrt() / 0.2 - 1.0).abs() < 1e-6);
+        assert!(((variance - ahead).sqrt() / 0.26 - 1.0).abs() < 1e-6);
     }
 
-    /// The way gone back is counted while rail behind is unread, up to nine metres; forwards none is, and where the
-    /// rail is known it is forgotten.
+    /// The way gone back is counted while a part of the train is behind the read rail, up to nine metres; forwards none
+    /// is, and once all the train is on read rail it is forgotten.
     #[test]
     fn the_way_gone_back_onto_unread_rail_is_counted() {
         let (_, train, mass) = curved();
         let mut rail = RailMemory::new(12.0);
         (0..500).for_each(|_| rail.step(0.01, Some([0.0, 0.0])));
-        let unread = MassOnRail {
-            eta_variance: 1.0,
-            ..mass
-        };
         let mut effective = EffectiveGrade::default();
-        let mut go = |way_m: Real, mass: &MassOnRail| {
+        let mut go = |way_m: Real, rail: &RailMemory| {
             let unit = UnitGrade {
                 speed_mps: way_m,
                 ..UnitGrade::default()
             };
-            effective.step(&unit, &train, mass, &rail, 1.0);
+            effective.step(&unit, &train, &mass, rail, 1.0);
             effective.blind_m
         };
         assert_eq!(
-            [go(-1.5, &unread), go(2.0, &unread), go(-1.0, &unread)],
+            [go(-1.5, &rail), go(2.0, &rail), go(-1.0, &rail)],
             [1.5, 1.5, 2.5]
         );
-        assert_eq!(
-            [go(-9.0, &unread), go(0.5, &mass), go(-0.5, &mass)],
-            [9.0, 9.0, 0.0]
-        );
-        // the limit is 0.002 rad in the mean
-        let means = train.at(&rail, rail.here());
-        let behind = (means.behind_tare_kgm + 10_000.0 * means.behind_load_m) / 9.0 / 15_000.0;
-        for (by, counted) in [(0.99, 0.0), (1.01, 0.5)] {
-            let eta_sd = by * 0.002 / behind;
-            let limit = MassOnRail {
-                eta_variance: eta_sd * eta_sd,
-                ..mass
-            };
-            assert_eq!(go(-0.5, &limit), counted);
-        }
+        assert_eq!(go(-9.0, &rail), 9.0);
+        let unread = rail;
+        (0..1_000).for_each(|_| rail.step(0.01, Some([0.0, 0.0])));
+        assert_eq!([go(0.5, &rail), go(-0.5, &rail)], [9.0, 0.0]);
+        assert_eq!(go(-0.5, &unread), 0.5);
     }
 
     /// The memory is looked at every tenth of a second or of a metre, whichever comes first.

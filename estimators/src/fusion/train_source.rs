@@ -19,7 +19,7 @@ use crate::fusion::swing_balance::params::SwingBalanceParams;
 use crate::fusion::swing_balance::torque_monitor::TorqueMonitor;
 use crate::models::force_balance::ForceBalance;
 use crate::models::single_track::Bends;
-use crate::tuning::{MOTION, SOURCE, TIMES};
+use crate::tuning::{MEMORY, MOTION, SOURCE, TIMES};
 use crate::{Real, Time};
 
 /// Limits and filters of the signals.
@@ -104,6 +104,8 @@ pub struct TrainSource {
     brake: Real,
     /// Additional standard deviation of the rail read under the train, beyond a calm instrument.
     read_sd: Real,
+    /// Standard deviation of the pitch by contradicting instruments where that rail was read, rad.
+    read_apart_rad: Real,
     plausibility: Plausibility,
 }
 
@@ -133,6 +135,7 @@ impl TrainSource {
             torques: TorqueMonitor::new(vehicle, torque, monitored),
             brake: 0.0,
             read_sd: 0.0,
+            read_apart_rad: 0.0,
             plausibility: Plausibility::new(integrity.plausibility, uses),
         }
     }
@@ -192,9 +195,18 @@ impl TrainSource {
         let apart = self.attitude.apart_rad();
         let readable = attitude.sum_sd < SOURCE.read_sum_sd;
         if readable {
-            let kept = self.read_sd * exp(-v.abs() * dt / SOURCE.read_m);
+            let kept = |over_m: Real| exp(-v.abs() * dt / over_m);
             let (own, calm) = (attitude.sum_sd, SOURCE.calm_sum_sd);
-            self.read_sd = sqrt((own * own - calm * calm).max(0.0)).max(kept);
+            self.read_sd =
+                sqrt((own * own - calm * calm).max(0.0)).max(kept(SOURCE.read_m) * self.read_sd);
+            let more = self.attitude.separation_sd_rad() - self.read_apart_rad;
+            // a moment of noise is not read
+            let over_m = if more > 0.0 {
+                MEMORY.end_m
+            } else {
+                SOURCE.read_m
+            };
+            self.read_apart_rad += (1.0 - kept(over_m)) * more;
         }
         self.brake += dt / (TIMES.brief_s + dt) * (reading.brake - self.brake);
         let drag = self.air.drag(v);
@@ -231,7 +243,10 @@ impl TrainSource {
                     let moved = attitude.moved_on_rad;
                     sqrt(attitude.pitch_sd_rad * attitude.pitch_sd_rad + moved * moved)
                 },
-                constant_sd_rad: self.constant_sd_rad(),
+                constant_sd_rad: {
+                    let mount = self.mount_sd_rad();
+                    sqrt(mount * mount + self.read_sd * self.read_sd)
+                },
             },
             rail: readable.then_some([u, bend]),
             standing,
@@ -259,14 +274,15 @@ impl TrainSource {
         self.read_sd
     }
 
-    /// Additional standard deviation of the pitch from the mount and the reading of the rail, rad.
-    fn constant_sd_rad(&self) -> Real {
-        let mount = self.attitude.mount_sd_rad();
-        sqrt(mount * mount + self.read_sd * self.read_sd)
+    /// Standard deviation of errors that the filter cannot observe of the grade under the train, rad: that of the
+    /// IMU's mounting, and what contradicting instruments left open where the rail was read.
+    pub fn mount_sd_rad(&self) -> Real {
+        let now = self.attitude.separation_sd_rad();
+        self.attitude.mount_sd_rad() + (self.read_apart_rad - now).max(0.0)
     }
 }
 
-state!(TrainSource { plausibility, bends, attitude, torques, brake, read_sd; standstill_mps, air, max_sum_sd });
+state!(TrainSource { plausibility, bends, attitude, torques, brake, read_sd, read_apart_rad; standstill_mps, air, max_sum_sd });
 
 #[cfg(test)]
 mod tests {
@@ -291,6 +307,20 @@ mod tests {
             torque,
             signals,
         )
+    }
+
+    /// What contradicting instruments leave open of the slope, the grade under the train keeps for 20 m, as the train
+    /// stands on rail that was read by them.
+    #[test]
+    fn what_was_read_by_contradicting_instruments_is_remembered_over_the_way() {
+        let mut source = source(&vehicle());
+        source.read_apart_rad = 0.02;
+        let last = (0..1_000)
+            .map(|_| source.sample(&reading(), &running(), DT))
+            .last();
+        let mount = 0.2 * PI / 180.0 + 0.02 * (-0.5 as Real).exp();
+        assert!((source.mount_sd_rad() / mount - 1.0).abs() < 1e-9);
+        assert!((last.unwrap().unit.constant_sd_rad / mount - 1.0).abs() < 1e-9);
     }
 
     /// An attitude of a train that runs at 1 m/s with all its instruments.

@@ -395,11 +395,14 @@ impl<M: SupervisedMethod> Supervised<M> {
             .trust
             .weigh([by_core, at_imu], common_sd, by_method, dt);
         let [effective, at_imu] = grades;
-        let with = |grade: Value, sd: Real| Value {
+        let with = |grade: Value, mount_sd: Real, sd: Real| Value {
             sd: sqrt(grade.sd * grade.sd + mount_sd * mount_sd + sd * sd),
             ..grade
         };
-        self.grades = [with(effective, trail_sd), with(at_imu, 0.0)];
+        self.grades = [
+            with(effective, source.mount_sd_rad(), trail_sd),
+            with(at_imu, mount_sd, 0.0),
+        ];
     }
 }
 

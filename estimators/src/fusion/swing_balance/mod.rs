@@ -198,7 +198,7 @@ impl SwingMass {
             unread_variance: carried.unread_variance(&means),
             difference: now.filter(|_| self.has_weighed()).map(|[y, variance]| {
                 let moved = of(block.mean_acceleration() / GRAVITY) + of(swing_rad);
-                let sd = of(EFFECTIVE.unread_sd_rad) + of(EFFECTIVE.force_motion) * moved;
+                let sd = of(EFFECTIVE.force_sd_rad) + of(EFFECTIVE.force_motion) * moved;
                 [y / weight_n, variance / of(weight_n) + sd]
             }),
         }
