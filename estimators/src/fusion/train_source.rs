@@ -195,18 +195,12 @@ impl TrainSource {
         let apart = self.attitude.apart_rad();
         let readable = attitude.sum_sd < SOURCE.read_sum_sd;
         if readable {
-            let kept = |over_m: Real| exp(-v.abs() * dt / over_m);
+            let way_m = v.abs() * dt;
+            let kept = self.read_sd * exp(-way_m / SOURCE.read_m);
             let (own, calm) = (attitude.sum_sd, SOURCE.calm_sum_sd);
-            self.read_sd =
-                sqrt((own * own - calm * calm).max(0.0)).max(kept(SOURCE.read_m) * self.read_sd);
-            let more = self.attitude.separation_sd_rad() - self.read_apart_rad;
-            // a moment of noise is not read
-            let over_m = if more > 0.0 {
-                MEMORY.end_m
-            } else {
-                SOURCE.read_m
-            };
-            self.read_apart_rad += (1.0 - kept(over_m)) * more;
+            self.read_sd = sqrt((own * own - calm * calm).max(0.0)).max(kept);
+            let apart = self.attitude.separation_sd_rad();
+            self.read_apart_rad = remembered(self.read_apart_rad, apart, way_m);
         }
         self.brake += dt / (TIMES.brief_s + dt) * (reading.brake - self.brake);
         let drag = self.air.drag(v);
@@ -282,6 +276,16 @@ impl TrainSource {
     }
 }
 
+/// Doubt of the rail under the train after `way_m` that was read with the doubt `now`: a moment of noise is not read,
+/// and what was read leaves the train as it runs on.
+fn remembered(before: Real, now: Real, way_m: Real) -> Real {
+    let over_m = match now > before {
+        true => MEMORY.end_m,
+        false => SOURCE.read_m,
+    };
+    before + (1.0 - exp(-way_m / over_m)) * (now - before)
+}
+
 state!(TrainSource { plausibility, bends, attitude, torques, brake, read_sd, read_apart_rad; standstill_mps, air, max_sum_sd });
 
 #[cfg(test)]
@@ -309,18 +313,19 @@ mod tests {
         )
     }
 
-    /// What contradicting instruments leave open of the slope, the grade under the train keeps for 20 m, as the train
-    /// stands on rail that was read by them.
+    /// The grade under the train keeps what contradicting instruments left open of the slope for 20 m, as the train
+    /// stands on rail that they have read; it takes a metre of reading to get it.
     #[test]
-    fn what_was_read_by_contradicting_instruments_is_remembered_over_the_way() {
+    fn what_contradicting_instruments_have_read_is_remembered_over_the_way() {
         let mut source = source(&vehicle());
         source.read_apart_rad = 0.02;
-        let last = (0..1_000)
-            .map(|_| source.sample(&reading(), &running(), DT))
-            .last();
+        let mut step = |_| source.sample(&reading(), &running(), DT);
+        let told = (0..1_000).map(&mut step).last().unwrap();
         let mount = 0.2 * PI / 180.0 + 0.02 * (-0.5 as Real).exp();
         assert!((source.mount_sd_rad() / mount - 1.0).abs() < 1e-9);
-        assert!((last.unwrap().unit.constant_sd_rad / mount - 1.0).abs() < 1e-9);
+        assert!((told.unit.constant_sd_rad / mount - 1.0).abs() < 1e-9);
+        let read = (0..100).fold(0.0, |before, _| remembered(before, 0.02, 0.02));
+        assert!((read / 0.02 - 1.0 + (-2.0 as Real).exp()).abs() < 1e-9);
     }
 
     /// An attitude of a train that runs at 1 m/s with all its instruments.
