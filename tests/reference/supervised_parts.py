@@ -138,10 +138,10 @@ class Supervised:
     def __init__(self, method, cutoff, rate, settle, way=Rails):
         self.att, self.rail, self.method, self.samples = Attitude(True, 0.4 * way.standstill, way.side, way.turn_walk), Rail(), method, Samples(cutoff, rate, settle)
         self.way, self.bend = way, Bend(cutoff)
-        self.read_sd, self.waiting, self.late, self.curvature = 0.0, [], 0.0, 0.0
+        self.read_sd, self.read_apart, self.waiting, self.late, self.curvature = 0.0, 0.0, [], 0.0, 0.0
         self.age, self.gone, self.back, self.pitch_rate = 1.0, 0.0, 0.0, 0.0
         self.sine, self.variance, self.square, self.blind = 0.0, 0.0, 1.0, 0.0
-        self.met = {"waits": 0, "judged": 0, "alone": 0, "worse than calm": 0, "used": 0, "goes back blind": 0, "without IMU": 0}
+        self.met = {"waits": 0, "judged": 0, "alone": 0, "worse than calm": 0, "used": 0, "goes back blind": 0, "without IMU": 0, "read apart": 0}
 
     def step(self, row):
         z, att = Reading(row, self.way), self.att
@@ -163,7 +163,10 @@ class Supervised:
         now.bend = self.bend
         now.effective, now.bias_sd = self.effective(), math.sqrt(att.b.P[BX, BX])
         self.method.step(now)
-        grade, effective = ((angle, math.hypot(sd, att.mount_sd)) for angle, sd in self.weigh(now.effective))
+        apart = att.mount_sd - SHEET["mount"]
+        of_rail = SHEET["mount"] + max(self.read_apart, apart)
+        self.met["read apart"] += self.read_apart > apart + 1e-4
+        grade, effective = ((angle, math.hypot(sd, mount)) for (angle, sd), mount in zip(self.weigh(now.effective), (att.mount_sd, of_rail)))
         self.pitch_rate += (1.0 - math.exp(-DT / 0.1)) * (att.pitch_rate - self.pitch_rate)
         trail = 0.25 * self.way.wheelbase * self.pitch_rate / max(abs(att.v), 0.5)
         effective = effective[0], math.hypot(effective[1], trail)
@@ -181,6 +184,9 @@ class Supervised:
         if readable:
             self.read_sd = max(unusual(att.sum_sd), self.read_sd * math.exp(-abs(att.v) * DT / 20.0))
             self.met["worse than calm"] += att.sum_sd > 0.003
+            apart = att.mount_sd - SHEET["mount"]
+            over = 1.0 if apart > self.read_apart else 20.0  # m
+            self.read_apart += (1.0 - math.exp(-abs(att.v) * DT / over)) * (apart - self.read_apart)
 
     def next(self, z, net, running):
         """The oldest sample whose rail has been read; any one while the train is not running."""
