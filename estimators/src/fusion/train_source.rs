@@ -238,7 +238,7 @@ impl TrainSource {
                     sqrt(attitude.pitch_sd_rad * attitude.pitch_sd_rad + moved * moved)
                 },
                 constant_sd_rad: {
-                    let mount = self.mount_sd_rad();
+                    let mount = self.mount_sd_under_train_rad();
                     sqrt(mount * mount + self.read_sd * self.read_sd)
                 },
             },
@@ -270,7 +270,7 @@ impl TrainSource {
 
     /// Standard deviation of errors that the filter cannot observe of the grade under the train, rad: that of the
     /// IMU's mounting, and what contradicting instruments left open where the rail was read.
-    pub fn mount_sd_rad(&self) -> Real {
+    pub fn mount_sd_under_train_rad(&self) -> Real {
         let now = self.attitude.separation_sd_rad();
         self.attitude.mount_sd_rad() + (self.read_apart_rad - now).max(0.0)
     }
@@ -322,7 +322,7 @@ mod tests {
         let mut step = |_| source.sample(&reading(), &running(), DT);
         let told = (0..1_000).map(&mut step).last().unwrap();
         let mount = 0.2 * PI / 180.0 + 0.02 * (-0.5 as Real).exp();
-        assert!((source.mount_sd_rad() / mount - 1.0).abs() < 1e-9);
+        assert!((source.mount_sd_under_train_rad() / mount - 1.0).abs() < 1e-9);
         assert!((told.unit.constant_sd_rad / mount - 1.0).abs() < 1e-9);
         let read = (0..100).fold(0.0, |before, _| remembered(before, 0.02, 0.02));
         assert!((read / 0.02 - 1.0 + (-2.0 as Real).exp()).abs() < 1e-9);

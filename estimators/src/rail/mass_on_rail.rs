@@ -25,15 +25,10 @@ impl MassOnRail {
         (means.behind_tare_kgm + self.load_kg * means.behind_load_m) / RAIL.eta_m / self.mass_kg
     }
 
-    /// Variance of the mean grade due to rail behind the read rail.
-    pub fn behind_variance(&self, means: &TrainMeans) -> Real {
-        let behind = self.behind(means);
-        behind * behind * self.eta_variance
-    }
-
     /// Variance of the mean grade due to unread rail.
     pub fn unread_variance(&self, means: &TrainMeans) -> Real {
         let ahead = means.ahead_kgm / self.mass_kg * means.ahead_rad_per_m;
-        ahead * ahead + self.behind_variance(means)
+        let behind = self.behind(means);
+        ahead * ahead + behind * behind * self.eta_variance
     }
 }

@@ -400,7 +400,7 @@ impl<M: SupervisedMethod> Supervised<M> {
             ..grade
         };
         self.grades = [
-            with(effective, source.mount_sd_rad(), trail_sd),
+            with(effective, source.mount_sd_under_train_rad(), trail_sd),
             with(at_imu, mount_sd, 0.0),
         ];
     }
