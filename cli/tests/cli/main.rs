@@ -32,6 +32,7 @@ mod map;
 mod mutants;
 mod new_estimator;
 mod nothing_lost;
+mod own_command;
 mod replay;
 mod reports;
 mod results;

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fmt;
 use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -85,7 +86,8 @@ fn program() -> String {
 fn digest(file: std::io::Result<File>) -> String {
     let read = || {
         let mut hash = Sha256::new();
-        std::io::copy(&mut file?, &mut hash)?;
+        // in few reads: the file has tens of megabytes
+        std::io::copy(&mut BufReader::with_capacity(1 << 20, file?), &mut hash)?;
         Ok::<_, std::io::Error>(hex(&hash.finalize()))
     };
     read().unwrap_or_else(|e| format!("unreadable: {e}"))

@@ -291,3 +291,18 @@ fn noise_of_a_log_is_given_by_name() {
     assert_eq!(given, Some(found[0].value));
     assert_eq!(settings["estimators"]["set"]["wheel_speed_sd_mps"], 0.3);
 }
+
+/// A table without a time or an estimate, or whose time goes back, is refused.
+#[test]
+fn bad_tables_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("mine.csv");
+    let told = |text: &str| {
+        std::fs::write(&path, text).unwrap();
+        EstimatesFile::load(&path).unwrap_err().to_string()
+    };
+    assert!(told("t,m\n0,1\n").contains("no estimate"));
+    assert!(told("t,mass_kg\n1,1\n0,1\n").contains("goes back in row"));
+    let no_time = told("mass_kg,grade_deg\n1,0\n");
+    assert!(no_time.contains("has the name of a time"), "{no_time}");
+}

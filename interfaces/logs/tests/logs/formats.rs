@@ -479,3 +479,62 @@ fn mistakes_are_told_with_file_and_place() {
         assert!(words.iter().all(|w| told.contains(w)), "{name}: {told}");
     }
 }
+
+/// A file of a format that the program was built without is recognised by its first bytes or its ending, and the error
+/// names the feature.
+#[test]
+fn absent_formats_are_refused_by_name() {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, bytes, format, feature, is_there) in [
+        (
+            "drive.log",
+            &b"LOGG\0\0"[..],
+            "BLF",
+            "blf",
+            cfg!(feature = "blf"),
+        ),
+        (
+            "bus.asc",
+            b"date Mon Nov 23",
+            "ASC",
+            "blf",
+            cfg!(feature = "blf"),
+        ),
+        (
+            "bus.log",
+            b"(1.0) can0 100#00",
+            "candump",
+            "can",
+            cfg!(feature = "can"),
+        ),
+        (
+            "drive.mf4",
+            b"MDF     4.10",
+            "MDF4",
+            "mdf",
+            cfg!(feature = "mdf"),
+        ),
+        (
+            "drive.mcap",
+            b"\x89MCAP0\r\n",
+            "MCAP",
+            "mcap",
+            cfg!(feature = "mcap"),
+        ),
+    ] {
+        if is_there {
+            continue; // the reader's own tests
+        }
+        let path = dir.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        let refused = scan(&path, &ReadOptions::default(), &mut |_| true)
+            .unwrap_err()
+            .to_string();
+        for part in [
+            format!("the format {format},"),
+            format!("feature `{feature}`"),
+        ] {
+            assert!(refused.contains(&part), "{refused}");
+        }
+    }
+}
