@@ -238,8 +238,8 @@ impl App {
         self.main_with(std::env::args_os())
     }
 
-    /// Runs the command that these words name, as a test of a program of one's own does; the first word is the program's name. Returns
-    /// the exit code.
+    /// Runs the command that these words name, as a test of a program of one's own does, and returns the exit code. The
+    /// first word is the program's name.
     pub fn main_with(mut self, words: impl IntoIterator<Item = OsString>) -> ExitCode {
         let words: Vec<OsString> = words.into_iter().collect();
         #[cfg(all(unix, feature = "plugins"))]

@@ -1,4 +1,4 @@
-//! What is identified from a log is what was planted in it.
+//! Identification finds what was planted in a log.
 
 use monorig_logs::check::identify;
 use monorig_logs::identify::{Parameter, ParameterKind};
