@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fmt;
 use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -86,8 +85,7 @@ fn program() -> String {
 fn digest(file: std::io::Result<File>) -> String {
     let read = || {
         let mut hash = Sha256::new();
-        // in few reads: the file has tens of megabytes
-        std::io::copy(&mut BufReader::with_capacity(1 << 20, file?), &mut hash)?;
+        std::io::copy(&mut file?, &mut hash)?;
         Ok::<_, std::io::Error>(hex(&hash.finalize()))
     };
     read().unwrap_or_else(|e| format!("unreadable: {e}"))
