@@ -227,15 +227,15 @@ fn an_estimator_of_ones_own_is_replayed_with_its_parameters_and_reset_at_segment
     assert_eq!(last, (15.0, 1.0));
 }
 
-/// Times of estimates are those of the log's clock.
+/// Times of estimates are those of the log's clock, and an empty cell is no estimate.
 #[test]
 fn estimates_made_elsewhere_are_played_at_their_times() {
-    let rows = "t,v\n1000,1\n1000.1,1\n1000.2,1\n1000.3,1\n";
+    let rows = "t,v\n1000,1\n1000.1,1\n1000.2,1\n1000.3,1\n1000.4,1\n";
     let log = Log::new(&[
         ("log.csv", rows),
         (
             "mine.csv",
-            "t,mass_kg,mass_sd_kg\n1000.05,5000,10\n1000.25,6000,10\n",
+            "t,mass_kg,mass_sd_kg\n1000.05,5000,10\n1000.25,6000,10\n1000.35,,10\n",
         ),
     ]);
     let map = log.map(WHEEL).unwrap();
@@ -256,6 +256,7 @@ fn estimates_made_elsewhere_are_played_at_their_times() {
         (Some(5000.0), true),
         (Some(5000.0), true),
         (Some(6000.0), true),
+        (None, false),
     ];
     assert_eq!(seen, expected);
 }

@@ -25,13 +25,14 @@ fn rate_jitter_gaps_and_a_map() {
         ("ay", 0.0, 6.0, 1000)
     );
     let map = proposed_map(&[("log".into(), "drive.csv".into(), &found)]);
-    for line in [
-        "columns: [ax, ay, az], unit: m/s2",
-        "columns: ['speed [km/h]'], unit: km/h",
-        "rate_hz: 100",
-    ] {
-        assert!(map.contains(line), "{line} in\n{map}");
-    }
+    has(
+        &map,
+        &[
+            "columns: [ax, ay, az], unit: m/s2",
+            "columns: ['speed [km/h]'], unit: km/h",
+            "rate_hz: 100",
+        ],
+    );
 }
 
 /// The map for files of these names, titles and first values; the values stay.
